@@ -51,6 +51,25 @@ static void collect_extensions(struct device_facts *facts, const VkDeviceCreateI
         facts->newer_than_registry = true;
 }
 
+/* Backend cpu executes the queries of VK_KHR_ray_tracing_maintenance1, whose other parts it lacks,
+ * so that it cannot offer the extension. */
+static bool owns_values(const VkDeviceCreateInfo *create_info, const char *extension,
+                        enum backend backend)
+{
+    return is_enabled(create_info, extension) ||
+           (backend == BACKEND_CPU &&
+            strcmp(extension, VK_KHR_RAY_TRACING_MAINTENANCE_1_EXTENSION_NAME) == 0);
+}
+
+static void collect_owners(struct device_facts *facts, const VkDeviceCreateInfo *create_info,
+                           enum backend backend)
+{
+    for (uint32_t i = 0; i < create_info->queueCreateInfoCount; i++)
+        facts->has_queues |= create_info->pQueueCreateInfos[i].queueCount > 0;
+    for (size_t i = 0; i < registry_owner_count; i++)
+        facts->owners |= (uint64_t)owns_values(create_info, registry_owners[i], backend) << i;
+}
+
 /* Cluster and partitioned builds write to addresses, and unknown extensions may do anything. */
 static bool has_other_builders(const struct device_facts *facts,
                                const VkDeviceCreateInfo *create_info)
@@ -230,6 +249,7 @@ VkResult layer_collect_device_facts(struct layer_device *device,
     device->facts.api_version =
         physical_device_api_version(device->instance, device->physical_device);
     collect_extensions(&device->facts, create_info);
+    collect_owners(&device->facts, create_info, device->instance->backend);
     device->facts.has_other_builders = has_other_builders(&device->facts, create_info);
     collect_features(&device->facts, create_info->pNext);
     collect_address_features(&device->facts, create_info->pNext);

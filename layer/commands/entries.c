@@ -6,6 +6,7 @@
 
 #include "arguments.h"
 #include "layer/hazards/recording.h"
+#include "layer/intercepts/call_sites.h"
 #include "layer/intercepts/checks.h"
 #include "layer/postmortem/loss.h"
 #include "layer/snapshots/snapshots.h"

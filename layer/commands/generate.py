@@ -361,16 +361,29 @@ class Entry:
             if not self.is_observed(active):
                 names.append("NULL")
                 continue
-            if self.row.has("BY_HAND") and not self.checks:
-                own = "located" if "CALL_SITES" in active else "assay"
-                names.append(f"{own}_{self.command.name}")
-                continue
-            with_observers = [c for c in active if c != "CPU" and not self.row.has("BY_HAND") and (
-                c == "CHECK" or any(keyword.startswith(c) for keyword, _ in self.row.observers))]
-            name = "_".join(["entry", self.command.name, *(c.lower() for c in with_observers)])
+            name = f"assay_{self.command.name}"
+            if not self.row.has("BY_HAND") or self.checks:
+                with_observers = [c for c in active if not self.row.has("BY_HAND") and (
+                    c == "CHECK" or (c not in ("CPU", "CALL_SITES") and any(
+                        keyword.startswith(c) for keyword, _ in self.row.observers)))]
+                name = "_".join(["entry", self.command.name, *(c.lower() for c in with_observers)])
+                texts[name] = self.text(name, with_observers)
+            if "CALL_SITES" in active and (self.row.has("CALL_SITES") or "CHECK" in active):
+                texts[f"located_{name}"] = self.located_text(name)
+                name = f"located_{name}"
             names.append(name)
-            texts[name] = self.text(name, with_observers)
         return names, texts
+
+    def located_text(self, name):
+        """The function that finds its caller before another one validates the call."""
+        found = "build_device" if self.kind == "recording" else "device_safely"
+        returns = self.command.returns
+        result, give = ("", "") if returns == "void" else (f"{returns} result = ", "    return result;\n")
+        return (f"\nVKAPI_ATTR {returns} VKAPI_CALL located_{name}({self.command.declaration})\n{{\n"
+                f"    const struct call_site *outer = call_site_enter(layer_find_{found}({self.handle}), "
+                f"{self.handle}, __builtin_frame_address(0), __builtin_return_address(0));\n"
+                f"    {result}{name}({self.command.arguments});\n"
+                f"    call_site_leave(outer);\n{give}}}\n")
 
     def text(self, name, active):
         body = "\n".join("    " + line for line in self.body(active))
@@ -446,7 +459,7 @@ class Generator:
     def functions(self):
         """Functions that have the signature of a command."""
         for entry in self.entries:
-            prefixes = {"assay": entry.row.has("BY_HAND"), "located": entry.row.has("CALL_SITES"),
+            prefixes = {"assay": entry.row.has("BY_HAND"),
                         "snapshots": entry.row.has("CONTENT_REPLACES")}
             for prefix in (prefix for prefix, is_used in prefixes.items() if is_used):
                 yield entry.command, f"{prefix}_{entry.command.name}"

@@ -51,6 +51,7 @@ class Row:
         """Whether something of the row depends on a condition."""
         keywords = [*self.flags, *(keyword for keyword, _ in self.observers)]
         return any(keyword.startswith(condition) for keyword in keywords) or \
+            (condition == "CALL_SITES" and self.has("CHECKED")) or \
             (condition == "CPU" and self.extension is not None)
 
 

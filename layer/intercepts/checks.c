@@ -51,6 +51,7 @@ bool check_command(struct layer_device *device, enum build_command command, cons
         .active = device->active_rules[command],
         .readable = readable_cache_of_thread(),
         .resources = device->resources,
+        .query_pools = device->query_pools,
         .structures = device->structures,
     };
     check_life(&context, &call.view);

@@ -18,6 +18,8 @@ void note_query_pool(struct layer_device *device, VkQueryPool pool,
 {
     if (device->order && info->queryType == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR)
         query_pools_add(device->query_pools, pool, info->queryCount);
+    else
+        query_pools_add_plain(device->query_pools, pool, info->queryType, info->queryCount);
 }
 
 void forget_query_pool(struct layer_device *device, VkQueryPool handle)

@@ -18,6 +18,9 @@
 #include "src/view/nv_view.h"
 #include "src/view/view.h"
 
+/* Rows of generated ids have tables instead of predicates (src/check/life/implicit.h). */
+struct implicit_view;
+
 #define RULE(subject, name, level, ids)                                                            \
     bool name(const struct subject##_view *subject, struct finding *finding);
 #define PENDING(name, level, waits_for, ids)

@@ -185,7 +185,23 @@ struct micromap_facts {
     uint64_t id;            /* never reused, nor equal to that of a structure; 0 unless alive */
     enum tristate alive;    /* a micromap of this device */
     bool of_another_device; /* alive == NO, but another VkDevice has this handle */
-    VkMicromapTypeEXT type; /* if alive == YES */
+    /* The following if alive == YES; see struct accel_facts. */
+    VkMicromapTypeEXT type;
+    VkMicromapCreateFlagsEXT create_flags;
+    VkDeviceSize size; /* bytes, VkMicromapCreateInfoEXT::size */
+    VkBuffer buffer;
+    enum tristate backed, host_visible, multi_instance;
+    bool is_sparse;
+    struct memory_span span; /* its bytes; memory null: unknown */
+};
+
+/* A VkQueryPool. */
+struct query_pool_facts {
+    VkQueryPool handle;
+    enum tristate alive;    /* a pool of this device */
+    bool of_another_device; /* alive == NO, but another VkDevice has this handle */
+    VkQueryType type;       /* type and count: if alive == YES */
+    uint32_t count;
 };
 
 /* Enabled extensions and features, and limits of a device. Constant after its creation. */
@@ -197,6 +213,9 @@ struct device_facts {
     bool newer_than_registry;
     /* Commands that the layer does not intercept may build acceleration structures. */
     bool has_other_builders;
+    bool has_queues; /* it was created with a queue */
+    /* Extensions that add enumerants and structures: bits by registry_owners[]. */
+    uint64_t owners;
     /* Features. */
     bool acceleration_structure, acceleration_structure_indirect_build,
         acceleration_structure_host_commands;

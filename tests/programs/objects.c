@@ -57,10 +57,11 @@ void play_create_structure(struct play *play, struct play_object *object, VkBuff
                 object->name);
 }
 
-static void create_micromap(struct play *play, struct play_object *object)
+static void create_micromap(struct play *play, struct play_object *object, VkBuffer buffer,
+                            VkDeviceSize offset, VkDeviceSize size)
 {
-    const STRUCT(VkMicromapCreateInfoEXT, info, .buffer = object->buffer.handle,
-                 .size = PLAY_STRUCTURE_SIZE, .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
+    const STRUCT(VkMicromapCreateInfoEXT, info, .buffer = buffer, .offset = offset, .size = size,
+                 .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
     GET(play->vk.CreateMicromapEXT(play->device, &info, NULL, &object->micromap));
     name_object(play, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)object->micromap, object->name);
 }
@@ -118,7 +119,7 @@ static void create(struct play *play, struct play_object *object)
         break;
     case 'M':
         play_create_buffer(play, object);
-        create_micromap(play, object);
+        create_micromap(play, object, object->buffer.handle, 0, PLAY_STRUCTURE_SIZE);
         break;
     case 'E':
         GET(play->vk.CreateEvent(play->device, &MAKE(VkEventCreateInfo), NULL, &object->event));
@@ -211,8 +212,11 @@ void play_put(struct play *play, char **words)
     const struct play_object *buffer = play_place(play, words[2], &offset);
     PLAY_REQUIRE(play, !find(play, words[1]));
     struct play_object *object = add(play, words[1]);
-    play_create_structure(play, object, buffer->buffer.handle, offset, PLAY_BUFFER_SIZE / 4,
-                          type_of(play, object));
+    if (object->name[0] == 'M')
+        create_micromap(play, object, buffer->buffer.handle, offset, PLAY_BUFFER_SIZE / 4);
+    else
+        play_create_structure(play, object, buffer->buffer.handle, offset, PLAY_BUFFER_SIZE / 4,
+                              type_of(play, object));
 }
 
 /* ---- what the host writes */

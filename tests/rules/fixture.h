@@ -28,6 +28,9 @@ enum setup_enable {
     ENABLE_SYNCHRONIZATION_2 = 1 << 15, /* by its extension, too */
     ENABLE_DENSE = 1 << 16,             /* with VK_KHR_maintenance5 */
     ENABLE_DESCRIPTOR_BUFFER = 1 << 17, /* with capture and replay */
+    ENABLE_PUSH_DESCRIPTOR = 1 << 18,   /* with VK_KHR_maintenance6 */
+    ENABLE_RAY_TRACING_MAINTENANCE_1 = 1 << 19,
+    ENABLE_NO_QUEUES = 1 << 20, /* the device has no queues */
 };
 
 /* Features that are left off though their extension is enabled. */

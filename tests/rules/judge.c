@@ -91,7 +91,8 @@ static const char *cannot_play(const struct play *play, const struct fixture *fi
         !is_guarded)
         return "needs the null driver or backend cpu";
     if (play->platform->is_cpu &&
-        play->command == COMMAND_GetAccelerationStructureOpaqueCaptureDescriptorDataEXT)
+        (play->command == COMMAND_GetAccelerationStructureOpaqueCaptureDescriptorDataEXT ||
+         command_writes_descriptors(play->command)))
         return "backend cpu has no descriptors of structures";
     if (play->command == COMMAND_INDIRECT && !fixture->has_indirect)
         return "no accelerationStructureIndirectBuild";

@@ -70,6 +70,8 @@ struct scene_nv {
     struct test_buffer vertices, indices, transforms, boxes, instances, scratch_buffer;
 };
 
+union life_arguments; /* of the generated life_arguments.h */
+
 /* A call of a command of vuid-tables/commands.def, and what it uses. Copies of micromaps and of
  * VK_NV_ray_tracing are made of the same members. */
 struct scene_life {
@@ -117,6 +119,15 @@ struct scene_life {
     VkMicromapVersionInfoEXT micromap_version;
     uint8_t version_data[2 * VK_UUID_SIZE];
     VkAccelerationStructureCompatibilityKHR compatibility;
+
+    VkAccelerationStructureMotionInfoNV motion; /* chained by cases */
+    VkWriteDescriptorSetAccelerationStructureKHR descriptor;
+    VkWriteDescriptorSetAccelerationStructureNV descriptor_nv;
+    VkWriteDescriptorSet write;
+    VkPushDescriptorSetInfo push;
+
+    /* Changes the arguments just before the call; or NULL. */
+    void (*edit)(struct scene *scene, union life_arguments *arguments);
 };
 
 /* The micromaps of a scene: none until a case asks for one. */
@@ -416,6 +427,7 @@ void scene_nv_build(struct scene *scene, VkAccelerationStructureNV dst);
 
 bool command_is_of_micromaps(enum build_command command);
 bool command_is_of_nv(enum build_command command);
+bool command_writes_descriptors(enum build_command command);
 bool command_is_on_host(enum build_command command); /* its work is done by the host */
 bool command_returns_result(enum build_command command);
 uint32_t command_enables(enum build_command command); /* enum setup_enable */

@@ -47,6 +47,8 @@ uint32_t command_enables(enum build_command command)
         return ENABLE_OPACITY_MICROMAP_KHR; /* with VK_KHR_device_address_commands */
     if (command == COMMAND_GetAccelerationStructureOpaqueCaptureDescriptorDataEXT)
         return ENABLE_DESCRIPTOR_BUFFER;
+    if (command == COMMAND_CmdPushDescriptorSet || command == COMMAND_CmdPushDescriptorSet2)
+        return ENABLE_PUSH_DESCRIPTOR;
     if (command_is_of_nv(command))
         return ENABLE_RAY_TRACING_NV;
     return command_is_of_micromaps(command) ? ENABLE_OPACITY_MICROMAP_EXT : 0;
@@ -233,6 +235,75 @@ static void set_binding(struct scene *scene)
     life->binding_count = 1;
 }
 
+bool command_writes_descriptors(enum build_command command)
+{
+    return command == COMMAND_UpdateDescriptorSets || command == COMMAND_CmdPushDescriptorSet ||
+           command == COMMAND_CmdPushDescriptorSet2;
+}
+
+SCENE_CREATES(create_set_layout, DescriptorSetLayout, VkDescriptorSetLayout,
+              VkDescriptorSetLayoutCreateInfo)
+SCENE_CREATES(create_descriptor_pool, DescriptorPool, VkDescriptorPool, VkDescriptorPoolCreateInfo)
+SCENE_CREATES(create_pipeline_layout, PipelineLayout, VkPipelineLayout, VkPipelineLayoutCreateInfo)
+
+/* A set of two structures, or a layout to push them by. */
+static void open_set(struct scene *scene)
+{
+    struct scene_life *life = &scene->life;
+    const VkDescriptorType type = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR;
+    const bool pushes = command_is_recorded(scene->command);
+    const VkDescriptorSetLayoutBinding binding = {0, type, 2, VK_SHADER_STAGE_COMPUTE_BIT, NULL};
+    const STRUCT(VkDescriptorSetLayoutCreateInfo, layout_info, .bindingCount = 1,
+                 .pBindings = &binding,
+                 .flags = pushes ? VK_DESCRIPTOR_SET_LAYOUT_CREATE_PUSH_DESCRIPTOR_BIT : 0);
+    const VkDescriptorSetLayout layout = create_set_layout(scene, &layout_info);
+    if (pushes) {
+        const STRUCT(VkPipelineLayoutCreateInfo, info, .setLayoutCount = 1, .pSetLayouts = &layout);
+        life->push.layout = create_pipeline_layout(scene, &info);
+        return;
+    }
+    const VkDescriptorPoolSize size = {type, 2};
+    const STRUCT(VkDescriptorPoolCreateInfo, pool_info, .maxSets = 1, .poolSizeCount = 1,
+                 .pPoolSizes = &size);
+    const STRUCT(VkDescriptorSetAllocateInfo, info,
+                 .descriptorPool = create_descriptor_pool(scene, &pool_info),
+                 .descriptorSetCount = 1, .pSetLayouts = &layout);
+    MUST_SUCCEED(
+        scene->vk->AllocateDescriptorSets(scene->fixture->device, &info, &life->write.dstSet));
+}
+
+static void open_descriptors(struct scene *scene)
+{
+    struct scene_life *life = &scene->life;
+    life->objects[0] = life->objects[1] = (uint64_t)scene->infos[TLAS].dstAccelerationStructure;
+    life->descriptor =
+        MAKE(VkWriteDescriptorSetAccelerationStructureKHR, .accelerationStructureCount = 2,
+             .pAccelerationStructures = (const void *)life->objects);
+    life->descriptor_nv =
+        MAKE(VkWriteDescriptorSetAccelerationStructureNV, .accelerationStructureCount = 2,
+             .pAccelerationStructures = (const void *)life->objects);
+    life->write = MAKE(VkWriteDescriptorSet, .pNext = &life->descriptor, .descriptorCount = 2,
+                       .descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR);
+    life->push = MAKE(VkPushDescriptorSetInfo, .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
+                      .descriptorWriteCount = 1, .pDescriptorWrites = &life->write);
+    open_set(scene);
+}
+
+/* Micromaps have structures with the same members. */
+static void set_types_of_copies(struct scene *scene)
+{
+    struct scene_life *life = &scene->life;
+    const bool is_micromap = command_is_of_micromaps(scene->command);
+    life->copy.sType = is_micromap ? VK_STRUCTURE_TYPE_COPY_MICROMAP_INFO_EXT
+                                   : VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR;
+    life->to_memory.sType = is_micromap
+                                ? VK_STRUCTURE_TYPE_COPY_MICROMAP_TO_MEMORY_INFO_EXT
+                                : VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR;
+    life->from_memory.sType =
+        is_micromap ? VK_STRUCTURE_TYPE_COPY_MEMORY_TO_MICROMAP_INFO_EXT
+                    : VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR;
+}
+
 void scene_life_open(struct scene *scene)
 {
     struct scene_life *life = &scene->life;
@@ -255,6 +326,9 @@ void scene_life_open(struct scene *scene)
     set_creation(scene);
     set_queries_of_objects(scene);
     set_binding(scene);
+    set_types_of_copies(scene);
+    if (command_writes_descriptors(scene->command))
+        open_descriptors(scene);
 }
 
 /* ---- the call */
@@ -274,19 +348,9 @@ static VkCopyAccelerationStructureModeKHR mode_of_command(enum build_command com
                : mode;
 }
 
-/* Micromaps have structures with the same members. */
-static void complete_copies(struct scene *scene)
+static void translate_modes(struct scene *scene)
 {
     struct scene_life *life = &scene->life;
-    const bool is_micromap = command_is_of_micromaps(scene->command);
-    life->copy.sType = is_micromap ? VK_STRUCTURE_TYPE_COPY_MICROMAP_INFO_EXT
-                                   : VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR;
-    life->to_memory.sType = is_micromap
-                                ? VK_STRUCTURE_TYPE_COPY_MICROMAP_TO_MEMORY_INFO_EXT
-                                : VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR;
-    life->from_memory.sType =
-        is_micromap ? VK_STRUCTURE_TYPE_COPY_MEMORY_TO_MICROMAP_INFO_EXT
-                    : VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR;
     life->copy.mode = mode_of_command(scene->command, life->copy.mode);
     life->to_memory.mode = mode_of_command(scene->command, life->to_memory.mode);
     life->from_memory.mode = mode_of_command(scene->command, life->from_memory.mode);
@@ -370,6 +434,7 @@ static void fill_arguments(struct scene *scene, union life_arguments *arguments)
         OF_DEVICE(GetDeviceAccelerationStructureCompatibilityKHR, &life->version,
                   &life->compatibility)
         OF_DEVICE(GetDeviceMicromapCompatibilityEXT, &life->micromap_version, &life->compatibility)
+        OF_DEVICE(UpdateDescriptorSets, 1, &life->write, 0, NULL)
         OF_DEVICE(GetMicromapBuildSizesEXT, life->build_type, life->builds, &life->micromap_sizes)
     case COMMAND_CmdCopyAccelerationStructureNV:
         A_(CmdCopyAccelerationStructureNV) = (struct arguments_of_CmdCopyAccelerationStructureNV){
@@ -379,6 +444,15 @@ static void fill_arguments(struct scene *scene, union life_arguments *arguments)
     case COMMAND_CmdBuildMicromapsEXT:
         A_(CmdBuildMicromapsEXT) = (struct arguments_of_CmdBuildMicromapsEXT){
             scene->command_buffer, life->build_count, life->builds};
+        break;
+    case COMMAND_CmdPushDescriptorSet:
+        A_(CmdPushDescriptorSet) = (struct arguments_of_CmdPushDescriptorSet){
+            scene->command_buffer, VK_PIPELINE_BIND_POINT_COMPUTE, life->push.layout, 0, 1,
+            &life->write};
+        break;
+    case COMMAND_CmdPushDescriptorSet2:
+        A_(CmdPushDescriptorSet2) =
+            (struct arguments_of_CmdPushDescriptorSet2){scene->command_buffer, &life->push};
         break;
     default:
         abort();
@@ -417,8 +491,10 @@ static void finish_call(struct scene *scene, VkResult result)
 VkResult scene_life_call(struct scene *scene)
 {
     union life_arguments arguments = {0};
-    complete_copies(scene);
+    translate_modes(scene);
     fill_arguments(scene, &arguments);
+    if (scene->life.edit != NULL)
+        scene->life.edit(scene, &arguments);
     const VkResult result = call_life_command(scene->vk, scene->command, &arguments);
     finish_call(scene, result);
     return result;

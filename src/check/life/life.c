@@ -75,6 +75,11 @@ static void check_operands(struct walk *walk, const struct call_view *call)
     case COMMAND_GetAccelerationStructureHandleNV:
         check_lookup(walk, call);
         break;
+    case COMMAND_UpdateDescriptorSets:
+    case COMMAND_CmdPushDescriptorSet:
+    case COMMAND_CmdPushDescriptorSet2:
+        check_descriptors(walk, call);
+        break;
     default:
         break;
     }
@@ -88,7 +93,8 @@ void check_life(struct check_context *context, const struct call_view *call)
     context->copies = &copies;
     walk_call(&walk, call, LEVEL_PARAMETERS);
     walk_call(&walk, call, LEVEL_STATE);
-    check_operands(&walk, call);
+    if (check_implicit(&walk, call))
+        check_operands(&walk, call);
     if (copies.first)
         aligned_copies_release(&copies);
 }

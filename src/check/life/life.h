@@ -13,7 +13,16 @@ void check_life(struct check_context *context, const struct call_view *call);
 
 /* ---- for the files of this folder: each validates the commands of one subject */
 
+/* Validates the arguments of a call by the tables of implicit.h. Returns false if enumerants,
+ * flags, counts or pointers are invalid, so that nothing else about the call can be decided. */
+bool check_implicit(struct walk *walk, const struct call_view *call);
+
+/* Validates the structures with ids that a VkWriteDescriptorSet chains. */
+void check_implicit_descriptor(struct walk *walk, const struct call_view *call,
+                               const struct location *location, const void *chain);
+
 void check_copy(struct walk *walk, const struct call_view *call);
+void check_descriptors(struct walk *walk, const struct call_view *call);
 void check_lookup(struct walk *walk, const struct call_view *call);
 void check_query(struct walk *walk, const struct call_view *call);
 void check_size_query(struct walk *walk, const struct call_view *call);

@@ -28,7 +28,16 @@ static void find_micromap(struct check_context *context, struct life_object *obj
     resources_find_micromap(context->resources, (VkMicromapEXT)(uintptr_t)object->handle, &facts);
     object->id = facts.id;
     object->alive = facts.alive;
+    object->details_known = facts.alive == YES;
     object->type = (uint32_t)facts.type;
+    object->create_flags = facts.create_flags;
+    object->size = facts.size;
+    object->buffer = facts.buffer;
+    object->backed = facts.backed;
+    object->is_sparse = facts.is_sparse;
+    object->host_visible = facts.host_visible;
+    object->multi_instance = facts.multi_instance;
+    object->span = facts.span;
 }
 
 static enum tristate is_backed(enum nv_binding binding)

@@ -14,6 +14,7 @@
 #include "src/view/nv_view.h"
 #include "src/view/view.h"
 
+struct query_pools;
 struct structures;
 struct sweep;
 
@@ -71,7 +72,8 @@ struct check_context {
     struct readable_cache *readable;
     struct aligned_copies *copies; /* copies of misaligned parameters; filled during a call */
     struct resources *resources;
-    struct sweep *sweep; /* memory kept between calls, see check_make_sweep; or NULL */
+    struct query_pools *query_pools; /* of commands that name pools; or NULL */
+    struct sweep *sweep;             /* memory kept between calls, see check_make_sweep; or NULL */
     const struct structures *structures; /* those that builds refer to; or NULL */
     const struct execution_point *point; /* of a host command; NULL: unknown */
     uint64_t destroy_count; /* resources_destroy_count() at submission of the builds that are

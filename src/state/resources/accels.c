@@ -162,6 +162,7 @@ void resources_add_micromap(struct resources *resources, VkMicromapEXT handle,
     if (micromap)
         *micromap = (struct micromap_record){.id = ++resources->last_id,
                                              .type = create_info->type,
+                                             .create_flags = create_info->createFlags,
                                              .buffer = create_info->buffer,
                                              .buffer_id = buffer ? buffer->where.buffer_id : 0,
                                              .offset = create_info->offset,
@@ -179,6 +180,30 @@ uint64_t resources_remove_micromap(struct resources *resources, VkMicromapEXT ha
     return id;
 }
 
+static enum tristate tristate_of(bool is_known, bool value)
+{
+    return !is_known ? UNKNOWN : value ? YES : NO;
+}
+
+/* As resources_refresh_accel(). The record of a destroyed buffer is gone. */
+static void find_memory(const struct resources *resources, const struct micromap_record *micromap,
+                        struct micromap_facts *facts)
+{
+    const struct buffer_record *buffer = resources_buffer(resources, micromap->buffer);
+    if (!buffer || buffer->where.buffer_id != micromap->buffer_id) {
+        facts->backed = tristate_of(micromap->buffer_id && !resources->incomplete, false);
+        return;
+    }
+    facts->is_sparse = buffer->where.is_sparse;
+    facts->backed = facts->is_sparse ? UNKNOWN : buffer->backed;
+    const struct memory_record *memory = facts->backed == YES ? buffer->memory : NULL;
+    facts->host_visible =
+        tristate_of(memory, memory && memory->properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT);
+    facts->multi_instance = tristate_of(memory, memory && memory->multi_instance);
+    facts->span = memory_span_of(buffer->where.memory, buffer->where.begin + micromap->offset,
+                                 micromap->size);
+}
+
 void resources_find_micromap(struct resources *resources, VkMicromapEXT handle,
                              struct micromap_facts *facts)
 {
@@ -192,6 +217,10 @@ void resources_find_micromap(struct resources *resources, VkMicromapEXT handle,
         facts->alive = YES;
         facts->id = micromap->id;
         facts->type = micromap->type;
+        facts->create_flags = micromap->create_flags;
+        facts->size = micromap->size;
+        facts->buffer = micromap->buffer;
+        find_memory(resources, micromap, facts);
     } else {
         facts->alive = resources->incomplete ? UNKNOWN : NO;
     }

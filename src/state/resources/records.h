@@ -85,6 +85,7 @@ _Static_assert(offsetof(struct accel_facts, handle) == CACHE_LINE,
 struct micromap_record {
     uint64_t id;
     VkMicromapTypeEXT type;
+    VkMicromapCreateFlagsEXT create_flags;
     VkBuffer buffer;
     uint64_t buffer_id; /* 0: unknown */
     VkDeviceSize offset, size;
