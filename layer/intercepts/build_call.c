@@ -98,11 +98,12 @@ bool build_call_of_another_device(void *user, enum resource_kind kind, uint64_t 
 
 /* Reports a finding about an entry that this call records. */
 static bool found_in_journal(void *user, const struct journal *journal, uint32_t first_build,
-                             enum rule rule, const struct location *location,
+                             uint32_t origin, enum rule rule, const struct location *location,
                              const struct finding *finding)
 {
     (void)journal;
     (void)first_build;
+    (void)origin;
     return build_call_found(user, rule, location, finding);
 }
 

@@ -2,6 +2,7 @@
 /* Runs the checks of commands that build no structures. */
 #include "layer/intercepts/checks.h"
 
+#include "layer/execution/submitted_builds.h"
 #include "layer/intercepts/build_call.h"
 #include "layer/intercepts/host_work.h"
 #include "src/base/readable.h"
@@ -34,10 +35,17 @@ static void start_hosted(struct build_call *call, struct layer_device *device,
     }
 }
 
+static bool find_use(void *user, uint64_t id, struct pending_use *use)
+{
+    const struct build_call *call = user;
+    return submitted_builds_find_use(call->device->submitted_builds, id, use);
+}
+
 bool check_command(struct layer_device *device, enum build_command command, const void *arguments)
 {
     static const struct check_hooks hooks = {.found = build_call_found,
-                                             .of_another_device = build_call_of_another_device};
+                                             .of_another_device = build_call_of_another_device,
+                                             .find_use = find_use};
     struct build_call call;
     if (command_is_recorded(command))
         build_call_start_recorded(&call, device, command, *(const VkCommandBuffer *)arguments);

@@ -93,4 +93,37 @@ struct lookup_view {
     struct buffer_facts buffer; /* of the object, from level STATE on */
 };
 
+/* A submitted command that uses a structure or micromap and is not complete, as far as the
+ * application has observed. */
+struct pending_use {
+    enum build_command command;
+    VkCommandBuffer command_buffer; /* perhaps a secondary one */
+    VkQueue queue;
+    uint64_t submission; /* see struct order_batch */
+};
+
+/* A structure or micromap that is about to be destroyed. */
+struct destroyed_view {
+    const struct call_view *call;
+    struct life_object object;
+    const struct pending_use *use; /* NULL: none is certain */
+};
+
+/* A structure or micromap that a copy, query or serialization reads, and its last build when the
+ * command executes. */
+struct used_source_view {
+    VkObjectType object_type; /* as in struct life_object */
+    uint64_t handle;
+    const struct journal_read *read;
+    const struct built *built; /* never BUILT_UNKNOWN */
+};
+
+/* A copy of a structure when it executes, and what the host has read of the compacted size. */
+struct sized_copy_view {
+    uint64_t src, dst; /* VkAccelerationStructureKHR */
+    bool compacts;
+    VkDeviceSize dst_size;       /* bytes, of the create info */
+    VkDeviceSize compacted_size; /* bytes: the smallest query result for the build of src */
+};
+
 #endif

@@ -11,6 +11,7 @@ WALK_ALL(query)
 WALK_ALL(size_query)
 WALK_ALL(lookup)
 WALK_ALL(queried)
+WALK_ALL(destroyed)
 
 struct location check_argument(const struct call_view *call, const char *parameter)
 {
@@ -79,6 +80,11 @@ static void check_operands(struct walk *walk, const struct call_view *call)
     case COMMAND_CmdPushDescriptorSet:
     case COMMAND_CmdPushDescriptorSet2:
         check_descriptors(walk, call);
+        break;
+    case COMMAND_DestroyAccelerationStructureKHR:
+    case COMMAND_DestroyAccelerationStructureNV:
+    case COMMAND_DestroyMicromapEXT:
+        check_destroyed(walk, call);
         break;
     default:
         break;

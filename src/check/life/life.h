@@ -26,6 +26,7 @@ void check_descriptors(struct walk *walk, const struct call_view *call);
 void check_lookup(struct walk *walk, const struct call_view *call);
 void check_query(struct walk *walk, const struct call_view *call);
 void check_size_query(struct walk *walk, const struct call_view *call);
+void check_destroyed(struct walk *walk, const struct call_view *call);
 
 /* Returns what a pointer of the application leads to, aligned as any structure. Returns NULL if it
  * is not readable. */
@@ -50,6 +51,8 @@ void walk_size_query(struct walk *walk, const struct size_query_view *size_query
                      const struct location *location);
 void walk_lookup(struct walk *walk, const struct lookup_view *lookup,
                  const struct location *location);
+void walk_destroyed(struct walk *walk, const struct destroyed_view *destroyed,
+                    const struct location *location);
 void walk_queried(struct walk *walk, const struct queried_view *queried,
                   const struct location *location);
 

@@ -15,6 +15,7 @@
 #include "src/view/view.h"
 
 struct query_pools;
+struct pending_use;
 struct structures;
 struct sweep;
 
@@ -42,6 +43,9 @@ struct check_hooks {
                     uint32_t largest);
     /* Returns whether another device of the process has such an object with that handle. */
     bool (*of_another_device)(void *user, enum resource_kind kind, uint64_t handle);
+    /* Finds a command that is not complete and uses the structure or micromap with this id. Returns
+     * false if none is certain. */
+    bool (*find_use)(void *user, uint64_t id, struct pending_use *use);
 };
 
 /* Functions that record the builds of a call for its journal. They are called like check_hooks. */

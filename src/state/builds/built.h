@@ -121,7 +121,8 @@ enum built_state {
     BUILT_UNKNOWN, /* the last write is unknown */
     BUILT_NEVER,   /* created and never written */
     BUILT_BEFORE,
-    BUILT_FILLED, /* deserialized: the flags and inputs of its build are unknown */
+    BUILT_FILLED, /* deserialized, or a VkMicromapEXT: the inputs of its build are unknown, and the
+                   * flags unless `is_micromap` is set */
 };
 
 struct built {
@@ -139,8 +140,9 @@ struct built {
     VkAccelerationStructureTypeKHR type;
     VkBuildAccelerationStructureFlagsKHR flags;
     enum built_state state;
-    bool compacted; /* the structure holds a compacting copy */
-    bool sole;      /* of a query: this is its first write */
+    bool compacted;   /* the structure holds a compacting copy */
+    bool sole;        /* of a query: this is its first write */
+    bool is_micromap; /* BUILT_FILLED by a build of a VkMicromapEXT, with `flags` */
     /* In live states and queries: the compacted size of the build, or of the build that was
      * compacted. NULL if it has not been queried. */
     struct compacted_size *compacted_size;
@@ -188,7 +190,7 @@ static inline void built_describe(struct built *built,
     built->shapes = NULL;
     built->inputs = NULL;
     built->state = BUILT_BEFORE;
-    built->compacted = built->sole = false;
+    built->compacted = built->sole = built->is_micromap = false;
     built->compacted_size = NULL;
 }
 

@@ -171,6 +171,8 @@ struct execution_order {
     struct order_queue queues[EXECUTION_QUEUES]; /* [EXECUTION_HOST] stands for the host */
     uint32_t queue_count;
     struct execution_clock host; /* covers all work whose completion the host has observed */
+    uint64_t untracked;          /* see execution_order_find_observed() */
+    bool is_exposed;             /* a submission was, see struct order_batch */
     uint64_t host_count;         /* host work that has ended */
     uint64_t last_serial, last_semaphore, last_signal;
     uint32_t in_flight;  /* calls under way that may release held batches */
