@@ -106,6 +106,7 @@ struct buffer_facts {
     bool of_another_device;     /* alive == NO, but another VkDevice has this handle */
     VkDeviceSize size;          /* if alive == YES */
     VkBufferUsageFlags2 usage;  /* if alive == YES */
+    VkBufferCreateFlags flags;  /* if alive == YES */
     enum address_status status; /* if alive == YES: as if its bytes had addresses */
 };
 

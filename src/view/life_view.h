@@ -53,6 +53,29 @@ struct copy_view {
     struct address_facts memory; /* in command buffers, from level STATE on */
 };
 
+/* The creation of a structure or micromap. */
+struct create_view {
+    const struct call_view *call;
+    bool is_micromap, is_nv;
+    uint32_t type; /* VkAccelerationStructureTypeKHR, or VkMicromapTypeEXT */
+    VkFlags create_flags;
+    VkDeviceSize offset, size;
+    VkDeviceAddress device_address;          /* to be replayed; 0: none */
+    bool has_motion_info, has_captured_data; /* the pNext chain has such a structure */
+    bool chain_known;                        /* the whole chain is readable */
+    /* From level STATE on: the buffer. vkCreateAccelerationStructure2KHR: the one at `address`,
+     * unknown if several buffers are there. */
+    struct buffer_facts buffer;
+    /* vkCreateAccelerationStructure2KHR only. */
+    bool by_address;
+    VkFlags address_flags;
+    VkDeviceAddress address;
+    struct address_facts storage; /* from level STATE on */
+    /* vkCreateAccelerationStructureNV only. */
+    VkDeviceSize compacted_size;
+    uint32_t geometry_count, instance_count;
+};
+
 /* A command that writes a property of several structures to a query pool or to host memory. */
 struct query_view {
     const struct call_view *call;

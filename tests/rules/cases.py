@@ -33,6 +33,8 @@ PATHS = [(re.compile(pattern + r"(?!\w)(.*)"), path) for pattern, path in (
     (r"nv\.info", "pInfo->"),
     (r"nv\.geometries\[(\d+)\]", "pInfo->pGeometries[{0}]"),
     (r"life\.(?:copy|to_memory|from_memory)", "pInfo->"),
+    (r"life\.create_at\.addressRange", "pCreateInfo->addressRange"),
+    (r"life\.create(?:_at|_micromap|_nv)?", "pCreateInfo->"),
     (r"life\.objects\[(\w+)\]", "pAccelerationStructures[{0}]"),
     (r"life\.query_type", "queryType"),
     (r"micromaps\.data", "pInfos[2].pGeometries[0].pNext"

@@ -149,6 +149,7 @@ VkAccelerationStructureKHR place_accel_by_address(struct scene *scene, uint32_t 
     const struct test_buffer buffer = place_buffer(scene);
     const STRUCT(VkAccelerationStructureCreateInfo2KHR, info,
                  .addressRange = {.address = buffer.address, .size = place_size(scene, build)},
+                 .addressFlags = VK_ADDRESS_COMMAND_STORAGE_BUFFER_USAGE_BIT_KHR,
                  .type = scene->infos[build].type);
     VkAccelerationStructureKHR accel;
     MUST_SUCCEED(

@@ -7,6 +7,7 @@
 #include "src/check/walk/rows.h"
 
 WALK_ALL(copy)
+WALK_ALL(create)
 WALK_ALL(query)
 WALK_ALL(size_query)
 WALK_ALL(lookup)
@@ -47,6 +48,12 @@ const void *check_info_argument(struct check_context *context, const struct call
 static void check_operands(struct walk *walk, const struct call_view *call)
 {
     switch ((int)call->command) {
+    case COMMAND_CreateAccelerationStructure2KHR:
+    case COMMAND_CreateAccelerationStructureKHR:
+    case COMMAND_CreateAccelerationStructureNV:
+    case COMMAND_CreateMicromapEXT:
+        check_create(walk, call);
+        break;
     case COMMAND_CmdCopyAccelerationStructureKHR:
     case COMMAND_CmdCopyAccelerationStructureNV:
     case COMMAND_CmdCopyAccelerationStructureToMemoryKHR:

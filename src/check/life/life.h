@@ -24,6 +24,7 @@ void check_implicit_descriptor(struct walk *walk, const struct call_view *call,
 void check_copy(struct walk *walk, const struct call_view *call);
 void check_descriptors(struct walk *walk, const struct call_view *call);
 void check_lookup(struct walk *walk, const struct call_view *call);
+void check_create(struct walk *walk, const struct call_view *call);
 void check_query(struct walk *walk, const struct call_view *call);
 void check_size_query(struct walk *walk, const struct call_view *call);
 void check_destroyed(struct walk *walk, const struct call_view *call);
@@ -46,6 +47,8 @@ struct location check_element(const struct call_view *call, const char *paramete
 
 /* Each evaluates the rows of its subject at all levels. */
 void walk_copy(struct walk *walk, const struct copy_view *copy, const struct location *location);
+void walk_create(struct walk *walk, const struct create_view *create,
+                 const struct location *location);
 void walk_query(struct walk *walk, const struct query_view *query, const struct location *location);
 void walk_size_query(struct walk *walk, const struct size_query_view *size_query,
                      const struct location *location);

@@ -115,6 +115,7 @@ void resources_find_buffer(const struct resources *resources, VkBuffer handle,
     facts->id = buffer->where.buffer_id;
     facts->size = buffer->where.bytes_left;
     facts->usage = buffer->where.usage;
+    facts->flags = buffer->flags;
     facts->status = buffer->where.status;
 }
 
