@@ -116,7 +116,7 @@ TEST(test_device_lost)
     fixture_expect_silence(&fixture);
 }
 
-/* Its copies are not complete. tests/postmortem has the other cases. */
+/* Its copies are not complete. tests/programs/postmortem has the other cases. */
 TEST(test_device_lost_before_the_copies)
 {
     open_scene();
