@@ -114,6 +114,7 @@ struct buffer_facts {
 struct nv_size_facts {
     bool known;
     VkDeviceSize object, build_scratch, update_scratch;
+    VkDeviceSize alignment; /* of the object in memory; 0: unknown */
 };
 
 /* The memory binding of a VkAccelerationStructureNV. */

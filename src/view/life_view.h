@@ -149,4 +149,20 @@ struct sized_copy_view {
     VkDeviceSize compacted_size; /* bytes: the smallest query result for the build of src */
 };
 
+/* One element of pBindInfos of vkBindAccelerationStructureMemoryNV. */
+struct binding_view {
+    const struct call_view *call;
+    const VkBindAccelerationStructureMemoryInfoNV *info;
+    enum nv_binding before; /* of the structure */
+    struct nv_size_facts required;
+    VkDeviceSize memory_size; /* bytes; 0: unknown */
+};
+
+/* The data of a structure for capture and replay. */
+struct capture_view {
+    const struct call_view *call;
+    const VkAccelerationStructureCaptureDescriptorDataInfoEXT *info;
+    struct life_object structure; /* of VK_KHR_acceleration_structure */
+};
+
 #endif

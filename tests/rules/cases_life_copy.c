@@ -57,5 +57,6 @@ static uint64_t in_the_memory_of_dst(struct scene *scene)
 #include "copied_memory.inc"
 
 /* Queries name structures of the same kinds. */
+#include "bindings.inc"
 #include "lookups.inc"
 #include "queried.inc"

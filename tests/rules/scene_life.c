@@ -202,13 +202,24 @@ static void set_creation(struct scene *scene)
     life->create_nv = MAKE(VkAccelerationStructureCreateInfoNV, .info = scene->nv.info);
 }
 
+static VkAccelerationStructureKHR accel_for_capture(struct scene *scene)
+{
+    const STRUCT(VkAccelerationStructureCreateInfoKHR, info,
+                 .createFlags =
+                     VK_ACCELERATION_STRUCTURE_CREATE_DESCRIPTOR_BUFFER_CAPTURE_REPLAY_BIT_EXT,
+                 .buffer = scene_buffer(scene, 4096, ACCEL_USAGE).handle, .size = 1024,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    return scene_create_accel(scene, &info);
+}
+
 static void set_queries_of_objects(struct scene *scene)
 {
     struct scene_life *life = &scene->life;
     life->address_info = MAKE(VkAccelerationStructureDeviceAddressInfoKHR,
                               .accelerationStructure = (VkAccelerationStructureKHR)life->src);
-    life->capture_info = MAKE(VkAccelerationStructureCaptureDescriptorDataInfoEXT,
-                              .accelerationStructure = (VkAccelerationStructureKHR)life->src);
+    if (scene->command == COMMAND_GetAccelerationStructureOpaqueCaptureDescriptorDataEXT)
+        life->capture_info = MAKE(VkAccelerationStructureCaptureDescriptorDataInfoEXT,
+                                  .accelerationStructure = accel_for_capture(scene));
     life->version = MAKE(VkAccelerationStructureVersionInfoKHR, .pVersionData = life->version_data);
     life->micromap_version = MAKE(VkMicromapVersionInfoEXT, .pVersionData = life->version_data);
     life->sizes = MAKE(VkAccelerationStructureBuildSizesInfoKHR);

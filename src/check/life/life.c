@@ -11,6 +11,8 @@ WALK_ALL(create)
 WALK_ALL(query)
 WALK_ALL(size_query)
 WALK_ALL(lookup)
+WALK_ALL(binding)
+WALK_ALL(capture)
 WALK_ALL(queried)
 WALK_ALL(destroyed)
 
@@ -78,6 +80,12 @@ static void check_operands(struct walk *walk, const struct call_view *call)
         break;
     case COMMAND_GetAccelerationStructureBuildSizesKHR:
         check_size_query(walk, call);
+        break;
+    case COMMAND_BindAccelerationStructureMemoryNV:
+        check_bindings(walk, call);
+        break;
+    case COMMAND_GetAccelerationStructureOpaqueCaptureDescriptorDataEXT:
+        check_capture(walk, call);
         break;
     case COMMAND_GetAccelerationStructureDeviceAddressKHR:
     case COMMAND_GetAccelerationStructureHandleNV:

@@ -23,6 +23,8 @@ void check_implicit_descriptor(struct walk *walk, const struct call_view *call,
 
 void check_copy(struct walk *walk, const struct call_view *call);
 void check_descriptors(struct walk *walk, const struct call_view *call);
+void check_bindings(struct walk *walk, const struct call_view *call);
+void check_capture(struct walk *walk, const struct call_view *call);
 void check_lookup(struct walk *walk, const struct call_view *call);
 void check_create(struct walk *walk, const struct call_view *call);
 void check_query(struct walk *walk, const struct call_view *call);
@@ -52,6 +54,10 @@ void walk_create(struct walk *walk, const struct create_view *create,
 void walk_query(struct walk *walk, const struct query_view *query, const struct location *location);
 void walk_size_query(struct walk *walk, const struct size_query_view *size_query,
                      const struct location *location);
+void walk_binding(struct walk *walk, const struct binding_view *binding,
+                  const struct location *location);
+void walk_capture(struct walk *walk, const struct capture_view *capture,
+                  const struct location *location);
 void walk_lookup(struct walk *walk, const struct lookup_view *lookup,
                  const struct location *location);
 void walk_destroyed(struct walk *walk, const struct destroyed_view *destroyed,

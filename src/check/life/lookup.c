@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Makes the views of queries of sizes, addresses and handles of structures. */
+/* Makes the views of queries of sizes, addresses, handles and data for capture of structures, and
+ * of their bindings. */
 #include "arguments.h"
 #include "src/check/life/life.h"
+#include "src/state/resources/nv_shape.h"
 
 /* ---- sizes */
 
@@ -82,4 +84,46 @@ void check_lookup(struct walk *walk, const struct call_view *call)
         .object = check_find_object(walk->context, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
                                     (uint64_t)(uintptr_t)arguments->accelerationStructure)};
     walk_lookup(walk, &lookup, &location);
+}
+
+/* ---- data for capture */
+
+void check_capture(struct walk *walk, const struct call_view *call)
+{
+    const struct arguments_of_GetAccelerationStructureOpaqueCaptureDescriptorDataEXT *arguments =
+        call->arguments;
+    const struct location location = check_argument(call, "pInfo");
+    struct capture_view capture = {
+        .call = call,
+        .info = check_read(walk->context, arguments->pInfo, sizeof(*arguments->pInfo))};
+    if (!capture.info)
+        return;
+    capture.structure = check_find_object(walk->context, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                                          (uint64_t)(uintptr_t)capture.info->accelerationStructure);
+    walk_capture(walk, &capture, &location);
+}
+
+/* ---- memory */
+
+void check_bindings(struct walk *walk, const struct call_view *call)
+{
+    const struct arguments_of_BindAccelerationStructureMemoryNV *arguments = call->arguments;
+    struct check_context *context = walk->context;
+    const VkBindAccelerationStructureMemoryInfoNV *infos =
+        check_read(context, arguments->pBindInfos,
+                   (size_t)arguments->bindInfoCount * sizeof(*arguments->pBindInfos));
+    for (uint32_t i = 0; infos && context->level >= LEVEL_STATE && i < arguments->bindInfoCount;
+         i++) {
+        struct nv_accel_facts facts;
+        resources_ask_nv_accel(context->resources, infos[i].accelerationStructure, &facts);
+        const struct binding_view binding = {
+            .call = call,
+            .info = &infos[i],
+            .before = facts.binding,
+            .required = facts.sizes,
+            .memory_size = resources_find_memory_size(context->resources, infos[i].memory)};
+        const struct location location = check_element(call, "pBindInfos", i);
+        nv_shape_release(facts.created);
+        walk_binding(walk, &binding, &location);
+    }
 }

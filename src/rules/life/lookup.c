@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about queries of sizes, addresses and handles of structures. */
+/* Rules about queries of sizes, addresses, handles and data for capture of structures, and about
+ * their bindings. */
 #include "src/rules/predicates.h"
 
 /* ---- sizes */
@@ -102,4 +103,84 @@ bool handle_data_holds_a_handle(const struct lookup_view *lookup, struct finding
     return !lookup->data_size || lookup->data_size >= sizeof(uint64_t) ||
            violated(finding, "dataSize", "{} is less than {}, which a handle takes",
                     number(lookup->data_size), count_of(sizeof(uint64_t), "byte"));
+}
+
+/* ---- data for capture */
+
+bool captured_structure_is_of_one_kind(const struct capture_view *capture, struct finding *finding)
+{
+    return !capture->info->accelerationStructure || !capture->info->accelerationStructureNV ||
+           violated_plainly(finding, "accelerationStructure",
+                            "and accelerationStructureNV are both given") ||
+           also_violates(finding, RULE_captured_nv_structure_is_alone);
+}
+
+bool captured_nv_structure_is_alone(const struct capture_view *capture, struct finding *finding)
+{
+    return !capture->info->accelerationStructure || !capture->info->accelerationStructureNV ||
+           violated_plainly(finding, "accelerationStructureNV",
+                            "and accelerationStructure are both given") ||
+           is_reported_with(finding, RULE_captured_structure_is_of_one_kind);
+}
+
+bool captured_structure_was_created_for_capture(const struct capture_view *capture,
+                                                struct finding *finding)
+{
+    const struct life_object *structure = &capture->structure;
+    return !structure->details_known ||
+           (structure->create_flags &
+            VK_ACCELERATION_STRUCTURE_CREATE_DESCRIPTOR_BUFFER_CAPTURE_REPLAY_BIT_EXT) != 0 ||
+           violated(finding, "accelerationStructure",
+                    "{} was created with createFlags {}, without "
+                    "VK_ACCELERATION_STRUCTURE_CREATE_DESCRIPTOR_BUFFER_CAPTURE_REPLAY_BIT_EXT",
+                    life_object_value(structure), hex(structure->create_flags));
+}
+
+/* ---- memory of VK_NV_ray_tracing */
+
+static struct value structure_of(const struct binding_view *binding)
+{
+    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
+                  (uint64_t)(uintptr_t)binding->info->accelerationStructure);
+}
+
+static struct value memory_of(const struct binding_view *binding)
+{
+    return object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)binding->info->memory);
+}
+
+bool bound_structure_has_no_memory_yet(const struct binding_view *binding, struct finding *finding)
+{
+    return (binding->before != NV_BOUND && binding->before != NV_MEMORY_TOO_SMALL) ||
+           violated(finding, "accelerationStructure", "{} is already bound to memory",
+                    structure_of(binding));
+}
+
+bool bound_offset_is_in_memory(const struct binding_view *binding, struct finding *finding)
+{
+    return !binding->memory_size || binding->info->memoryOffset < binding->memory_size ||
+           violated(finding, "memoryOffset", "{} is not less than the size of {} ({})",
+                    number(binding->info->memoryOffset), memory_of(binding),
+                    number(binding->memory_size)) ||
+           also_violates(finding, RULE_bound_memory_holds_structure);
+}
+
+bool bound_offset_is_aligned(const struct binding_view *binding, struct finding *finding)
+{
+    const VkDeviceSize alignment = binding->required.known ? binding->required.alignment : 0;
+    return !alignment || binding->info->memoryOffset % alignment == 0 ||
+           violated(finding, "memoryOffset", "{} is not a multiple of alignment ({}) of {}",
+                    number(binding->info->memoryOffset), number(alignment), structure_of(binding));
+}
+
+bool bound_memory_holds_structure(const struct binding_view *binding, struct finding *finding)
+{
+    const VkDeviceSize size = binding->memory_size, offset = binding->info->memoryOffset;
+    if (!size || !binding->required.known ||
+        (offset < size && size - offset >= binding->required.object))
+        return true;
+    return violated(finding, "memoryOffset", "{} leaves too little of {} ({}) for the {} of {}",
+                    number(offset), memory_of(binding), count_of(size, "byte"),
+                    count_of(binding->required.object, "byte"), structure_of(binding)) ||
+           (offset >= size && is_reported_with(finding, RULE_bound_offset_is_in_memory));
 }

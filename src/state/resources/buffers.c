@@ -249,6 +249,15 @@ uint64_t resources_find_memory_id(struct resources *resources, VkDeviceMemory ha
     return id;
 }
 
+VkDeviceSize resources_find_memory_size(struct resources *resources, VkDeviceMemory handle)
+{
+    unsigned token = resources_begin_reading(resources);
+    const struct memory_record *memory = resources_memory(resources, handle);
+    const VkDeviceSize size = memory ? memory->size : 0;
+    resources_end_reading(resources, token);
+    return size;
+}
+
 static bool find_bytes(const struct buffer_record *buffer, struct memory_bytes *bytes)
 {
     /* `where.memory` is null if the bytes are not in one piece of one instance. */

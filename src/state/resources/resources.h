@@ -209,6 +209,9 @@ uint64_t resources_find_mapped(struct resources *resources, VkDeviceAddress addr
  * the memory has several instances: then equal offsets need not be equal bytes. */
 uint64_t resources_find_memory_id(struct resources *resources, VkDeviceMemory handle);
 
+/* Returns the size of live memory in bytes; 0 if it is unknown. */
+VkDeviceSize resources_find_memory_size(struct resources *resources, VkDeviceMemory handle);
+
 /* Finds where all bytes of a buffer, or of a micromap, lie. Returns false if they are unknown, or
  * not in one piece of such memory. */
 struct memory_bytes {
