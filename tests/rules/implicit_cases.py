@@ -32,7 +32,9 @@ PLACES = {
     "VkWriteDescriptorSetAccelerationStructureNV": "descriptor_nv",
 }
 # What a scene prepares so that its call has the structure.
-PREPARES = {"VkAccelerationStructureMotionInfoNV": "life_use_motion(scene);",
+PREPARES = {"VkAccelerationStructureMotionInfoNV": 
+           # Without the flag, or the create info would also lack the structure.
+           "life_use_motion(scene); scene->life.create.createFlags = 0;",
             "VkWriteDescriptorSetAccelerationStructureNV": "life_use_nv_descriptor(scene);"}
 SETUPS = {"VkAccelerationStructureMotionInfoNV": "ENABLE_MOTION",
           "VkWriteDescriptorSetAccelerationStructureNV": "ENABLE_RAY_TRACING_NV"}
@@ -75,7 +77,9 @@ def of_array(member, may_be_null):
 
 
 def of_handle(member, may_be_null):
-    yield Case(member, set_to(member, FORGED), "forged")
+    # The structure for capture takes one of two handles.
+    other = set_to("accelerationStructure", "0") if member == "accelerationStructureNV" else ""
+    yield Case(member, set_to(member, FORGED) + other, "forged")
     if not may_be_null:
         yield Case(member, set_to(member, "0"), "null")
 
