@@ -89,11 +89,6 @@ static VkResult nothing(void)
 /* Nothing is lost here. */
 void postmortem_report_loss(struct layer_device *of) {}
 
-struct host_work begin_accel_write(struct layer_device *of)
-{
-    return host_work_begin(of);
-}
-
 /* ---- the device */
 
 static void have_addressed_buffer(unsigned n, VkDeviceSize offset)
