@@ -288,8 +288,9 @@ void judge_play(const struct play *play, struct fixture *fixture, struct report 
         missing = cannot_play(play, fixture);
     if (missing == NULL && test_case->forwards && fixture->fails)
         missing = "debug_action = fail lets no such call pass";
-    if (missing == NULL && fixture->fails && judge_lacks_features(test_case) &&
-        is_felt_by_others(test_case))
+    const bool lacks_queues = setup != NULL && (setup->enable & ENABLE_NO_QUEUES) != 0;
+    if (missing == NULL && fixture->fails &&
+        (lacks_queues || (judge_lacks_features(test_case) && is_felt_by_others(test_case))))
         missing = "debug_action = fail lets no scene be opened";
     if (missing == NULL && !play->is_mutation_alone) {
         play_twin(play, fixture, report);
