@@ -2,8 +2,6 @@
 /* Look-ups in the tables of the registry. */
 #include "vuid-tables/registry.h"
 
-#include "registry_owners.inc"
-
 #include <stdlib.h>
 #include <string.h>
 

@@ -7,7 +7,8 @@
  * outside. */
 #include <stdlib.h>
 
-#include "layer/hazards/recording.h"
+#include "layer/hazards/barriers.h"
+#include "layer/hazards/objects.h"
 #include "observers.h"
 #include "src/base/chain.h"
 

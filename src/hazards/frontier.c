@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-
-#include "src/hazards/engine.h"
+#include "src/hazards/frontier.h"
 
 #include <string.h>
 

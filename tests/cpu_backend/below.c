@@ -2,7 +2,8 @@
 /* The device, in place of the registry and of the reporter. */
 #include "below.h"
 
-#include "layer/cpu/overlay.h"
+#include "layer/cpu/advertise.h"
+#include "layer/cpu/unsupported.h"
 
 static struct cpu_overlay overlay;
 static struct layer_instance instance;

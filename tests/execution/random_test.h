@@ -17,7 +17,6 @@ struct content {
     enum content_state state;
     struct shape shape;
     bool counted; /* its primitive counts are known */
-    bool compacted;
 };
 
 /* What a command buffer does: a step of it with its shape. */

@@ -5,7 +5,7 @@
 #include <sys/wait.h>
 
 #include "hearing.h"
-#include "src/report/log/lines.h"
+#include "src/report/log/filename.h"
 
 /* ---- files that cannot be written */
 

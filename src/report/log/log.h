@@ -11,6 +11,7 @@
 
 #include "src/platform/threads.h"
 #include "src/report/log/lines.h"
+#include "src/report/log/records.h"
 
 struct log {
     FILE *file;

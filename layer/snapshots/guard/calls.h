@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The parameters with which guarded builds go down: the application's, except that instances are
+ * read from guarded copies. The application's structures stay as they are. */
+#ifndef ASSAY_LAYER_SNAPSHOTS_GUARD_CALLS_H
+#define ASSAY_LAYER_SNAPSHOTS_GUARD_CALLS_H
+
+#include "layer/snapshots/guard/copies.h"
+
+/* The guarded builds of one call. Zero-initialized is empty. */
+struct guard_call {
+    struct guarded_build {
+        uint32_t info; /* index in pInfos */
+        struct guarded_copy copy;
+    } * builds;
+    uint32_t count, capacity;
+    void *parameters;   /* owned */
+    VkBuffer instances; /* of vkCmdBuildAccelerationStructureNV */
+    VkDeviceSize offset;
+};
+
+/* Guards a build of the call if possible. `call` may be NULL. */
+void guard_call_add(struct guard_call *call, struct recorder *recorder,
+                    struct recorded_build *build);
+/* Called after the last build. */
+void guard_call_end(struct guard_call *call, const struct recorder *recorder);
+
+/* Replace the arrays by ones that live until guard_call_release(). */
+void guard_call_direct(struct guard_call *call, uint32_t count,
+                       const VkAccelerationStructureBuildGeometryInfoKHR **infos,
+                       const VkAccelerationStructureBuildRangeInfoKHR *const **ranges);
+void guard_call_indirect(struct guard_call *call, uint32_t count,
+                         const VkAccelerationStructureBuildGeometryInfoKHR **infos,
+                         const VkDeviceAddress **addresses);
+void guard_call_release(struct guard_call *call);
+
+#endif

@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Updates that are right, or of which nothing certain can be said; and sources never built. */
+#include "program.h"
+
+static const struct program programs[] = {
+    /* Another build came between, or the bad one came too late. */
+    PROGRAM("rebuilt_between", 0, BAD_X(A), GOOD_X(C), UPDATE_XY(B), RUN(A), RUN(C), RUN(B)),
+    PROGRAM("rebuilt_between_in_one_command_buffer", 0,
+            RECORD(A, BUILD(A, X, BAD), BUILD(A, X, GOOD), UPDATE(A, X, Y)), RUN(A)),
+    PROGRAM("rebuilt_by_a_secondary", 0, GOOD_X(S),
+            RECORD(A, BUILD(A, X, BAD), EXECUTE(A, S), UPDATE(A, X, Y)), RUN(A)),
+    PROGRAM("rebuilt_earlier_in_the_batch", 0, BAD_X(A), RUN(A), GOOD_X(C), UPDATE_XY(B), BATCH,
+            WITH(C), WITH(B), SUBMIT(0)),
+    PROGRAM("recorded_last_but_submitted_first", 0, GOOD_X(C), RECORD_BAD(A, B), RUN(A), RUN(C),
+            RUN(B)),
+    PROGRAM("bad_build_after_the_update", 0, GOOD_X(C), RECORD_BAD(A, B), RUN(C), RUN(B), RUN(A)),
+    PROGRAM("bad_build_never_submitted", 0, GOOD_X(C), RECORD_BAD(A, B), RUN(C), RUN(B)),
+    PROGRAM("bad_build_reset_before_submission", 0, BAD_X(A), RESET(A), GOOD_X(A), UPDATE_XY(B),
+            RUN(A), RUN(B)),
+    PROGRAM("bad_build_in_a_pool_that_was_reset", 0, BAD_X(A), RESET_POOL(A), GOOD_X(A),
+            UPDATE_XY(B), RUN(A), RUN(B)),
+    PROGRAM("bad_build_in_a_freed_command_buffer", NEEDS_RECYCLING, BAD_X(A), REALLOCATE(A),
+            GOOD_X(A), UPDATE_XY(B), RUN(A), RUN(B)),
+    PROGRAM("secondary_recorded_again", 0, BAD_X(S), RECORD(A, EXECUTE(A, S)), GOOD_X(S),
+            RECORD(A, EXECUTE(A, S)), UPDATE_XY(B), RUN(A), RUN(B)),
+
+    /* Updates of updates, again and again. */
+    PROGRAM("update_resubmitted", 0, GOOD_X(A), RECORD_UPDATE(B, X, X), RUN(A), RUN(B), IDLE,
+            RUN(B), IDLE, RUN(B)),
+    PROGRAM("chain_of_updates", 0, GOOD_X(A),
+            RECORD(B, UPDATE(B, X, Y), UPDATE(B, Y, Z), UPDATE(B, Z, X)), RUN(A), RUN(B), IDLE,
+            RUN(B)),
+    PROGRAM("update_in_simultaneous_use", NEEDS_NO_LOOK, GOOD_X(A), BEGIN_SIMULTANEOUS(B),
+            UPDATE(B, X, Y), END(B), RUN(A), RUN(B), RUN(B), BATCH, WITH(B), WITH(B), SUBMIT(0)),
+    PROGRAM("build_and_update_resubmitted", 0, RECORD(A, BUILD(A, X, GOOD), UPDATE(A, X, Y)),
+            RUN(A), IDLE, RUN(A)),
+    PROGRAM("bad_destination", 0, GOOD_X(A), RECORD_BUILD(C, Y, BAD), UPDATE_XY(B), RUN(A), RUN(C),
+            RUN(B)),
+
+    /* What the layer can't know. */
+    PROGRAM("deserialized", NEEDS_NULL_DRIVER, BAD_X(A), RECORD(C, FILL(C, X)), UPDATE_XY(B),
+            RUN(A), RUN(C), RUN(B)),
+    PROGRAM("deserialized_in_one_command_buffer", NEEDS_NULL_DRIVER,
+            RECORD(A, BUILD(A, X, BAD), FILL(A, X), UPDATE(A, X, Y)), RUN(A)),
+    PROGRAM("only_deserialized", NEEDS_NULL_DRIVER, RECORD(C, FILL(C, X)), UPDATE_XY(B), RUN(C),
+            RUN(B)),
+    PROGRAM("copy_of_a_deserialized", NEEDS_NULL_DRIVER, RECORD(C, FILL(C, X), COMPACT(C, X, Z)),
+            RECORD_UPDATE(B, Z, Y), RUN(C), RUN(B)),
+    PROGRAM("failed_submission", NEEDS_NULL_DRIVER, GOOD_X(C), RUN(C), BAD_X(A), BATCH, WITH(A),
+            FAILED_SUBMIT(0), UPDATE_XY(B), RUN(B)),
+    PROGRAM("device_lost", NEEDS_LOSS, RECORD_BAD(A, B), RECORD_BUILD(C, W, GOOD), RUN(A), BATCH,
+            WITH(C), LOST_SUBMIT(0), RUN(B), RUN2(B)),
+
+    /* Two queues; where a bad update executes, only on a driver that does nothing. */
+    PROGRAM("two_queues_without_semaphore", NEEDS_NULL_QUEUES, RECORD_BAD(A, P), RUN(A), RUN(P)),
+    PROGRAM("two_queues_with_the_wrong_semaphore", NEEDS_NULL_QUEUES, RECORD_BUILD(A, W, GOOD),
+            RECORD_BAD(B, P), RUN_BEFORE(A, SIGNAL(0)), RUN(B), RUN_AFTER(P, WAIT(0))),
+    PROGRAM("two_queues_with_an_earlier_value", NEEDS_NULL_QUEUES, RECORD_BUILD(A, W, GOOD),
+            RECORD_BAD(B, P), BATCH, WITH(A), SIGNAL_TO(0, 1), RUN_BEFORE(B, SIGNAL_TO(0, 2)),
+            RUN_AFTER(P, WAIT_FOR(0, 1))),
+    PROGRAM("two_queues_with_a_wait_at_other_stages", NEEDS_NULL_QUEUES, RECORD_BAD(A, P),
+            RUN_BEFORE(A, SIGNAL(0)), RUN_AFTER(P, WAIT_AT(0, VK_PIPELINE_STAGE_TRANSFER_BIT))),
+    PROGRAM("two_queues_with_a_signal_after_other_stages", NEEDS_NULL_QUEUES, RECORD_BAD(A, P),
+            RUN2_BEFORE(A, SIGNAL_AFTER(0, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT)),
+            RUN2_AFTER(P, WAIT(0))),
+    PROGRAM("released_by_something_unseen", NEEDS_NULL_QUEUES, RECORD_BAD(A, P),
+            RUN_BEFORE(A, SIGNAL(0)), BATCH, WITH(P), WAIT(0), WAIT_FOR(FOREIGN, 1), SUBMIT(1)),
+    PROGRAM("two_queues_build_at_once", NEEDS_NULL_QUEUES, GOOD_X(A), RECORD_BAD(P, R), RUN(A),
+            RUN(P), RUN(R)),
+    PROGRAM("two_queues_rebuilt_on_the_first", NEEDS_TWO_QUEUES, BAD_X(P), GOOD_X(A), UPDATE_XY(B),
+            RUN_BEFORE(P, SIGNAL(0)), RUN_AFTER(A, WAIT(0)), RUN(B)),
+    PROGRAM("wait_that_is_never_signalled", NEEDS_NULL_QUEUES, RECORD_BAD(A, P),
+            RUN_AFTER(P, WAIT_FOR(0, 2)), RUN_BEFORE(A, SIGNAL_TO(0, 1))),
+    PROGRAM("the_host_signals_without_having_waited", NEEDS_NULL_QUEUES, RECORD_BAD(A, P),
+            RUN_AFTER(P, WAIT_FOR(0, 1)), RUN(A), SIGNAL_FROM_HOST(0, 1)),
+    PROGRAM("wait_before_signal_of_the_rebuild", NEEDS_TWO_QUEUES, BAD_X(A), GOOD_X(C),
+            UPDATE_XY(P), RUN_AFTER(P, WAIT_FOR(0, 2)), RUN_BEFORE(A, SIGNAL_TO(0, 1)),
+            RUN_BEFORE(C, SIGNAL_TO(0, 2))),
+
+    /* Objects that come and go. */
+    PROGRAM("recycled_handle", NEEDS_RECYCLING, BAD_X(A), RUN(A), IDLE, DESTROY(X), CREATE(X),
+            GOOD_X(C), UPDATE_XY(B), RUN(C), RUN(B)),
+    PROGRAM("recycled_handle_of_the_destination", NEEDS_RECYCLING, RECORD_BUILD(A, Y, BAD), RUN(A),
+            IDLE, DESTROY(Y), CREATE(Y), GOOD_X(C), UPDATE_XY(B), RUN(C), RUN(B)),
+    PROGRAM("recycled_addresses", NEEDS_RECYCLING, GOOD_X(A), UPDATE_XY(B), RUN(A), IDLE,
+            RENEW_INPUT(VERTICES), RENEW_INPUT(INDICES), RENEW_INPUT(SCRATCH), RUN(B)),
+    PROGRAM("others_destroyed", 0, GOOD_X(A), RECORD_BUILD(C, W, BAD), UPDATE_XY(B), RUN(C), RUN(A),
+            IDLE, DESTROY(W), DESTROY(Z), RUN(B)),
+    PROGRAM("generic_structures", 0, DESTROY(X), CREATE_GENERIC(X), DESTROY(Y), CREATE_GENERIC(Y),
+            GOOD_X(A), UPDATE_XY(B), RUN(A), RUN(B)),
+
+    /* Never built. */
+    NEVER_BUILT("never_built", 0, (UPDATE_XY(B), REPORTS, RUN(B)),
+                (GOOD_X(A), RUN(A), UPDATE_XY(B), RUN(B))),
+    NEVER_BUILT("built_after_the_update", 0, (GOOD_X(A), UPDATE_XY(B), REPORTS, RUN(B)),
+                (GOOD_X(A), UPDATE_XY(B), RUN(A), RUN(B))),
+    NEVER_BUILT("never_built_under_a_recycled_handle", NEEDS_RECYCLING,
+                (GOOD_X(A), RUN(A), IDLE, DESTROY(X), CREATE(X), UPDATE_XY(B), REPORTS, RUN(B)),
+                (GOOD_X(A), RUN(A), IDLE, UPDATE_XY(B), RUN(B))),
+};
+
+PROGRAM_LIST(silent_programs, programs);
