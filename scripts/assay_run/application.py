@@ -72,7 +72,8 @@ def wait_for(process, observer):
 def end_processes(process, records):
     """Ends the application and its processes that have loaded the layer."""
     for number in (signal.SIGTERM, signal.SIGKILL):
-        for pid in [process.pid, *map(int, running_processes(records))]:
+        process.send_signal(number)  # nothing if it has ended: its pid may be another's then
+        for pid in map(int, running_processes(records)):
             try:
                 os.kill(pid, number)
             except ProcessLookupError:
