@@ -51,12 +51,51 @@ static void collect_extensions(struct device_facts *facts, const VkDeviceCreateI
         facts->newer_than_registry = true;
 }
 
+/* Backend cpu executes the queries of VK_KHR_ray_tracing_maintenance1, whose other parts it lacks,
+ * so that it cannot offer the extension. */
+static bool owns_values(const VkDeviceCreateInfo *create_info, const char *extension,
+                        enum backend backend)
+{
+    return is_enabled(create_info, extension) ||
+           (backend == BACKEND_CPU &&
+            strcmp(extension, VK_KHR_RAY_TRACING_MAINTENANCE_1_EXTENSION_NAME) == 0);
+}
+
+static void collect_owners(struct device_facts *facts, const VkDeviceCreateInfo *create_info,
+                           enum backend backend)
+{
+    for (uint32_t i = 0; i < create_info->queueCreateInfoCount; i++)
+        facts->has_queues |= create_info->pQueueCreateInfos[i].queueCount > 0;
+    for (size_t i = 0; i < registry_owner_count; i++)
+        facts->owners |= (uint64_t)owns_values(create_info, registry_owners[i], backend) << i;
+}
+
 /* Cluster and partitioned builds write to addresses, and unknown extensions may do anything. */
 static bool has_other_builders(const struct device_facts *facts,
                                const VkDeviceCreateInfo *create_info)
 {
     return facts->newer_than_registry || facts->extension.cluster_acceleration_structure_nv ||
            is_enabled(create_info, VK_NV_PARTITIONED_ACCELERATION_STRUCTURE_EXTENSION_NAME);
+}
+
+static void collect_address_features(struct device_facts *facts, const void *chain)
+{
+    const VkPhysicalDeviceVulkan12Features *core =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
+    const VkPhysicalDeviceBufferDeviceAddressFeatures *own =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES);
+    const VkPhysicalDeviceBufferDeviceAddressFeaturesEXT *ext =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES_EXT);
+    const VkPhysicalDeviceDescriptorBufferFeaturesEXT *descriptors =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DESCRIPTOR_BUFFER_FEATURES_EXT);
+    facts->buffer_device_address_multi_device = (core && core->bufferDeviceAddressMultiDevice) ||
+                                                (own && own->bufferDeviceAddressMultiDevice) ||
+                                                (ext && ext->bufferDeviceAddressMultiDevice);
+    const VkPhysicalDeviceDeviceAddressCommandsFeaturesKHR *commands =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DEVICE_ADDRESS_COMMANDS_FEATURES_KHR);
+    facts->device_address_commands = commands && commands->deviceAddressCommands;
+    facts->descriptor_buffer_capture_replay =
+        descriptors && descriptors->descriptorBufferCaptureReplay;
 }
 
 /* A structure that is absent leaves its features off. */
@@ -93,6 +132,7 @@ static void collect_features(struct device_facts *facts, const void *chain)
         chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR);
     facts->micromap.ext = ext && ext->micromap;
     facts->micromap.khr = khr && khr->micromap;
+    facts->micromap.host_commands = ext && ext->micromapHostCommands;
 
     const VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX *dense =
         chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX);
@@ -197,19 +237,6 @@ static bool is_on_processor(const struct layer_device *device)
     return properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
 }
 
-/* The feature accelerationStructure must be enabled, and on a group of physical devices
- * bufferDeviceAddressMultiDevice too. */
-static bool may_query_structures(const struct layer_device *device, const void *chain)
-{
-    const VkPhysicalDeviceVulkan12Features *core =
-        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
-    const VkPhysicalDeviceBufferDeviceAddressFeatures *own =
-        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES);
-    return device->facts.acceleration_structure &&
-           (device->physical_device_count == 1 || (core && core->bufferDeviceAddressMultiDevice) ||
-            (own && own->bufferDeviceAddressMultiDevice));
-}
-
 VkResult layer_collect_device_facts(struct layer_device *device,
                                     const VkDeviceCreateInfo *create_info)
 {
@@ -222,9 +249,14 @@ VkResult layer_collect_device_facts(struct layer_device *device,
     device->facts.api_version =
         physical_device_api_version(device->instance, device->physical_device);
     collect_extensions(&device->facts, create_info);
+    collect_owners(&device->facts, create_info, device->instance->backend);
     device->facts.has_other_builders = has_other_builders(&device->facts, create_info);
     collect_features(&device->facts, create_info->pNext);
-    device->may_query_structures = may_query_structures(device, create_info->pNext);
+    collect_address_features(&device->facts, create_info->pNext);
+    device->facts.is_group = device->physical_device_count > 1;
+    device->may_query_structures =
+        device->facts.acceleration_structure &&
+        (!device->facts.is_group || device->facts.buffer_device_address_multi_device);
     collect_limits(device);
     device->instance->vk.GetPhysicalDeviceMemoryProperties(device->physical_device,
                                                            &device->memory);

@@ -364,14 +364,22 @@ bool layer_other_device_has_operation(const struct layer_device *device,
     return found;
 }
 
+static bool has_object(const struct layer_device *device, enum resource_kind kind, uint64_t handle)
+{
+    struct query_pool_facts pool = {.alive = NO};
+    if (kind != RESOURCE_QUERY_POOL)
+        return resources_find_id(device->resources, kind, handle) != 0;
+    query_pools_facts(device->query_pools, (VkQueryPool)(uintptr_t)handle, &pool);
+    return pool.alive == YES;
+}
+
 bool layer_other_device_has(const struct layer_device *device, enum resource_kind kind,
                             uint64_t handle)
 {
     bool found = false;
     unsigned stripe = enter();
     for (struct layer_link *link = devices; link && !found; link = link->next)
-        found = link != &device->link &&
-                resources_find_id(((struct layer_device *)link)->resources, kind, handle) != 0;
+        found = link != &device->link && has_object((struct layer_device *)link, kind, handle);
     leave(stripe);
     return found;
 }

@@ -28,9 +28,9 @@
 #include "src/state/commands/command_buffers.h"
 #include "src/state/commands/deferred_operations.h"
 #include "src/state/commands/events.h"
+#include "src/state/commands/label_stack.h"
 #include "src/state/commands/object_names.h"
 #include "src/state/commands/query_pools.h"
-#include "src/state/commands/queue_labels.h"
 #include "src/state/facts.h"
 #include "src/state/order/order.h"
 #include "src/state/resources/destroyed.h"
@@ -77,6 +77,7 @@ struct layer_device {
     struct device_facts facts;
     enum level level;
     bool active_rules[COMMAND_COUNT][RULE_COUNT];
+    bool checks[COMMAND_COUNT];                  /* a rule about the command is active */
     bool finds_hazards;                          /* setting hazards */
     bool records_builds;                         /* setting record_builds */
     const struct build_recorder *build_recorder; /* for journals; NULL below level EXECUTION */
@@ -121,7 +122,7 @@ struct layer_device {
     } spare_sweeps[READER_LOCK_STRIPES];
 
     /* Values of enum tristate: whether builds support a VkFormat below FORMAT_CACHE_SIZE for
-     * vertices, and for radii of spheres; see formats.h. */
+     * vertices, and for radii of spheres; see physical_device.h. */
     _Atomic unsigned char vertex_formats[FORMAT_CACHE_SIZE], radius_formats[FORMAT_CACHE_SIZE];
 };
 

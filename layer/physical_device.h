@@ -21,9 +21,29 @@ PFN_vkGetPhysicalDeviceFeatures2 physical_device_features2(const struct layer_in
 PFN_vkGetPhysicalDeviceProperties2
 physical_device_properties2(const struct layer_instance *instance,
                             const VkuInstanceDispatchTable *vk, VkPhysicalDevice physical_device);
-PFN_vkGetPhysicalDeviceFormatProperties2
-physical_device_format_properties2(const struct layer_instance *instance,
-                                   const VkuInstanceDispatchTable *vk,
-                                   VkPhysicalDevice physical_device);
+
+/* ---- Which formats the physical device supports as inputs of builds. Both functions return
+ * UNKNOWN if the value is no format. */
+
+enum tristate layer_vertex_format_supported(struct layer_device *device, VkFormat format);
+enum tristate layer_radius_format_supported(struct layer_device *device, VkFormat format);
+
+/* ---- Sizes of builds. The commands below the layer are called once for each shape of a build;
+ * size_cache.h keeps the result. */
+
+/* Writes what vkGetAccelerationStructureBuildSizesKHR returns; `counts` are the primitive counts.
+ * Leaves `sizes` unchanged if the device has no such command, or may not call it. */
+void layer_find_build_sizes(struct layer_device *device,
+                            const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                            const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
+                            struct size_facts *sizes);
+
+/* ---- device addresses of acceleration structures that the application did not query */
+
+/* Queries the next layer for the address of a structure, or of all if `structure` is
+ * VK_NULL_HANDLE, if it is unknown and the query is valid. A query may change what a layer below
+ * reports, because the Khronos layer learns addresses from queries: call this only if an address is
+ * needed. */
+void layer_query_accel_address(struct layer_device *device, VkAccelerationStructureKHR structure);
 
 #endif

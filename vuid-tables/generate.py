@@ -146,14 +146,15 @@ def structures_source(ray_tracing, structures):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--ids", type=pathlib.Path, required=True, help="vuids.def")
+    parser.add_argument("--ids", type=pathlib.Path, required=True, nargs="+",
+                        help="vuids.def and implicit_vuids.def")
     parser.add_argument("--registry", type=pathlib.Path, required=True,
                         help="folder of validusage.json and vk.xml")
     parser.add_argument("--out", type=pathlib.Path, required=True, help="folder to write to")
     arguments = parser.parse_args()
 
     try:
-        ids = read_ids(arguments.ids)
+        ids = [id for path in arguments.ids for id in read_ids(path)]
         version, entries = read_usage(arguments.registry / "validusage.json")
         tree = ElementTree.parse(arguments.registry / "vk.xml")
         names = read_extensions(tree)

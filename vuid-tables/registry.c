@@ -2,6 +2,8 @@
 /* Look-ups in the tables of the registry. */
 #include "vuid-tables/registry.h"
 
+#include "registry_owners.inc"
+
 #include <stdlib.h>
 #include <string.h>
 

@@ -25,6 +25,11 @@ extern const size_t registry_ray_tracing_count;
 
 bool registry_is_ray_tracing(const char *extension);
 
+/* Extensions that add values to the enumerants, bits to the flags, or structures to the chains of
+ * commands about structures: at most 64. */
+extern const char *const registry_owners[];
+extern const size_t registry_owner_count;
+
 /* Structures of pNext chains, except those of one platform. */
 struct registry_structure {
     VkStructureType type;

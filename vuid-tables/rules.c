@@ -6,6 +6,8 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "structure_columns.h"
+
 const struct rule_info rule_infos[RULE_COUNT] = {
 #define DEVICE(tail) .vuid[COMMAND_DEVICE] = VUID_vkCmdBuildAccelerationStructuresKHR_##tail,
 #define INDIRECT(tail)                                                                             \
@@ -15,8 +17,12 @@ const struct rule_info rule_infos[RULE_COUNT] = {
 #define NV_WARNING(name) .vuid[COMMAND_NV] = WARNING_##name,
 #define IN_NV(structure, tail) .vuid[COMMAND_NV] = VUID_##structure##_##tail,
 #define IN(structure, tail)                                                                        \
-    .vuid = {VUID_##structure##_##tail, VUID_##structure##_##tail, VUID_##structure##_##tail,      \
-             VUID_##structure##_##tail},
+    .vuid[COMMAND_DEVICE] = VUID_##structure##_##tail,                                             \
+    .vuid[COMMAND_INDIRECT] = VUID_##structure##_##tail,                                           \
+    .vuid[COMMAND_HOST] = VUID_##structure##_##tail,                                               \
+    .vuid[COMMAND_NV] = VUID_##structure##_##tail,
+#define OF(command, tail) .vuid[COMMAND_##command] = VUID_vk##command##_##tail,
+#define WITHIN(structure, tail) COLUMNS_OF_##structure(VUID_##structure##_##tail)
 #define HINT(hint_) .hint = hint_,
 #define RULE(subject_, name_, level_, ids)                                                         \
     [RULE_##name_] = {.name = #name_, .subject = #subject_, .level = LEVEL_##level_, ids},
@@ -36,6 +42,8 @@ enum rule rule_of_vuid(enum vuid vuid)
 #define NV_WARNING(name) case WARNING_##name:
 #define IN(structure, tail) case VUID_##structure##_##tail:
 #define IN_NV(structure, tail) case VUID_##structure##_##tail:
+#define OF(command, tail) case VUID_vk##command##_##tail:
+#define WITHIN(structure, tail) case VUID_##structure##_##tail:
 #define HINT(hint)
 #define RULE(subject, name, level, ids) ids return RULE_##name;
 #define PENDING(name, level, waits_for, ids) ids return RULE_##name;
@@ -92,19 +100,20 @@ const char *vuid_listed(enum vuid vuid, enum build_command command, const char *
 
 const char *build_command_name(enum build_command command)
 {
-    switch (command) {
-    case COMMAND_DEVICE:
-        return "vkCmdBuildAccelerationStructuresKHR";
-    case COMMAND_INDIRECT:
-        return "vkCmdBuildAccelerationStructuresIndirectKHR";
-    case COMMAND_HOST:
-        return "vkBuildAccelerationStructuresKHR";
-    case COMMAND_NV:
-        return "vkCmdBuildAccelerationStructureNV";
-    case COMMAND_COUNT:
-        break;
-    }
-    return "";
+    static const char *const names[COMMAND_COUNT] = {
+        [COMMAND_DEVICE] = "vkCmdBuildAccelerationStructuresKHR",
+        [COMMAND_INDIRECT] = "vkCmdBuildAccelerationStructuresIndirectKHR",
+        [COMMAND_HOST] = "vkBuildAccelerationStructuresKHR",
+        [COMMAND_NV] = "vkCmdBuildAccelerationStructureNV",
+#define COMMAND(name) [COMMAND_##name] = "vk" #name,
+#include "vuid-tables/commands.def"
+    };
+    return command < COMMAND_COUNT ? names[command] : "";
+}
+
+bool command_is_recorded(enum build_command command)
+{
+    return strncmp(build_command_name(command), "vkCmd", strlen("vkCmd")) == 0;
 }
 
 const char *level_name(enum level level)

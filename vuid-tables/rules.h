@@ -10,8 +10,11 @@
  * validates:
  *
  *     DEVICE(tail) INDIRECT(tail) HOST(tail) NV(tail)   an id of that build command
+ *     OF(command, tail)         an id of another command, such as OF(CopyMicromapEXT, tail)
+ *     EACH(tail)                the id of each other command that has one of that tail
  *     IN(structure, tail)       an id of a structure, for all build commands
  *     IN_NV(structure, tail)    an id of a structure that only the NV command takes
+ *     WITHIN(structure, tail)   an id of a structure that other commands take, for all of these
  *     NV_WARNING(name)          an id of the layer's own (warnings.def), reported as a warning
  *
  * The last column is optional: HINT("what to do") is the second sentence of a message, such as
@@ -25,13 +28,20 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* The build commands: the columns of a row. */
+#include "shared_columns.h"
+
+/* The commands: the columns of a row. The build commands come first. */
 enum build_command {
     COMMAND_DEVICE,   /* vkCmdBuildAccelerationStructuresKHR */
     COMMAND_INDIRECT, /* vkCmdBuildAccelerationStructuresIndirectKHR */
     COMMAND_HOST,     /* vkBuildAccelerationStructuresKHR */
     COMMAND_NV,       /* vkCmdBuildAccelerationStructureNV */
+/* All others about acceleration structures and micromaps, such as
+ * COMMAND_CopyAccelerationStructureKHR. */
+#define COMMAND(name) COMMAND_##name,
+#include "vuid-tables/commands.def"
     COMMAND_COUNT,
+    BUILD_COMMAND_COUNT = COMMAND_NV + 1,
 };
 
 /* The state that a rule needs. Each level includes those before it. */
@@ -48,6 +58,7 @@ enum { HINT_LENGTH = 160 };
 enum vuid {
     VUID_NONE,
 #define VUID(scope, tail) VUID_##scope##_##tail,
+#include "implicit_vuids.def"
 #include "vuid-tables/vuids.def"
 #undef VUID
     VUID_COUNT,
@@ -71,15 +82,17 @@ enum rule {
     RULE_COUNT,
 };
 
-/* The commands whose ids a rule validates, as bits 1 << COMMAND_... */
+/* The build commands whose ids a rule validates, as bits 1 << COMMAND_... */
 enum {
 #define DEVICE(tail) | 1 << COMMAND_DEVICE
 #define INDIRECT(tail) | 1 << COMMAND_INDIRECT
 #define HOST(tail) | 1 << COMMAND_HOST
 #define NV(tail) | 1 << COMMAND_NV
 #define NV_WARNING(name) | 1 << COMMAND_NV
-#define IN(structure, tail) | ((1 << COMMAND_COUNT) - 1)
+#define IN(structure, tail) | ((1 << BUILD_COMMAND_COUNT) - 1)
 #define IN_NV(structure, tail) | 1 << COMMAND_NV
+#define OF(command, tail)
+#define WITHIN(structure, tail)
 #define HINT(hint)
 #define RULE(subject, name, level, ids) COMMANDS_OF_##name = 0 ids,
 #define PENDING(name, level, waits_for, ids) COMMANDS_OF_##name = 0 ids,
@@ -94,7 +107,7 @@ struct rule_info {
     enum level level;
     const char *hint; /* NULL: none */
     /* The id by command; VUID_NONE if the command has no such id. */
-    enum vuid vuid[COMMAND_COUNT];
+    uint16_t vuid[COMMAND_COUNT];
 };
 
 extern const struct rule_info rule_infos[RULE_COUNT];
@@ -126,8 +139,11 @@ struct vuid_text {
 
 extern const struct vuid_text vuid_texts[MESSAGE_ID_COUNT];
 
-/* Returns the name of a command, e.g. "vkCmdBuildAccelerationStructuresKHR". */
+/* Returns the name of a command, such as "vkCmdBuildAccelerationStructuresKHR". */
 const char *build_command_name(enum build_command command);
+
+/* Returns whether a command is recorded in command buffers: its name begins with vkCmd. */
+bool command_is_recorded(enum build_command command);
 
 /* Returns the value of setting level that names it, or "-" for LEVEL_COUNT. */
 const char *level_name(enum level level);

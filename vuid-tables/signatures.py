@@ -22,7 +22,11 @@ class Member:
         self.is_array = "[" in self.declaration
         self.values = element.get("values")
         self.is_ignored = element.get("deprecated") == "ignored"
+        self.is_const = self.declaration.startswith("const ")
+        self.no_auto_validity = element.get("noautovalidity") == "true"
         self.may_be_null = (element.get("optional") or "").split(",")[0] == "true"
+        self.elements_may_be_null = self.pointers == 1 and \
+            (element.get("optional") or "").split(",")[1:] == ["true"]
         # The number of elements of each level of pointers.
         self.lengths = (element.get("altlen") or element.get("len") or "").split(",")
 
@@ -45,6 +49,8 @@ class Command:
         self.protect = None   # the macro of the platform without which the headers lack the command
         self.errors = (element.get("errorcodes") or "").split(",")
         self.returns = element.findtext("proto/type")
+        self.queues = (element.get("queues") or "").split(",") if element.get("queues") else []
+        self.render_pass = element.get("renderpass")
         self.parameters = [Member(parameter) for parameter in element.iterfind("param")
                            if is_of_vulkan(parameter)]
         self.declaration = ", ".join(parameter.declaration for parameter in self.parameters)
@@ -62,6 +68,23 @@ class Structure:
         self.has_chain = any(member.name == "pNext" for member in self.members)
 
 
+def blocks_of(tree):
+    """The core versions and extensions of Vulkan, without those of one platform."""
+    for block in [*tree.iterfind("feature"), *tree.iterfind("extensions/extension")]:
+        apis = block.get("api" if block.tag == "feature" else "supported").split(",")
+        if "vulkan" in apis and block.get("platform") in (None, "provisional"):
+            yield block
+
+
+def owners_of(tree):
+    """Maps each type to the core versions and extensions that have it."""
+    owners = {}
+    for block in blocks_of(tree):
+        for name in block.iterfind("require/type"):
+            owners.setdefault(name.get("name"), set()).add(block.get("name"))
+    return owners
+
+
 class Registry:
     def __init__(self, path):
         tree = ElementTree.parse(path)
@@ -77,6 +100,14 @@ class Registry:
                          for name, target in aliases.items()}
         self.find_platforms(tree)
         self.structures, self.handles, others = {}, {}, {}
+        self.enums, self.bitmasks = set(), {}
+        self.owners = owners_of(tree)
+        self.values = {}  # of enums and of the bits of flags: pairs of a name and its owners
+        for element in tree.iterfind("enums[@type]"):
+            self.values[element.get("name")] = [
+                (value.get("name"), set()) for value in element.iterfind("enum")
+                if not value.get("alias")]
+        self.add_values(tree)
         for element in tree.iterfind("types/type"):
             name = element.get("name") or element.findtext("name")
             if element.get("alias"):
@@ -85,11 +116,37 @@ class Registry:
                 self.structures[name] = Structure(element)
             elif element.get("category") == "handle":
                 self.handles[name] = element.get("objtypeenum")
+            elif element.get("category") == "enum":
+                self.enums.add(name)
+            elif element.get("category") == "bitmask":
+                self.bitmasks[name] = element.get("requires") or element.get("bitvalues")
         for name, target in others.items():
-            for table in (self.structures, self.handles):
+            for table in (self.structures, self.handles, self.bitmasks):
                 if target in table:
                     table[name] = table[target]
+            if target in self.enums:
+                self.enums.add(name)
+        self.aliases = others
 
+    def add_values(self, tree):
+        """Adds the values that extensions define. Those of the enum itself have no owners."""
+        for block in blocks_of(tree):
+            for value in block.iterfind("require/enum[@extends]"):
+                known = dict(self.values.get(value.get("extends"), ()))
+                target = value.get("alias") or value.get("name")
+                if target not in known and not value.get("alias") and value.get("extends") in self.values:
+                    self.values[value.get("extends")].append((target, {block.get("name")}))
+                elif known.get(target):
+                    known[target].add(block.get("name"))
+
+    def kind_of(self, name):
+        """What a type is: handle, enum, bitmask or None. Structures are in `structures`."""
+        return "handle" if name in self.handles else "enum" if name in self.enums else \
+            "bitmask" if name in self.bitmasks else None
+
+    def bits_of(self, name):
+        """The type that has the bits of flags; None if the flags have none."""
+        return self.bitmasks[name]
 
     def find_platforms(self, tree):
         macros = {platform.get("name"): platform.get("protect")

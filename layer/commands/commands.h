@@ -19,7 +19,8 @@ enum command_condition {
     WITH_CONTENT = 1 << 1,    /* inputs of builds are copied (layer/snapshots/) */
     WITH_CALL_SITES = 1 << 2, /* setting call_sites */
     WITH_BACKEND = 1 << 3,    /* backend cpu */
-    COMMAND_CONDITION_SETS = 1 << 4,
+    WITH_CHECKS = 1 << 4,     /* a rule about the command is active */
+    COMMAND_CONDITION_SETS = 1 << 5,
 };
 
 /* What vkGetInstanceProcAddr and vkGetDeviceProcAddr return, but for the commands of layer/assay.h:

@@ -4,7 +4,10 @@
 
 #include <string.h>
 
-#include "layer/hazards/host.h"
+#include "arguments.h"
+#include "layer/hazards/recording.h"
+#include "layer/intercepts/call_sites.h"
+#include "layer/intercepts/checks.h"
 #include "layer/postmortem/loss.h"
 #include "layer/snapshots/snapshots.h"
 #include "observers.h"
@@ -112,6 +115,7 @@ struct command_entry {
     const char *name;
     enum command_scope scope;
     bool is_supplied;                                         /* backend cpu supplies it */
+    enum build_command column;                                /* COMMAND_COUNT: no rule */
     size_t member;                                            /* its place in the dispatch table */
     PFN_vkVoidFunction by_conditions[COMMAND_CONDITION_SETS]; /* NULL: nothing observes it */
 };
@@ -139,13 +143,13 @@ static unsigned conditions_of(const struct layer_instance *instance)
            (settings->call_sites == CALL_SITES_OFF ? 0 : WITH_CALL_SITES);
 }
 
-/* Which devices copy inputs is unknown: the entries that use snapshots look whether there are any.
- */
+/* Which devices copy inputs, or have active rules, is unknown: the entries that use snapshots look
+ * whether there are any. */
 PFN_vkVoidFunction command_of_instance(const struct layer_instance *instance, const char *name)
 {
     const bool has_backend = instance->backend == BACKEND_CPU;
     const unsigned conditions =
-        conditions_of(instance) | WITH_CONTENT | (has_backend ? WITH_BACKEND : 0);
+        conditions_of(instance) | WITH_CONTENT | WITH_CHECKS | (has_backend ? WITH_BACKEND : 0);
     const struct command_entry *entry = find(name);
     PFN_vkVoidFunction own = entry ? entry->by_conditions[conditions] : NULL;
     PFN_vkVoidFunction next = instance->vk.GetInstanceProcAddr(instance->handle, name);
@@ -154,10 +158,12 @@ PFN_vkVoidFunction command_of_instance(const struct layer_instance *instance, co
 
 PFN_vkVoidFunction command_of_device(const struct layer_device *device, const char *name)
 {
+    const struct command_entry *entry = find(name);
+    const bool is_checked =
+        entry && entry->column != COMMAND_COUNT && device->checks[entry->column];
     const unsigned conditions = conditions_of(device->instance) |
                                 (device->snapshots ? WITH_CONTENT : 0) |
-                                (device->cpu ? WITH_BACKEND : 0);
-    const struct command_entry *entry = find(name);
+                                (device->cpu ? WITH_BACKEND : 0) | (is_checked ? WITH_CHECKS : 0);
     PFN_vkVoidFunction next;
     if (!entry || entry->scope != OF_DEVICE || !entry->by_conditions[conditions])
         return device->vk.GetDeviceProcAddr(device->handle, name);

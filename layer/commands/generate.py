@@ -152,7 +152,7 @@ void commands_cover_with_snapshots(VkuDeviceDispatchTable *vk);
 # How the layer's record is found from the first parameter.
 KINDS = {"VkInstance": "instance", "VkPhysicalDevice": "instance", "VkDevice": "device",
          "VkQueue": "device", "VkCommandBuffer": "recording"}
-CONDITIONS = ("HAZARDS", "CONTENT", "CALL_SITES", "CPU")  # in the order of enum command_condition
+CONDITIONS = ("HAZARDS", "CONTENT", "CALL_SITES", "CPU", "CHECK")  # in the order of enum command_condition
 # What the calls of backend cpu can name besides `layer`, `name` and `down`, by type and place.
 BACKEND = {"overlay": ("struct cpu_overlay *", "layer->cpu"),
            "playback": ("struct cpu_playback *", "layer->cpu->playback"),
@@ -162,7 +162,7 @@ BACKEND = {"overlay": ("struct cpu_overlay *", "layer->cpu"),
            "query_pools": ("struct cpu_query_pools *", "layer->cpu->device->query_pools"),
            "private_data": ("struct cpu_private_data *", "&layer->cpu->device->private_data")}
 BACKEND_HEAD = """
-#include "layer/cpu/driver/masks.h"
+#include "layer/cpu/driver/block.h"
 #include "layer/cpu/overlay.h"
 #include "observers.h"
 
@@ -314,13 +314,26 @@ class Entry:
             yield f"if ({is_missing})"
             yield f"    {self.give_up()}"
 
+    def check_call(self):
+        """Validates the call, which may name an invalid command buffer or device."""
+        column = f"COMMAND_{self.command.target}"
+        found = "build_device" if self.kind == "recording" else "device_safely"
+        yield f"struct layer_device *layer = layer_find_{found}({self.handle});"
+        yield "if (!layer) {"
+        yield f"    check_invalid_handle({column}, {self.handle});"
+        yield f"    {self.give_up()}"
+        yield "}"
+        yield f"const struct arguments_of_{self.command.target} given = {{{self.command.arguments}}};"
+        yield f"if (check_command(layer, {column}, &given))"
+        yield f"    {self.give_up()}"
+
     def body(self, active):
         returns_void = self.command.returns == "void"
         if self.row.has("BY_HAND"):
             yield from self.check_arguments()
             yield f"{'' if returns_void else 'return '}assay_{self.command.name}({self.command.arguments});"
             return
-        yield from self.find_layer("!layer")
+        yield from self.check_call() if "CHECK" in active else self.find_layer("!layer")
         if self.checks:
             yield from self.check_arguments()
         for keywords in (("HAZARDS",), ("BEFORE", "UNLESS"), ("CONTENT",)):
@@ -348,16 +361,29 @@ class Entry:
             if not self.is_observed(active):
                 names.append("NULL")
                 continue
-            if self.row.has("BY_HAND") and not self.checks:
-                own = "located" if "CALL_SITES" in active else "assay"
-                names.append(f"{own}_{self.command.name}")
-                continue
-            with_observers = [c for c in active if c != "CPU" and not self.row.has("BY_HAND") and any(
-                keyword.startswith(c) for keyword, _ in self.row.observers)]
-            name = "_".join(["entry", self.command.name, *(c.lower() for c in with_observers)])
+            name = f"assay_{self.command.name}"
+            if not self.row.has("BY_HAND") or self.checks:
+                with_observers = [c for c in active if not self.row.has("BY_HAND") and (
+                    c == "CHECK" or (c not in ("CPU", "CALL_SITES") and any(
+                        keyword.startswith(c) for keyword, _ in self.row.observers)))]
+                name = "_".join(["entry", self.command.name, *(c.lower() for c in with_observers)])
+                texts[name] = self.text(name, with_observers)
+            if "CALL_SITES" in active and (self.row.has("CALL_SITES") or "CHECK" in active):
+                texts[f"located_{name}"] = self.located_text(name)
+                name = f"located_{name}"
             names.append(name)
-            texts[name] = self.text(name, with_observers)
         return names, texts
+
+    def located_text(self, name):
+        """The function that finds its caller before another one validates the call."""
+        found = "build_device" if self.kind == "recording" else "device_safely"
+        returns = self.command.returns
+        result, give = ("", "") if returns == "void" else (f"{returns} result = ", "    return result;\n")
+        return (f"\nVKAPI_ATTR {returns} VKAPI_CALL located_{name}({self.command.declaration})\n{{\n"
+                f"    const struct call_site *outer = call_site_enter(layer_find_{found}({self.handle}), "
+                f"{self.handle}, __builtin_frame_address(0), __builtin_return_address(0));\n"
+                f"    {result}{name}({self.command.arguments});\n"
+                f"    call_site_leave(outer);\n{give}}}\n")
 
     def text(self, name, active):
         body = "\n".join("    " + line for line in self.body(active))
@@ -433,7 +459,7 @@ class Generator:
     def functions(self):
         """Functions that have the signature of a command."""
         for entry in self.entries:
-            prefixes = {"assay": entry.row.has("BY_HAND"), "located": entry.row.has("CALL_SITES"),
+            prefixes = {"assay": entry.row.has("BY_HAND"),
                         "snapshots": entry.row.has("CONTENT_REPLACES")}
             for prefix in (prefix for prefix, is_used in prefixes.items() if is_used):
                 yield entry.command, f"{prefix}_{entry.command.name}"
@@ -495,8 +521,9 @@ class Generator:
             functions += [protected(entry.command.protect, text) for text in texts.values()]
             pointers = ", ".join(n if n == "NULL" else f"(PFN_vkVoidFunction){n}" for n in names)
             is_supplied = "true" if entry.row.extension else "false"
+            column = f"COMMAND_{entry.command.target}" if entry.row.has("CHECKED") else "COMMAND_COUNT"
             table.append(protected(entry.command.protect, f'    {{"vk{entry.command.name}", {entry.scope()}, '
-                                   f'{is_supplied}, {entry.member()}, {{{pointers}}}}},\n'))
+                                   f'{is_supplied}, {column}, {entry.member()}, {{{pointers}}}}},\n'))
         structures, done = [], 0
         chain = chain_source(self.registry, self.checks)
         while done < len(self.checks.used):

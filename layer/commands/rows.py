@@ -35,7 +35,7 @@ class Row:
 
     def keep_only(self, prefixes):
         """Leaves the observers whose keywords begin so. Returns whether there are any."""
-        self.flags -= {"BY_HAND", "CALL_SITES", "CONTENT_REPLACES"}
+        self.flags -= {"BY_HAND", "CALL_SITES", "CHECKED", "CONTENT_REPLACES"}
         self.observers = [(keyword, call) for keyword, call in self.observers
                           if keyword.startswith(prefixes)]
         self.extension = None
@@ -51,6 +51,7 @@ class Row:
         """Whether something of the row depends on a condition."""
         keywords = [*self.flags, *(keyword for keyword, _ in self.observers)]
         return any(keyword.startswith(condition) for keyword in keywords) or \
+            (condition == "CALL_SITES" and self.has("CHECKED")) or \
             (condition == "CPU" and self.extension is not None)
 
 
@@ -76,7 +77,7 @@ def inside(text, start):
     raise ValueError("a parenthesis is not closed: " + text[start:start + 60])
 
 
-FLAGS = ("ALONE", "BY_HAND", "CALL_SITES", "CONTENT_REPLACES", "IF_PRESENT",
+FLAGS = ("ALONE", "BY_HAND", "CALL_SITES", "CHECKED", "CONTENT_REPLACES", "IF_PRESENT",
          "MAY_LOSE_DEVICE", "ON_RECORDING_PATH", "REQUIRED")
 OBSERVERS = ("HAZARDS", "BEFORE", "UNLESS", "CONTENT", "THROUGH", "CONTENT_THROUGH", "CONTENT_SUCCESS",
              "CONTENT_AFTER", "SUCCESS", "AFTER", "HAZARDS_SUCCESS", "HAZARDS_AFTER", "CPU_IF", "CPU")

@@ -5,7 +5,7 @@
 #define ASSAY_LAYER_COMPARE_ENABLE_H
 
 #include "layer/layer.h"
-#include "src/base/chain_copy.h"
+#include "src/base/chain.h"
 
 struct compare_enabling {
     const VkDeviceCreateInfo *info; /* create the device with this */

@@ -1,8 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Retains inputs and releases them. */
+/* Retains inputs and releases them; TLAS builds with copies of the BLAS that they refer to. */
 #include "layer/compare/retained_inputs.h"
 
 #include <stdlib.h>
+#include <string.h>
+
+#include "src/compare/summary.h"
+#include "src/compare/top.h"
+
+void retained_free_top(struct retained_top *top); /* `top` may be NULL */
 
 struct retained_input *retained_share(struct retained_input *input)
 {
@@ -68,4 +74,174 @@ void retained_add_build(struct comparer *comparer, const struct retained_build *
     own->next = NULL;
     *comparer->last = own;
     comparer->last = &own->next;
+}
+
+/* ---- compares TLAS builds, over the layer's own copies of the referenced BLAS */
+
+struct retained_top {
+    struct top_input input; /* refers to the members below */
+    struct top_instance *instances;
+    struct retained_input *bottoms[TOP_BOTTOMS_MAX];
+    const struct input_copy *copies[TOP_BOTTOMS_MAX];
+};
+
+void retained_free_top(struct retained_top *top)
+{
+    if (!top)
+        return;
+    for (uint32_t i = 0; i < top->input.bottom_count; i++)
+        retained_release(top->bottoms[i]);
+    free(top->instances);
+    free(top);
+}
+
+/* ---- retaining inputs */
+
+/* Returns the index of an input among the inputs of the TLAS, or TOP_NO_BOTTOM if there are too
+ * many. */
+static uint32_t add_bottom(struct retained_top *top, struct retained_input *input)
+{
+    for (uint32_t i = 0; i < top->input.bottom_count; i++)
+        if (top->bottoms[i] == input)
+            return i;
+    if (top->input.bottom_count == TOP_BOTTOMS_MAX)
+        return TOP_NO_BOTTOM;
+    top->bottoms[top->input.bottom_count] = retained_share(input);
+    top->copies[top->input.bottom_count] = input->copy;
+    return top->input.bottom_count++;
+}
+
+static bool resolve(struct comparer *comparer, uint64_t destroy_count, struct retained_top *top,
+                    struct top_instance *instance)
+{
+    struct accel_facts facts;
+    uint64_t reference = instance->given.accelerationStructureReference;
+    instance->bottom = TOP_NO_BOTTOM;
+    if (!reference)
+        return true;
+    resources_find_referenced(comparer->device->resources, reference, destroy_count, &facts);
+    struct retained_input *input =
+        facts.alive == YES ? structures_find_input(comparer->device->structures, facts.id) : NULL;
+    if (!input)
+        return false;
+    instance->bottom = add_bottom(top, input);
+    retained_release(input);
+    return instance->bottom != TOP_NO_BOTTOM;
+}
+
+static bool read_instance(const struct input_memory *memory, uint64_t address,
+                          bool array_of_pointers, VkAccelerationStructureInstanceKHR *instance)
+{
+    const void *bytes;
+    if (array_of_pointers) {
+        if (memory->find(memory->context, address, sizeof(address), &bytes) < sizeof(address))
+            return false;
+        memcpy(&address, bytes, sizeof(address));
+    }
+    if (memory->find(memory->context, address, sizeof(*instance), &bytes) < sizeof(*instance))
+        return false;
+    memcpy(instance, bytes, sizeof(*instance));
+    return true;
+}
+
+static bool fill(struct comparer *comparer, const struct build_parameters *parameters,
+                 const struct input_memory *memory, uint64_t destroy_count,
+                 struct retained_top *top)
+{
+    const VkAccelerationStructureGeometryInstancesDataKHR *data =
+        &parameters->geometries[0].geometry.instances;
+    const VkAccelerationStructureBuildRangeInfoKHR *range = &parameters->ranges[0];
+    uint64_t stride =
+        data->arrayOfPointers ? sizeof(uint64_t) : sizeof(VkAccelerationStructureInstanceKHR);
+    for (uint32_t i = 0; i < range->primitiveCount; i++) {
+        struct top_instance *instance = &top->instances[i];
+        if (!read_instance(memory, data->data.deviceAddress + range->primitiveOffset + i * stride,
+                           data->arrayOfPointers, &instance->given) ||
+            !resolve(comparer, destroy_count, top, instance))
+            return false;
+    }
+    top->input.count = range->primitiveCount;
+    top->input.array_of_pointers = data->arrayOfPointers;
+    top->input.flags = parameters->info.flags;
+    top->input.geometry_flags = parameters->geometries[0].flags;
+    top->input.instances = top->instances;
+    top->input.bottoms = top->copies;
+    return true;
+}
+
+void retained_add_top(struct comparer *comparer, const struct retained_build *build,
+                      const struct build_parameters *parameters, const struct input_memory *memory,
+                      uint64_t destroy_count)
+{
+    uint32_t count = parameters->ranges[0].primitiveCount;
+    struct retained_top *top = calloc(1, sizeof(*top));
+    if (top && count <= TOP_INSTANCES_MAX)
+        top->instances = calloc(count + 1ull, sizeof(*top->instances));
+    if (!top || !top->instances || !fill(comparer, parameters, memory, destroy_count, top)) {
+        comparer->input_unknown++;
+        retained_free_top(top);
+        return;
+    }
+    struct retained_build own = *build;
+    own.top = top;
+    retained_add_build(comparer, &own);
+}
+
+/* ---- comparing */
+
+static VkResult compare(struct comparer *comparer, const struct retained_build *build,
+                        VkQueue queue, const struct top_reference *reference,
+                        const struct top_rays *rays)
+{
+    const struct top_input *input = reference->input;
+    struct compare_input inputs[TOP_BOTTOMS_MAX];
+    VkAccelerationStructureInstanceKHR *instances = calloc(input->count + 1ull, sizeof(*instances));
+    if (!instances)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    for (uint32_t i = 0; i < input->bottom_count; i++)
+        inputs[i] = input->bottoms[i]->input;
+    for (uint32_t i = 0; i < input->count; i++) {
+        uint32_t bottom = input->instances[i].bottom;
+        instances[i] = input->instances[i].given;
+        instances[i].accelerationStructureReference = bottom == TOP_NO_BOTTOM ? 0 : bottom + 1ull;
+    }
+    const struct compare_instances top = {
+        .count = input->count,
+        .instances = instances,
+        .array_of_pointers = input->array_of_pointers,
+        .flags = input->flags,
+        .geometry_flags = input->geometry_flags,
+    };
+    struct tracer_job job = {
+        .queue = queue,
+        .input_count = input->bottom_count,
+        .inputs = inputs,
+        .top = &top,
+        .ray_count = rays->count,
+        .rays = rays->rays,
+    };
+    VkResult result = comparer_trace(comparer, &job);
+    if (result == VK_SUCCESS) {
+        struct summary summary;
+        summary_make_top(reference, rays, job.answers, &summary);
+        comparer_report(comparer, build, queue, &summary);
+    }
+    free(job.answers);
+    free(instances);
+    return result;
+}
+
+VkResult comparer_compare_top(struct comparer *comparer, const struct retained_build *build,
+                              VkQueue queue)
+{
+    struct top_reference reference;
+    struct top_rays rays = {0};
+    VkResult result = top_reference_open(&build->top->input, &reference);
+    if (result == VK_SUCCESS)
+        result = top_rays_create(&reference, comparer_ray_count(comparer), &rays);
+    if (result == VK_SUCCESS)
+        result = compare(comparer, build, queue, &reference, &rays);
+    top_rays_free(&rays);
+    top_reference_close(&reference);
+    return result;
 }

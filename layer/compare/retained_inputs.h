@@ -52,12 +52,12 @@ struct retained_input *retained_input_create(struct comparer *comparer,
 /* Takes ownership of the members of `build`. */
 void retained_add_build(struct comparer *comparer, const struct retained_build *build);
 
-/* tops.c: reads the instances of a TLAS build and retains the build. Counts the build as not
+/* Reads the instances of a TLAS build and retains the build. Counts the build as not
  * compared if an input is unknown or memory runs out. */
 void retained_add_top(struct comparer *comparer, const struct retained_build *build,
                       const struct build_parameters *parameters, const struct input_memory *memory,
                       uint64_t destroy_count);
-void retained_free_top(struct retained_top *top); /* `top` may be NULL */
+
 /* Compares a retained TLAS build. */
 VkResult comparer_compare_top(struct comparer *comparer, const struct retained_build *build,
                               VkQueue queue);

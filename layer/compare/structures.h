@@ -3,7 +3,7 @@
 #ifndef ASSAY_LAYER_COMPARE_STRUCTURES_H
 #define ASSAY_LAYER_COMPARE_STRUCTURES_H
 
-#include "layer/compare/memory.h"
+#include "layer/compare/pipelines.h"
 #include "src/compare/input.h"
 
 struct compare_structure {

@@ -5,7 +5,7 @@
 
 #include "layer/compare/structures.h"
 #include "src/compare/input.h"
-#include "src/compare/trace_data.h"
+#include "src/compare/rays.h"
 
 /* Owns the pipeline that traces; one per device. Only one thread may use it at a time. */
 struct tracer;

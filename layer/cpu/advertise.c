@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Extensions, features, limits and formats of a physical device: the driver's, with its ray tracing
  * replaced by the backend's. */
-#include "layer/cpu/advertise.h"
+#include "layer/cpu/overlay.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -8,8 +8,8 @@
 #include "observers.h"
 #include "src/base/readable.h"
 #include "src/cpu/host.h"
-#include "src/snapshots/build_sizes.h"
-#include "src/snapshots/micromap_info.h"
+#include "src/snapshots/build_input.h"
+#include "src/snapshots/build_parameters.h"
 
 /* Builds of both types use the same builder. */
 void cpu_get_micromap_sizes(const VkMicromapBuildInfoEXT *info, VkMicromapBuildSizesInfoEXT *out)

@@ -5,9 +5,9 @@
 
 #include "layer/cpu/overlay.h"
 #include "observers.h"
-#include "src/snapshots/build_sizes.h"
+#include "src/snapshots/build_input.h"
+#include "src/snapshots/build_parameters.h"
 #include "src/snapshots/memory.h"
-#include "src/snapshots/nv_info.h"
 
 enum { MEMORY_ALIGNMENT = 256 };
 

@@ -41,4 +41,48 @@ void cpu_overlay_destroy(struct cpu_overlay *overlay); /* accepts NULL */
 extern __typeof__(*(PFN_vkTraceRaysASSAY)0) cpu_TraceRaysASSAY;
 extern __typeof__(*(PFN_vkGetCountersASSAY)0) cpu_GetCountersASSAY;
 
+/* ---- Reports commands that cannot work on backend cpu: shaders cannot access a structure that is
+ * built on the host. */
+
+/* Reports that a command cannot do what the application requests, and names the setting that causes
+ * it: "vkCommand(): WHAT ...". */
+void cpu_report_unsupported(const struct layer_instance *instance, const char *command,
+                            const char *what);
+
+/* ---- Backend cpu as a consumer of batches: it executes builds at their point in execution order,
+ * and writes results to buffers when the submission is complete. */
+
+/* For a device with device->cpu. */
+struct batch_consumer cpu_overlay_consumer(struct layer_device *device);
+
+/* Called before the device is destroyed: frees copies of results whose end was not observed. What
+ * the device may still use stays until it is destroyed. `overlay` may be NULL. */
+void cpu_overlay_end_transfers(struct cpu_overlay *overlay);
+
+/* Warns once if something was built from the copies of a later execution, and once if something
+ * could not be built because the driver has not executed the copies. */
+void cpu_overlay_warn_overwritten(const struct layer_device *device);
+
+/* ---- the extensions, features and limits that backend cpu advertises instead of the driver's */
+
+/* Whether the backend advertises acceleration structures on a physical device. It requires what
+ * VK_KHR_acceleration_structure requires of a physical device: Vulkan 1.1 and buffer device
+ * addresses. The application may use Vulkan 1.0 if it enables
+ * VK_KHR_get_physical_device_properties2, as VK_NV_ray_tracing demands. */
+bool cpu_advertises(struct layer_instance *instance, VkPhysicalDevice physical_device);
+
+/* Whether the backend advertises an extension, if it advertises any. */
+bool cpu_advertises_extension(const char *name);
+
+/* The features that the backend supports, in the structure that queries them; its pNext is NULL. */
+struct cpu_features {
+    const VkBaseInStructure *structure;
+    const char *lacking; /* names of the structure's features that the backend lacks */
+};
+enum { CPU_FEATURES = 7 };
+extern const struct cpu_features cpu_features[CPU_FEATURES];
+
+/* The entry for a structure type. Returns NULL if there is none. */
+const struct cpu_features *cpu_find_features(VkStructureType type);
+
 #endif

@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "layer/cpu/overlay.h"
-#include "layer/cpu/results.h"
 #include "layer/snapshots/snapshots.h"
 #include "observers.h"
 #include "src/cpu/trees/scene.h"

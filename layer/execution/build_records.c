@@ -4,7 +4,7 @@
 #include "layer/execution/build_records.h"
 
 #include "layer/layer.h"
-#include "src/report/log/records.h"
+#include "src/report/log/lines.h"
 #include "src/state/resources/nv_shape.h"
 
 struct writer {
@@ -71,7 +71,7 @@ static struct log_record describe(const struct writer *writer, enum record_kind 
     record.type = "unknown";
     record.dst = entry->dst;
     record.src = entry->src;
-    if (entry->command == COMMAND_NV)
+    if (journal_entry_is_nv(entry))
         describe_nv(writer, entry, &record);
     else
         describe_accel(writer, entry, &record);

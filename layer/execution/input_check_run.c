@@ -4,12 +4,11 @@
 
 #include <stdlib.h>
 
-#include "layer/accel_addresses.h"
-#include "layer/build_sizes.h"
 #include "layer/compare/comparer.h"
 #include "layer/execution/hazards/checks.h"
+#include "layer/physical_device.h"
 #include "layer/snapshots/coverage_warnings.h"
-#include "layer/snapshots/guard/results.h"
+#include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/marks.h"
 #include "src/base/float_environment.h"
 #include "src/check/content/executed.h"
@@ -57,9 +56,10 @@ struct reading {
 
 /* For struct replay, too. */
 static bool keep_finding(void *user, const struct journal *journal, uint32_t first_build,
-                         enum rule rule, const struct location *location,
+                         uint32_t origin, enum rule rule, const struct location *location,
                          const struct finding *finding)
 {
+    (void)origin; /* report_findings() looks it up */
     struct reading *reading = user;
     const struct reporter *reporter = reading->ran->device->instance->reporter;
     struct pending_finding *pending = malloc(sizeof(*pending));
@@ -78,7 +78,7 @@ static bool found(void *user, enum rule rule, const struct location *location,
     const struct read_call *call = user;
     struct location there = *location;
     there.geometry_by_pointer = call->geometry_by_pointer;
-    return keep_finding(call->reading, call->journal, call->first, rule, &there, finding);
+    return keep_finding(call->reading, call->journal, call->first, 0, rule, &there, finding);
 }
 
 static void report_findings(struct reading *reading)

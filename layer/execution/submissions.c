@@ -69,15 +69,14 @@ struct judging {
     struct call_origin origin;
 };
 
-static bool found(void *user, const struct journal *journal, uint32_t first_build, enum rule rule,
-                  const struct location *location, const struct finding *finding)
+static bool found(void *user, const struct journal *journal, uint32_t first_build, uint32_t origin,
+                  enum rule rule, const struct location *location, const struct finding *finding)
 {
     struct judging *judging = user;
     judging->origin.command_buffer = journal->command_buffer;
     judging->origin.build_index = first_build;
-    uint32_t at = journal_origin_at(journal, first_build + location->build);
-    judging->origin.labels = journal_labels(journal, at);
-    judging->origin.call_site = journal_site(journal, at);
+    judging->origin.labels = journal_labels(journal, origin);
+    judging->origin.call_site = journal_site(journal, origin);
     struct reporter *reporter = judging->submissions->device->instance->reporter;
     if (reporter_send(reporter, rule, location, &judging->origin, finding))
         judging->batch->skips_call = true;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The batches with builds, in the order of submission. */
+/* The batches that use structures, in the order of submission. */
 #include "layer/execution/submitted_builds.h"
 
 #include <stdlib.h>
@@ -7,7 +7,7 @@
 struct submitted_builds {
     const struct layer_device *device;
     struct batch_list *batches;
-    atomic_uint count; /* command buffers with builds of the batches that are kept */
+    atomic_uint count; /* command buffers that use structures of the batches that are kept */
 };
 
 VkResult submitted_builds_create(const struct layer_device *device,
@@ -35,12 +35,14 @@ static const struct journal *journal_of(const struct batch_cursor *at)
 
 /* ---- submissions */
 
-static bool has_builds(const struct journal *journal)
+/* What uses structures. */
+#define USES (JOURNAL_WRITES | JOURNAL_READS | JOURNAL_BIT(JOURNAL_USE_MICROMAP))
+
+static bool has_uses(const struct journal *journal)
 {
-    struct journal_cursor cursor =
-        journal_start(journal, JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_EXECUTE));
+    struct journal_cursor cursor = journal_start(journal, USES | JOURNAL_BIT(JOURNAL_EXECUTE));
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        if (entry->kind != JOURNAL_EXECUTE || has_builds(entry->secondary))
+        if (entry->kind != JOURNAL_EXECUTE || has_uses(entry->secondary))
             return true;
     return false;
 }
@@ -78,17 +80,20 @@ static bool is_beyond_limit(const void *user, const struct order_batch *batch)
 static void submit(void *user, struct order_batch *batch)
 {
     struct submitted_builds *submitted = user;
+    struct execution_clock seen;
+    uint64_t untracked = 0;
     uint32_t count = 0;
     for (uint32_t i = 0; i < batch->command_count; i++) {
         struct submitted_commands *commands = &batch->commands[i];
-        bool is_used = commands->captured && has_builds(commands->captured);
+        bool is_used = commands->captured && has_uses(commands->captured);
         commands->is_used[USES_PENDING_BUILDS] = is_used;
         count += is_used;
     }
     if (!count)
         return;
     atomic_fetch_add(&submitted->count, count);
-    order_batch_keep(batch, USES_PENDING_BUILDS, NULL);
+    execution_order_find_observed(submitted->device->order, &seen, &untracked);
+    order_batch_keep(batch, USES_PENDING_BUILDS, (void *)(uintptr_t)untracked);
     if (atomic_load(&submitted->count) > SUBMITTED_MAX)
         forget_those(submitted, is_beyond_limit, &(struct newest){submitted, batch});
 }
@@ -133,6 +138,66 @@ struct batch_consumer submitted_builds_consumer(struct submitted_builds *submitt
 {
     return (struct batch_consumer){
         .user = submitted, .submit = submit, .fail = fail, .deliver = deliver};
+}
+
+/* ---- uses of one structure
+ *
+ * The slot of a batch is the number of execution_order_find_observed() when it was submitted: if
+ * that has changed, the application may know that the batch is complete. */
+
+static bool is_use(const struct journal_entry *entry, uint64_t id)
+{
+    bool has_source = JOURNAL_BIT(entry->kind) & (JOURNAL_READS | JOURNAL_BIT(JOURNAL_UPDATE) |
+                                                  JOURNAL_BIT(JOURNAL_USE_MICROMAP));
+    bool has_dst = JOURNAL_BIT(entry->kind) & JOURNAL_WRITES;
+    return (has_dst && entry->dst_id == id) || (has_source && entry->src_id == id);
+}
+
+static bool find_in_journal(const struct journal *journal, uint64_t id, struct pending_use *use)
+{
+    struct journal_cursor cursor = journal_start(journal, USES | JOURNAL_BIT(JOURNAL_EXECUTE));
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        if (entry->kind == JOURNAL_EXECUTE && find_in_journal(entry->secondary, id, use))
+            return true;
+        if (entry->kind == JOURNAL_EXECUTE || !is_use(entry, id))
+            continue;
+        use->command = (enum build_command)entry->command;
+        use->command_buffer = journal->command_buffer;
+        return true;
+    }
+    return false;
+}
+
+/* A batch that was submitted, but not run yet, may be running on another thread. */
+static bool is_certainly_pending(const struct order_batch *batch,
+                                 const struct execution_clock *seen, uint64_t untracked)
+{
+    enum order_batch_state state = atomic_load(&batch->state);
+    if (!batch->queue || (uintptr_t)batch->slots[USES_PENDING_BUILDS] != untracked)
+        return false;
+    return state == BATCH_HELD ||
+           (state == BATCH_ORDERED && !execution_clock_has(seen, batch->timestamp));
+}
+
+bool submitted_builds_find_use(struct submitted_builds *submitted, uint64_t id,
+                               struct pending_use *use)
+{
+    struct execution_clock seen;
+    uint64_t untracked;
+    bool is_found = false;
+    if (!submitted || !id || !atomic_load(&submitted->count) ||
+        !execution_order_find_observed(submitted->device->order, &seen, &untracked))
+        return false;
+    pthread_mutex_lock(&submitted->batches->lock);
+    for (struct batch_cursor at = submitted_builds_start(submitted);
+         !is_found && batch_cursor_next(&at);) {
+        is_found = is_certainly_pending(at.batch, &seen, untracked) &&
+                   find_in_journal(journal_of(&at), id, use);
+        use->queue = at.batch->queue;
+        use->submission = at.batch->number;
+    }
+    pthread_mutex_unlock(&submitted->batches->lock);
+    return is_found;
 }
 
 /* ---- visiting */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The builds that were submitted and are not known to be complete: what the device may be executing
- * if it is lost, hangs or crashes. From level EXECUTION on. */
+/* The builds, copies and queries that were submitted and are not known to be complete: what the
+ * device may be executing if it is lost, hangs or crashes, and what structures may be destroyed too
+ * early for. From level EXECUTION on. */
 #ifndef ASSAY_LAYER_EXECUTION_SUBMITTED_BUILDS_H
 #define ASSAY_LAYER_EXECUTION_SUBMITTED_BUILDS_H
 
@@ -8,6 +9,7 @@
 #include "layer/snapshots/marks.h"
 #include "src/snapshots/recording.h"
 #include "src/state/order/order.h"
+#include "src/view/life_view.h"
 
 struct submitted_builds;
 
@@ -16,8 +18,8 @@ VkResult submitted_builds_create(const struct layer_device *device,
                                  struct submitted_builds **submitted);
 void submitted_builds_destroy(struct submitted_builds *submitted); /* accepts NULL */
 
-/* Keeps the batches with builds from their submission on, until the host has observed that they are
- * complete. If they have more than SUBMITTED_MAX command buffers with builds, the oldest batches
+/* Keeps the batches that use structures from their submission on, until the host has observed that
+ * they are complete. If they have more than SUBMITTED_MAX such command buffers, the oldest batches
  * are forgotten. */
 enum { SUBMITTED_MAX = 1024 };
 struct batch_consumer submitted_builds_consumer(struct submitted_builds *submitted);
@@ -26,6 +28,11 @@ struct batch_consumer submitted_builds_consumer(struct submitted_builds *submitt
 
 /* The batch is complete. */
 void submitted_builds_end(struct submitted_builds *submitted, struct order_batch *batch);
+
+/* Finds a command that was submitted, uses the structure or micromap, and is certainly not complete
+ * as far as the application has observed. */
+bool submitted_builds_find_use(struct submitted_builds *submitted, uint64_t id,
+                               struct pending_use *use);
 
 /* One build. */
 struct submitted_build {

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Records copies, serialization and queries of acceleration structures. They access what the last
- * build needed, which may be less than the structure was created with, and something else may lie
- * behind it: only the first byte is certain. Of serialized data it is the header. */
-#include "layer/hazards/host.h"
+/* Records copies, serialization and queries of acceleration structures, and commands of
+ * VK_EXT_opacity_micromap. They access what the last build needed, which may be less than the
+ * structure was created with, and something else may lie behind it: only the first byte is
+ * certain. Of serialized data it is the header. */
 #include "layer/hazards/recording.h"
 #include "observers.h"
+#include "src/base/readable.h"
 
 /* ---- structures and memory */
 
@@ -122,4 +123,149 @@ void hazards_query_accels_on_host(struct hazard_recording *recording, uint32_t c
     struct host_work work = host_work_begin(recording->device);
     host_work_prepare(&work, false);
     host_work_finish(&work, VK_NULL_HANDLE, VK_SUCCESS);
+}
+
+/* ---- micromaps */
+
+/* Adds the first `size` bytes of a micromap. */
+static void add_micromap(struct hazard_recording *recording, const struct hazard_use *use,
+                         VkMicromapEXT handle, VkDeviceSize size)
+{
+    struct memory_bytes all;
+    if (!resources_find_micromap_bytes(recording->device->resources, handle, &all))
+        return;
+    const struct hazard_bytes bytes = {all.memory_id, all.begin,
+                                       all.begin + (size < all.size ? size : all.size)};
+    hazard_recording_add(recording, use, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)(uintptr_t)handle,
+                         &bytes);
+}
+
+static void add_first(struct hazard_recording *recording, enum access_kind kind,
+                      enum hazard_role role, VkMicromapEXT handle)
+{
+    add_micromap(recording, &(struct hazard_use){.kind = kind, .role = role}, handle, 1);
+}
+
+/* ---- builds */
+
+/* Returns 0 if the counts cannot be read. */
+static uint64_t count_triangles(const VkMicromapBuildInfoEXT *info)
+{
+    struct readable_cache *cache = readable_cache_of_thread();
+    uint64_t count = 0;
+    const void *array = info->pUsageCounts ? (const void *)info->pUsageCounts : info->ppUsageCounts;
+    size_t size = info->pUsageCounts ? sizeof(*info->pUsageCounts) : sizeof(*info->ppUsageCounts);
+    if (!info->usageCountsCount || !readable(cache, array, info->usageCountsCount * size))
+        return 0;
+    for (uint32_t i = 0; i < info->usageCountsCount; i++) {
+        const VkMicromapUsageEXT *usage =
+            info->pUsageCounts ? &info->pUsageCounts[i] : info->ppUsageCounts[i];
+        if (!readable(cache, usage, sizeof(*usage)))
+            return 0;
+        count += usage->count;
+    }
+    return count;
+}
+
+/* Adds bytes behind an address of the device or, for a build on the host, of the host. */
+static void add_bytes(struct hazard_recording *recording, const struct hazard_use *use,
+                      VkDeviceOrHostAddressConstKHR address, bool is_host, uint64_t size)
+{
+    struct address_facts facts;
+    if (is_host) {
+        hazards_add_host(recording, use, address.hostAddress, size);
+        return;
+    }
+    resources_look_up_address(recording->device->resources, address.deviceAddress, &facts);
+    hazard_recording_add_address(recording, use, &facts, 0, size);
+}
+
+/* Which part of the data the triangles use is in device memory: it is not recorded. */
+static void add_triangles(struct hazard_recording *recording, const struct hazard_use *use,
+                          const VkMicromapBuildInfoEXT *info, bool is_host)
+{
+    uint64_t count = count_triangles(info), stride = info->triangleArrayStride;
+    const uint64_t size = sizeof(VkMicromapTriangleEXT);
+    if (!count)
+        return;
+    add_bytes(recording, use, info->triangleArray, is_host, stride == size ? count * size : size);
+}
+
+/* The layer's own call needs the feature and a structure that can be read, as the application's. */
+static bool can_query_sizes(const struct layer_device *device, const VkMicromapBuildInfoEXT *info)
+{
+    return device->facts.micromap.ext && info->sType == VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT &&
+           count_triangles(info);
+}
+
+static void add_build(struct hazard_recording *recording, uint32_t index,
+                      const VkMicromapBuildInfoEXT *info, bool is_host)
+{
+    const struct layer_device *device = recording->device;
+    VkMicromapBuildSizesInfoEXT sizes = {.sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_SIZES_INFO_EXT};
+    if (device->vk.GetMicromapBuildSizesEXT && can_query_sizes(device, info))
+        device->vk.GetMicromapBuildSizesEXT(device->handle,
+                                            is_host
+                                                ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
+                                                : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
+                                            info, &sizes);
+    struct hazard_use use = {.kind = is_host ? ACCESS_HOST_WRITE : ACCESS_MICROMAP_WRITE,
+                             .role = HAZARD_DST,
+                             .info = index};
+    add_micromap(recording, &use, info->dstMicromap, sizes.micromapSize);
+    use.role = HAZARD_SCRATCH;
+    add_bytes(recording, &use,
+              (VkDeviceOrHostAddressConstKHR){.deviceAddress = info->scratchData.deviceAddress},
+              is_host, sizes.buildScratchSize);
+    use.kind = is_host ? ACCESS_HOST_READ : ACCESS_MICROMAP_SHADER_READ;
+    use.role = HAZARD_OTHER_INPUT;
+    add_triangles(recording, &use, info, is_host);
+}
+
+void hazards_build_micromaps(struct hazard_recording *recording, uint32_t count,
+                             const VkMicromapBuildInfoEXT *infos)
+{
+    for (uint32_t i = 0; i < count; i++)
+        add_build(recording, i, &infos[i], !recording->command_buffer);
+}
+
+/* ---- copies and queries */
+
+void hazards_copy_micromap(struct hazard_recording *recording, const VkCopyMicromapInfoEXT *info)
+{
+    bool is_host = !recording->command_buffer;
+    add_first(recording, is_host ? ACCESS_HOST_READ : ACCESS_MICROMAP_READ, HAZARD_SRC, info->src);
+    add_first(recording, is_host ? ACCESS_HOST_WRITE : ACCESS_MICROMAP_WRITE, HAZARD_DST,
+              info->dst);
+}
+
+/* The size of serialized data is unknown. They begin with their version, which is two UUIDs. */
+enum { HEADER_SIZE = 2 * VK_UUID_SIZE };
+
+static const struct hazard_use memory_read = {.kind = ACCESS_MICROMAP_TRANSFER_READ,
+                                              .role = HAZARD_MEMORY};
+static const struct hazard_use memory_write = {.kind = ACCESS_MICROMAP_TRANSFER_WRITE,
+                                               .role = HAZARD_MEMORY};
+
+void hazards_read_micromap(struct hazard_recording *recording,
+                           const VkCopyMemoryToMicromapInfoEXT *info)
+{
+    add_bytes(recording, &memory_read, info->src, false, HEADER_SIZE);
+    add_first(recording, ACCESS_MICROMAP_WRITE, HAZARD_DST, info->dst);
+}
+
+void hazards_write_micromap(struct hazard_recording *recording,
+                            const VkCopyMicromapToMemoryInfoEXT *info)
+{
+    add_first(recording, ACCESS_MICROMAP_READ, HAZARD_SRC, info->src);
+    add_bytes(recording, &memory_write,
+              (VkDeviceOrHostAddressConstKHR){.deviceAddress = info->dst.deviceAddress}, false,
+              HEADER_SIZE);
+}
+
+void hazards_query_micromaps(struct hazard_recording *recording, uint32_t count,
+                             const VkMicromapEXT *micromaps)
+{
+    for (uint32_t i = 0; i < count; i++)
+        add_first(recording, ACCESS_MICROMAP_READ, HAZARD_SRC, micromaps[i]);
 }

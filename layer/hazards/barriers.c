@@ -2,7 +2,7 @@
 /* Barriers as entries of a journal (Vulkan specification, Synchronization and Cache Control:
  * Pipeline Barriers, Events, Queue Family Ownership Transfer). What is not understood counts as a
  * full dependency, which can only hide hazards. */
-#include "layer/hazards/barriers.h"
+#include "layer/hazards/recording.h"
 
 #include "observers.h"
 #include "src/base/chain.h"

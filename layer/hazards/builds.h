@@ -10,10 +10,7 @@
 /* Returns the recorder of builds with setting `hazards`. */
 const struct build_recorder *hazards_build_recorder(void);
 
-/* Starts to record a part of a build call; the first part begins the command. */
-void hazards_start_build(struct hazard_recording *recording, struct build_call *call);
-
-/* Adds what a vkCmdBuildAccelerationStructureNV accesses (nv_builds.c). */
+/* Adds what a vkCmdBuildAccelerationStructureNV accesses. */
 void hazards_add_nv_build(struct hazard_recording *recording, const struct nv_call_view *view);
 
 /* Adds reads of `count` elements; `facts` and `host` are those of the input's address, and `host`

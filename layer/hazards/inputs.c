@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-#include "layer/hazards/host.h"
+#include "layer/hazards/recording.h"
 #include "src/base/readable.h"
 #include "src/check/assemble/chains.h"
 #include "src/check/assemble/extended.h"

@@ -1,8 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Adds accesses to journals. */
+/* Adds accesses to journals; images and render passes by handle; journals of host commands. */
 #include "layer/hazards/recording.h"
 
+#include <stdlib.h>
+#include <string.h>
+
 #include "layer/intercepts/journal_access.h"
+#include "src/base/handle_table.h"
+#include "src/base/reader_lock.h"
+#include "src/state/commands/journal.h"
 
 bool hazard_recording_start(struct hazard_recording *recording, VkCommandBuffer handle)
 {
@@ -113,4 +119,154 @@ void hazard_recording_add_nv(struct hazard_recording *recording, const struct ha
                                        facts->span.end};
     hazard_recording_add(recording, use, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
                          (uint64_t)(uintptr_t)facts->handle, &bytes);
+}
+
+/* ---- images and render passes by handle */
+
+struct render_pass {
+    uint32_t count;
+    struct subpass_dependency dependencies[];
+};
+
+struct image {
+    VkFormat format;
+};
+
+struct hazard_objects {
+    struct reader_lock lock;
+    struct handle_table images, render_passes;
+};
+
+struct hazard_objects *hazard_objects_create(void)
+{
+    return calloc(1, sizeof(struct hazard_objects));
+}
+
+void hazard_objects_destroy(struct hazard_objects *objects)
+{
+    if (!objects)
+        return;
+    handle_table_drop(&objects->images, free);
+    handle_table_drop(&objects->render_passes, free);
+    free(objects);
+}
+
+/* Takes over the record, which may be NULL: then the handle is removed. */
+static void set(struct hazard_objects *objects, struct handle_table *table, uint64_t handle,
+                void *record)
+{
+    reader_lock_write(&objects->lock);
+    void *old = handle_table_remove(table, handle);
+    bool is_kept = record && handle_table_set(table, handle, record);
+    reader_lock_write_done(&objects->lock);
+    free(old);
+    if (!is_kept)
+        free(record);
+}
+
+void hazard_objects_add_image(struct hazard_objects *objects, VkImage image, VkFormat format)
+{
+    if (!objects)
+        return;
+    struct image *record = malloc(sizeof(*record));
+    if (record)
+        record->format = format;
+    set(objects, &objects->images, (uint64_t)(uintptr_t)image, record);
+}
+
+void hazard_objects_remove_image(struct hazard_objects *objects, VkImage image)
+{
+    if (objects && image)
+        set(objects, &objects->images, (uint64_t)(uintptr_t)image, NULL);
+}
+
+VkFormat hazard_objects_format(struct hazard_objects *objects, VkImage image)
+{
+    if (!objects)
+        return VK_FORMAT_UNDEFINED;
+    unsigned stripe = reader_lock_enter(&objects->lock);
+    const struct image *record = handle_table_find(&objects->images, (uint64_t)(uintptr_t)image);
+    VkFormat format = record ? record->format : VK_FORMAT_UNDEFINED;
+    reader_lock_leave(&objects->lock, stripe);
+    return format;
+}
+
+void hazard_objects_add_render_pass(struct hazard_objects *objects, VkRenderPass render_pass,
+                                    const struct subpass_dependency *dependencies, uint32_t count)
+{
+    if (!objects)
+        return;
+    struct render_pass *record = malloc(sizeof(*record) + count * sizeof(*dependencies));
+    if (record)
+        record->count = count;
+    if (record && count)
+        memcpy(record->dependencies, dependencies, count * sizeof(*dependencies));
+    set(objects, &objects->render_passes, (uint64_t)(uintptr_t)render_pass, record);
+}
+
+void hazard_objects_remove_render_pass(struct hazard_objects *objects, VkRenderPass render_pass)
+{
+    if (objects && render_pass)
+        set(objects, &objects->render_passes, (uint64_t)(uintptr_t)render_pass, NULL);
+}
+
+const struct subpass_dependency *hazard_objects_dependencies(struct hazard_objects *objects,
+                                                             VkRenderPass render_pass,
+                                                             uint32_t *count)
+{
+    if (!objects)
+        return NULL;
+    unsigned stripe = reader_lock_enter(&objects->lock);
+    const struct render_pass *record =
+        handle_table_find(&objects->render_passes, (uint64_t)(uintptr_t)render_pass);
+    reader_lock_leave(&objects->lock, stripe);
+    if (!record)
+        return NULL;
+    *count = record->count;
+    return record->dependencies;
+}
+
+/* ---- records what host commands access */
+
+bool hazards_start_host(struct hazard_recording *recording, struct layer_device *device,
+                        const char *name)
+{
+    if (!device->finds_hazards)
+        return false;
+    *recording =
+        (struct hazard_recording){.device = device, .journal = journal_create(VK_NULL_HANDLE)};
+    if (!recording->journal)
+        return false;
+    host_work_set_journal(recording->journal);
+    hazard_recording_command(recording, name, NULL);
+    return true;
+}
+
+/* Spans of mapped memory behind a pointer; more than these are not recorded. */
+struct host_spans {
+    struct memory_span spans[4];
+    uint32_t count;
+};
+
+static void keep_span(void *user, const struct memory_span *span)
+{
+    struct host_spans *kept = user;
+    if (span->memory != memory_of_host() && kept->count < 4)
+        kept->spans[kept->count++] = *span;
+}
+
+void hazards_add_host(struct hazard_recording *recording, const struct hazard_use *use,
+                      const void *pointer, uint64_t size)
+{
+    struct host_spans kept = {.count = 0};
+    struct resources *resources = recording->device->resources;
+    if (!pointer || !size)
+        return;
+    resources_find_host_pieces(resources, pointer, size, keep_span, &kept);
+    for (uint32_t i = 0; i < kept.count; i++) {
+        const struct memory_span *span = &kept.spans[i];
+        const struct hazard_bytes bytes = {
+            hazard_memory_id(recording->journal, resources, span->memory), span->begin, span->end};
+        hazard_recording_add(recording, use, VK_OBJECT_TYPE_UNKNOWN, 0, &bytes);
+    }
 }

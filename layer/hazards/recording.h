@@ -7,8 +7,11 @@
 #ifndef ASSAY_LAYER_HAZARDS_RECORDING_H
 #define ASSAY_LAYER_HAZARDS_RECORDING_H
 
+#include "layer/intercepts/host_work.h"
 #include "layer/layer.h"
+#include "src/hazards/scopes.h"
 #include "src/state/commands/hazard_entries.h"
+#include "src/view/formats.h"
 
 struct hazard_recording {
     struct layer_device *device;
@@ -57,5 +60,58 @@ void hazard_recording_add_accel(struct hazard_recording *recording, const struct
 /* Adds an access to all bytes of a structure. */
 void hazard_recording_add_nv(struct hazard_recording *recording, const struct hazard_use *use,
                              const struct nv_accel_facts *facts);
+
+/* ---- Objects that only the hazard check tracks: formats of images, and dependencies of render
+ * passes. Has a lock of its own. */
+
+struct hazard_objects;
+
+/* Returns NULL if memory runs out. */
+struct hazard_objects *hazard_objects_create(void);
+/* Both accept NULL, as all functions here do: no object is known then. */
+void hazard_objects_destroy(struct hazard_objects *objects);
+
+/* If memory runs out, the object is unknown. */
+void hazard_objects_add_image(struct hazard_objects *objects, VkImage image, VkFormat format);
+void hazard_objects_remove_image(struct hazard_objects *objects, VkImage image);
+/* Returns VK_FORMAT_UNDEFINED if the image is unknown. */
+VkFormat hazard_objects_format(struct hazard_objects *objects, VkImage image);
+
+struct subpass_dependency {
+    uint32_t src, dst; /* subpasses, or VK_SUBPASS_EXTERNAL */
+    struct dependency dependency;
+};
+
+/* Copies the dependencies. */
+void hazard_objects_add_render_pass(struct hazard_objects *objects, VkRenderPass render_pass,
+                                    const struct subpass_dependency *dependencies, uint32_t count);
+void hazard_objects_remove_render_pass(struct hazard_objects *objects, VkRenderPass render_pass);
+/* Returns the dependencies, which live until the render pass is destroyed; `*count` of them.
+ * Returns NULL if the render pass is unknown. */
+const struct subpass_dependency *hazard_objects_dependencies(struct hazard_objects *objects,
+                                                             VkRenderPass render_pass,
+                                                             uint32_t *count);
+
+/* ---- records what host commands access, and mapped memory behind host addresses */
+
+/* Begins the journal of a host command, which the next host_work_begin() of this thread takes over.
+ * Returns false if nothing is to be recorded. */
+bool hazards_start_host(struct hazard_recording *recording, struct layer_device *device,
+                        const char *name);
+
+/* Adds accesses to the host memory behind a pointer, as far as it is mapped device memory. */
+void hazards_add_host(struct hazard_recording *recording, const struct hazard_use *use,
+                      const void *pointer, uint64_t size);
+
+/* ---- translates the dependencies of synchronization commands into entries of a journal */
+
+/* A dependency of a render pass, for all bytes. */
+void barriers_add_global(struct hazard_recording *recording, const struct dependency *dependency);
+
+/* Adds the access flags of a VkMemoryBarrierAccessFlags3KHR in a chain. */
+struct dependency barriers_with_flags_3(struct dependency dependency, const void *chain);
+
+/* All commands before, and all after, with all their accesses. */
+struct dependency barriers_full_dependency(void);
 
 #endif

@@ -7,8 +7,7 @@
  * outside. */
 #include <stdlib.h>
 
-#include "layer/hazards/barriers.h"
-#include "layer/hazards/objects.h"
+#include "layer/hazards/recording.h"
 #include "observers.h"
 #include "src/base/chain.h"
 

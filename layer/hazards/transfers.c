@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Records copies, fills and updates of buffers, and markers. */
-#include "layer/hazards/objects.h"
 #include "layer/hazards/recording.h"
 #include "observers.h"
 

@@ -78,13 +78,13 @@ void build_call_report_command_buffer(enum build_command command, VkCommandBuffe
     check_one_rule(&call, RULE_command_buffer_is_valid);
 }
 
-void build_call_report_device(VkDevice handle)
+void build_call_report_device(enum build_command command, VkDevice handle)
 {
     struct layer_device *device = layer_find_reporting_device(handle);
     struct build_call call;
     if (!device)
         return;
-    build_call_start(&call, device, COMMAND_HOST);
+    build_call_start(&call, device, command);
     call.view.device_argument = handle;
     check_one_rule(&call, RULE_device_is_valid);
 }
@@ -98,11 +98,12 @@ bool build_call_of_another_device(void *user, enum resource_kind kind, uint64_t 
 
 /* Reports a finding about an entry that this call records. */
 static bool found_in_journal(void *user, const struct journal *journal, uint32_t first_build,
-                             enum rule rule, const struct location *location,
+                             uint32_t origin, enum rule rule, const struct location *location,
                              const struct finding *finding)
 {
     (void)journal;
     (void)first_build;
+    (void)origin;
     return build_call_found(user, rule, location, finding);
 }
 

@@ -29,7 +29,7 @@ void build_call_report_command_buffer(enum build_command command, VkCommandBuffe
 
 /* Reports that a host command was given a handle which is no device. The report goes to any device.
  */
-void build_call_report_device(VkDevice handle);
+void build_call_report_device(enum build_command command, VkDevice handle);
 
 /* For struct check_hooks; `user` is the call. */
 bool build_call_found(void *user, enum rule rule, const struct location *location,

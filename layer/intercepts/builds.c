@@ -2,10 +2,9 @@
 /* Intercepts of the build commands: observe, check, forward; the NV one is in nv.c. */
 #include <stdatomic.h>
 
-#include "layer/build_sizes.h"
-#include "layer/formats.h"
 #include "layer/intercepts/build_call.h"
 #include "layer/intercepts/host_work.h"
+#include "layer/physical_device.h"
 #include "observers.h"
 #include "src/base/readable.h"
 #include "src/base/recording_path.h"
@@ -161,7 +160,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
 {
     struct layer_device *state = layer_find_device_safely(device);
     if (!state) {
-        build_call_report_device(device);
+        build_call_report_device(COMMAND_HOST, device);
         return VK_ERROR_VALIDATION_FAILED_EXT;
     }
     struct build_call call;

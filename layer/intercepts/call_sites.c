@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Finds the call sites of build commands.
+/* Finds the call sites of commands that are validated.
  *
  * A finding at the call takes the call site from the thread. A finding at submission or completion
  * takes it from the journal, whose entries have taken it from the thread. */
@@ -7,7 +7,6 @@
 
 #include <string.h>
 
-#include "observers.h"
 #include "src/state/commands/call_sites.h"
 
 /* Noinline, so that the thread-local variable is located once per call. */
@@ -38,9 +37,6 @@ void call_sites_enable(struct layer_device *device)
 
 /* ---- one call */
 
-/* The frame and the return address of an intercept; see call_stack_walk_frames(). */
-#define CALLER __builtin_frame_address(0), __builtin_return_address(0)
-
 static const struct call_site *find_site(const struct layer_device *device, const void *frame,
                                          const void *first)
 {
@@ -54,9 +50,8 @@ static const struct call_site *find_site(const struct layer_device *device, cons
     return call_sites_find(device->call_sites, &stack);
 }
 
-/* Returns the site of the call in whose message callback this one is made. */
-static const struct call_site *enter(const struct layer_device *device, const void *dispatchable,
-                                     const void *frame, const void *first)
+const struct call_site *call_site_enter(const struct layer_device *device, const void *dispatchable,
+                                        const void *frame, const void *first)
 {
     const struct call_site **of_thread = site_of_thread(), *outer = *of_thread;
     /* An invalid handle is reported on another device. */
@@ -65,59 +60,7 @@ static const struct call_site *enter(const struct layer_device *device, const vo
     return outer;
 }
 
-static void leave(const struct call_site *outer)
+void call_site_leave(const struct call_site *outer)
 {
     *site_of_thread() = outer;
-}
-
-/* ---- intercepts */
-
-VKAPI_ATTR void VKAPI_CALL located_CmdBuildAccelerationStructuresKHR(
-    VkCommandBuffer commandBuffer, uint32_t infoCount,
-    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
-    const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
-{
-    const struct call_site *outer =
-        enter(layer_find_build_device(commandBuffer), commandBuffer, CALLER);
-    assay_CmdBuildAccelerationStructuresKHR(commandBuffer, infoCount, pInfos, ppBuildRangeInfos);
-    leave(outer);
-}
-
-VKAPI_ATTR void VKAPI_CALL located_CmdBuildAccelerationStructuresIndirectKHR(
-    VkCommandBuffer commandBuffer, uint32_t infoCount,
-    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
-    const VkDeviceAddress *pIndirectDeviceAddresses, const uint32_t *pIndirectStrides,
-    const uint32_t *const *ppMaxPrimitiveCounts)
-{
-    const struct call_site *outer =
-        enter(layer_find_build_device(commandBuffer), commandBuffer, CALLER);
-    assay_CmdBuildAccelerationStructuresIndirectKHR(commandBuffer, infoCount, pInfos,
-                                                    pIndirectDeviceAddresses, pIndirectStrides,
-                                                    ppMaxPrimitiveCounts);
-    leave(outer);
-}
-
-VKAPI_ATTR void VKAPI_CALL located_CmdBuildAccelerationStructureNV(
-    VkCommandBuffer commandBuffer, const VkAccelerationStructureInfoNV *pInfo,
-    VkBuffer instanceData, VkDeviceSize instanceOffset, VkBool32 update,
-    VkAccelerationStructureNV dst, VkAccelerationStructureNV src, VkBuffer scratch,
-    VkDeviceSize scratchOffset)
-{
-    const struct call_site *outer =
-        enter(layer_find_build_device(commandBuffer), commandBuffer, CALLER);
-    assay_CmdBuildAccelerationStructureNV(commandBuffer, pInfo, instanceData, instanceOffset,
-                                          update, dst, src, scratch, scratchOffset);
-    leave(outer);
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL located_BuildAccelerationStructuresKHR(
-    VkDevice device, VkDeferredOperationKHR deferredOperation, uint32_t infoCount,
-    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
-    const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
-{
-    const struct call_site *outer = enter(layer_find_device_safely(device), device, CALLER);
-    VkResult result = assay_BuildAccelerationStructuresKHR(device, deferredOperation, infoCount,
-                                                           pInfos, ppBuildRangeInfos);
-    leave(outer);
-    return result;
 }

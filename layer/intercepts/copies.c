@@ -6,71 +6,86 @@
 #include "layer/intercepts/host_work.h"
 #include "layer/intercepts/journal_access.h"
 #include "observers.h"
-#include "src/check/replay/replay.h"
-
-static void note(const struct layer_device *device, VkCommandBuffer handle,
-                 const struct journal_entry *entry)
-{
-    struct command_buffer *command_buffer = command_buffers_find(device->command_buffers, handle);
-    if (!command_buffer || !command_buffer->journal)
-        return;
-    journal_begin_call(command_buffer->journal);
-    if (!entry->dst_id || device->level < LEVEL_EXECUTION)
-        return;
-    journal_add(command_buffer->journal, entry);
-    replay_keep(command_buffer);
-}
 
 static struct journal_entry copy_entry(const struct layer_device *device,
+                                       enum build_command command,
                                        const VkCopyAccelerationStructureInfoKHR *info)
 {
+    const bool compacts = info->mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
+    struct accel_facts dst;
+    resources_look_up_accel(device->resources, info->dst, &dst);
     return (struct journal_entry){
-        .kind = info->mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR ? JOURNAL_COMPACT
-                                                                              : JOURNAL_COPY,
+        .kind = compacts ? JOURNAL_COMPACT : JOURNAL_COPY,
+        .command = (unsigned char)command,
         .dst = (uint64_t)(uintptr_t)info->dst,
         .src = (uint64_t)(uintptr_t)info->src,
-        .dst_id = layer_accel_id(device, info->dst),
+        .dst_id = dst.id,
         .src_id = layer_accel_id(device, info->src),
+        .read = {.compacts = compacts,
+                 .query = VK_QUERY_TYPE_MAX_ENUM,
+                 .dst_size = dst.details_known ? dst.size : 0},
     };
 }
 
 static struct journal_entry fill_entry(const struct layer_device *device,
-                                       VkAccelerationStructureKHR dst)
+                                       enum build_command command, VkAccelerationStructureKHR dst)
 {
     return (struct journal_entry){.kind = JOURNAL_FILL,
+                                  .command = (unsigned char)command,
                                   .dst = (uint64_t)(uintptr_t)dst,
                                   .dst_id = layer_accel_id(device, dst)};
 }
 
-void note_accel_copy(struct layer_device *device, VkCommandBuffer handle,
-                     const VkCopyAccelerationStructureInfoKHR *info)
+static struct journal_entry serialize_entry(const struct layer_device *device,
+                                            enum build_command command,
+                                            VkAccelerationStructureKHR src)
 {
-    struct journal_entry entry = copy_entry(device, info);
-    note(device, handle, &entry);
+    return (struct journal_entry){.kind = JOURNAL_READ,
+                                  .command = (unsigned char)command,
+                                  .src = (uint64_t)(uintptr_t)src,
+                                  .src_id = layer_accel_id(device, src),
+                                  .read = {.query = VK_QUERY_TYPE_MAX_ENUM}};
 }
 
-void note_nv_copy(struct layer_device *device, VkCommandBuffer handle,
+bool note_accel_copy(struct layer_device *device, VkCommandBuffer handle,
+                     const VkCopyAccelerationStructureInfoKHR *info)
+{
+    struct journal_entry entry = copy_entry(device, COMMAND_CmdCopyAccelerationStructureKHR, info);
+    return layer_record(device, handle, &entry, 1);
+}
+
+bool note_nv_copy(struct layer_device *device, VkCommandBuffer handle,
                   VkAccelerationStructureNV dst, VkAccelerationStructureNV src,
                   VkCopyAccelerationStructureModeKHR mode)
 {
+    const bool compacts = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
     uint64_t dst_handle = (uint64_t)(uintptr_t)dst, src_handle = (uint64_t)(uintptr_t)src;
     struct journal_entry entry = {
-        .kind = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR ? JOURNAL_COMPACT
-                                                                        : JOURNAL_COPY,
-        .command = COMMAND_NV,
+        .kind = compacts ? JOURNAL_COMPACT : JOURNAL_COPY,
+        .command = COMMAND_CmdCopyAccelerationStructureNV,
         .dst = dst_handle,
         .src = src_handle,
         .dst_id = resources_find_id(device->resources, RESOURCE_ACCEL_NV, dst_handle),
         .src_id = resources_find_id(device->resources, RESOURCE_ACCEL_NV, src_handle),
+        .read = {.compacts = compacts, .query = VK_QUERY_TYPE_MAX_ENUM},
     };
-    note(device, handle, &entry);
+    return layer_record(device, handle, &entry, 1);
 }
 
-void note_accel_read(struct layer_device *device, VkCommandBuffer handle,
+bool note_accel_read(struct layer_device *device, VkCommandBuffer handle,
                      const VkCopyMemoryToAccelerationStructureInfoKHR *info)
 {
-    struct journal_entry entry = fill_entry(device, info->dst);
-    note(device, handle, &entry);
+    struct journal_entry entry =
+        fill_entry(device, COMMAND_CmdCopyMemoryToAccelerationStructureKHR, info->dst);
+    return layer_record(device, handle, &entry, 1);
+}
+
+bool note_accel_write(struct layer_device *device, VkCommandBuffer handle,
+                      const VkCopyAccelerationStructureToMemoryInfoKHR *info)
+{
+    struct journal_entry entry =
+        serialize_entry(device, COMMAND_CmdCopyAccelerationStructureToMemoryKHR, info->src);
+    return layer_record(device, handle, &entry, 1);
 }
 
 /* ---- on the host */
@@ -78,7 +93,7 @@ void note_accel_read(struct layer_device *device, VkCommandBuffer handle,
 static struct host_work begin(struct layer_device *device, const struct journal_entry *entry)
 {
     struct host_work work = host_work_begin(device);
-    if (work.journal && entry->dst_id)
+    if (work.journal && (entry->kind == JOURNAL_READ ? entry->src_id : entry->dst_id))
         journal_add(work.journal, entry);
     return work;
 }
@@ -86,21 +101,22 @@ static struct host_work begin(struct layer_device *device, const struct journal_
 struct host_work begin_accel_copy(struct layer_device *device,
                                   const VkCopyAccelerationStructureInfoKHR *info)
 {
-    struct journal_entry entry = copy_entry(device, info);
+    struct journal_entry entry = copy_entry(device, COMMAND_CopyAccelerationStructureKHR, info);
     return begin(device, &entry);
 }
 
 struct host_work begin_accel_read(struct layer_device *device,
                                   const VkCopyMemoryToAccelerationStructureInfoKHR *info)
 {
-    struct journal_entry entry = fill_entry(device, info->dst);
+    struct journal_entry entry =
+        fill_entry(device, COMMAND_CopyMemoryToAccelerationStructureKHR, info->dst);
     return begin(device, &entry);
 }
 
-/* With setting hazards only: the work writes no structure. */
-struct host_work begin_accel_write(struct layer_device *device)
+struct host_work begin_accel_write(struct layer_device *device,
+                                   const VkCopyAccelerationStructureToMemoryInfoKHR *info)
 {
-    struct host_work work = host_work_begin(device);
-    host_work_prepare(&work, false);
-    return work;
+    struct journal_entry entry =
+        serialize_entry(device, COMMAND_CopyAccelerationStructureToMemoryKHR, info->src);
+    return begin(device, &entry);
 }

@@ -12,6 +12,11 @@ uint64_t layer_accel_id(const struct layer_device *device, VkAccelerationStructu
 struct command_buffer *layer_find_recording(const struct layer_device *device,
                                             VkCommandBuffer handle);
 
+/* Records what a command that builds no structures does, and validates it as far as the command
+ * buffer knows its sources. Returns whether to skip the call. */
+bool layer_record(struct layer_device *device, VkCommandBuffer handle,
+                  struct journal_entry *entries, uint32_t count);
+
 /* Places a host command in execution order among the batches. Takes ownership of the journal, which
  * may be NULL. */
 void layer_run_host_command(struct layer_device *device, struct journal *journal);

@@ -5,7 +5,6 @@
 #include "layer/intercepts/host_work.h"
 #include "layer/intercepts/journal_access.h"
 #include "observers.h"
-#include "src/check/replay/replay.h"
 
 void note_micromap(struct layer_device *device, VkMicromapEXT micromap,
                    const VkMicromapCreateInfoEXT *info)
@@ -26,99 +25,126 @@ static uint64_t id_of(const struct layer_device *device, VkMicromapEXT micromap)
     return resources_find_id(device->resources, RESOURCE_MICROMAP, (uint64_t)(uintptr_t)micromap);
 }
 
-/* The journal needs to know that the micromap is written, but not its contents. */
-static struct journal_entry write_entry(const struct layer_device *device, enum journal_fill fill,
+static struct journal_entry write_entry(const struct layer_device *device,
+                                        enum build_command command, enum journal_fill fill,
                                         VkMicromapEXT micromap, VkMicromapEXT src)
 {
     return (struct journal_entry){.kind = JOURNAL_FILL,
+                                  .command = (unsigned char)command,
                                   .info = fill,
                                   .dst = (uint64_t)(uintptr_t)micromap,
                                   .src = (uint64_t)(uintptr_t)src,
                                   .dst_id = id_of(device, micromap)};
 }
 
+static struct journal_entry read_entry(const struct layer_device *device,
+                                       enum build_command command, VkMicromapEXT src)
+{
+    return (struct journal_entry){.kind = JOURNAL_READ,
+                                  .command = (unsigned char)command,
+                                  .src = (uint64_t)(uintptr_t)src,
+                                  .src_id = id_of(device, src),
+                                  .read = {.query = VK_QUERY_TYPE_MAX_ENUM}};
+}
+
 static struct journal_entry build_entry(const struct layer_device *device,
+                                        enum build_command command,
                                         const VkMicromapBuildInfoEXT *info)
 {
-    return write_entry(device, FILL_BUILDS_MICROMAP, info->dstMicromap, VK_NULL_HANDLE);
+    struct journal_entry entry =
+        write_entry(device, command, FILL_BUILDS_MICROMAP, info->dstMicromap, VK_NULL_HANDLE);
+    entry.built = (struct built){.state = BUILT_FILLED, .is_micromap = true, .flags = info->flags};
+    return entry;
 }
 
-static struct journal_entry copy_entry(const struct layer_device *device,
-                                       const VkCopyMicromapInfoEXT *info)
+/* What a copy reads, and what it writes. */
+static void set_copy(const struct layer_device *device, enum build_command command,
+                     const VkCopyMicromapInfoEXT *info, struct journal_entry entries[2])
 {
-    bool compacts = info->mode == VK_COPY_MICROMAP_MODE_COMPACT_EXT;
-    return write_entry(device, compacts ? FILL_COMPACTS_MICROMAP : FILL_CLONES_MICROMAP, info->dst,
-                       info->src);
-}
-
-static struct journal_entry read_entry(const struct layer_device *device,
-                                       const VkCopyMemoryToMicromapInfoEXT *info)
-{
-    return write_entry(device, FILL_READS_MICROMAP, info->dst, VK_NULL_HANDLE);
+    const bool compacts = info->mode == VK_COPY_MICROMAP_MODE_COMPACT_EXT;
+    entries[0] = read_entry(device, command, info->src);
+    entries[0].read.compacts = compacts;
+    entries[1] =
+        write_entry(device, command, compacts ? FILL_COMPACTS_MICROMAP : FILL_CLONES_MICROMAP,
+                    info->dst, info->src);
 }
 
 /* ---- in command buffers */
 
-static void note_write(const struct layer_device *device, VkCommandBuffer handle,
-                       struct journal_entry entry)
-{
-    struct command_buffer *command_buffer = command_buffers_find(device->command_buffers, handle);
-    if (!command_buffer || !command_buffer->journal)
-        return;
-    journal_begin_call(command_buffer->journal);
-    if (!entry.dst_id || device->level < LEVEL_EXECUTION)
-        return;
-    journal_add(command_buffer->journal, &entry);
-    replay_keep(command_buffer);
-}
-
 void note_micromap_builds(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
                           const VkMicromapBuildInfoEXT *infos)
 {
-    for (uint32_t i = 0; i < count; i++)
-        note_write(device, handle, build_entry(device, &infos[i]));
+    for (uint32_t i = 0; i < count; i++) {
+        struct journal_entry entry = build_entry(device, COMMAND_CmdBuildMicromapsEXT, &infos[i]);
+        layer_record(device, handle, &entry, 1);
+    }
 }
 
-void note_micromap_copy(struct layer_device *device, VkCommandBuffer handle,
+bool note_micromap_copy(struct layer_device *device, VkCommandBuffer handle,
                         const VkCopyMicromapInfoEXT *info)
 {
-    note_write(device, handle, copy_entry(device, info));
+    struct journal_entry entries[2];
+    set_copy(device, COMMAND_CmdCopyMicromapEXT, info, entries);
+    return layer_record(device, handle, entries, 2);
 }
 
 void note_micromap_read(struct layer_device *device, VkCommandBuffer handle,
                         const VkCopyMemoryToMicromapInfoEXT *info)
 {
-    note_write(device, handle, read_entry(device, info));
+    struct journal_entry entry = write_entry(device, COMMAND_CmdCopyMemoryToMicromapEXT,
+                                             FILL_READS_MICROMAP, info->dst, VK_NULL_HANDLE);
+    layer_record(device, handle, &entry, 1);
+}
+
+bool note_micromap_write(struct layer_device *device, VkCommandBuffer handle,
+                         const VkCopyMicromapToMemoryInfoEXT *info)
+{
+    struct journal_entry entry = read_entry(device, COMMAND_CmdCopyMicromapToMemoryEXT, info->src);
+    return layer_record(device, handle, &entry, 1);
 }
 
 /* ---- on the host */
 
-static void add_write(const struct host_work *work, struct journal_entry entry)
+static struct host_work begin(struct layer_device *device, const struct journal_entry *entries,
+                              uint32_t count)
 {
-    if (work->journal && entry.dst_id)
-        journal_add(work->journal, &entry);
+    struct host_work work = host_work_begin(device);
+    for (uint32_t i = 0; work.journal && i < count; i++)
+        if (entries[i].src_id || entries[i].dst_id)
+            journal_add(work.journal, &entries[i]);
+    return work;
 }
 
 struct host_work begin_micromap_builds(struct layer_device *device, uint32_t count,
                                        const VkMicromapBuildInfoEXT *infos)
 {
     struct host_work work = host_work_begin(device);
-    for (uint32_t i = 0; i < count; i++)
-        add_write(&work, build_entry(device, &infos[i]));
+    for (uint32_t i = 0; work.journal && i < count; i++) {
+        struct journal_entry entry = build_entry(device, COMMAND_BuildMicromapsEXT, &infos[i]);
+        if (entry.dst_id)
+            journal_add(work.journal, &entry);
+    }
     return work;
 }
 
 struct host_work begin_micromap_copy(struct layer_device *device, const VkCopyMicromapInfoEXT *info)
 {
-    struct host_work work = host_work_begin(device);
-    add_write(&work, copy_entry(device, info));
-    return work;
+    struct journal_entry entries[2];
+    set_copy(device, COMMAND_CopyMicromapEXT, info, entries);
+    return begin(device, entries, 2);
 }
 
 struct host_work begin_micromap_read(struct layer_device *device,
                                      const VkCopyMemoryToMicromapInfoEXT *info)
 {
-    struct host_work work = host_work_begin(device);
-    add_write(&work, read_entry(device, info));
-    return work;
+    struct journal_entry entry = write_entry(device, COMMAND_CopyMemoryToMicromapEXT,
+                                             FILL_READS_MICROMAP, info->dst, VK_NULL_HANDLE);
+    return begin(device, &entry, 1);
+}
+
+struct host_work begin_micromap_write(struct layer_device *device,
+                                      const VkCopyMicromapToMemoryInfoEXT *info)
+{
+    struct journal_entry entry = read_entry(device, COMMAND_CopyMicromapToMemoryEXT, info->src);
+    return begin(device, &entry, 1);
 }

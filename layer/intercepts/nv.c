@@ -4,7 +4,7 @@
 
 #include "layer/intercepts/build_call.h"
 #include "layer/intercepts/build_notes.h"
-#include "layer/snapshots/guard/follow.h"
+#include "layer/snapshots/guard/references.h"
 #include "observers.h"
 #include "src/base/chain.h"
 #include "src/base/readable.h"
@@ -12,9 +12,9 @@
 
 /* ---- structures */
 
-static VkDeviceSize required_size(const struct layer_device *device,
-                                  VkAccelerationStructureNV accel,
-                                  VkAccelerationStructureMemoryRequirementsTypeNV type)
+static VkMemoryRequirements requirements_of(const struct layer_device *device,
+                                            VkAccelerationStructureNV accel,
+                                            VkAccelerationStructureMemoryRequirementsTypeNV type)
 {
     const VkAccelerationStructureMemoryRequirementsInfoNV info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_INFO_NV,
@@ -23,7 +23,7 @@ static VkDeviceSize required_size(const struct layer_device *device,
     };
     VkMemoryRequirements2 answer = {.sType = VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2};
     device->vk.GetAccelerationStructureMemoryRequirementsNV(device->handle, &info, &answer);
-    return answer.memoryRequirements.size;
+    return answer.memoryRequirements;
 }
 
 /* The sizes depend only on the creation parameters, so builds need no query. */
@@ -32,14 +32,20 @@ static struct nv_size_facts find_sizes(const struct layer_device *device,
 {
     if (device->level < LEVEL_STATE || !device->vk.GetAccelerationStructureMemoryRequirementsNV)
         return (struct nv_size_facts){.known = false};
+    const VkMemoryRequirements object = requirements_of(
+        device, accel, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV);
     return (struct nv_size_facts){
         .known = true,
-        .object = required_size(device, accel,
-                                VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV),
-        .build_scratch = required_size(
-            device, accel, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV),
-        .update_scratch = required_size(
-            device, accel, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_UPDATE_SCRATCH_NV),
+        .object = object.size,
+        .alignment = object.alignment,
+        .build_scratch =
+            requirements_of(device, accel,
+                            VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV)
+                .size,
+        .update_scratch =
+            requirements_of(device, accel,
+                            VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_UPDATE_SCRATCH_NV)
+                .size,
     };
 }
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Observes queries of compacted sizes. Commands that write queries are recorded in journals;
+/* Observes queries of properties. Commands that query structures are recorded in journals;
  * resets and reads by the host are placed in execution order among the batches. */
 #include "layer/execution/input_checks.h"
 #include "src/state/commands/query_pools.h"
@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "layer/intercepts/host_work.h"
 #include "layer/intercepts/journal_access.h"
 #include "observers.h"
 #include "src/base/readable.h"
@@ -18,6 +19,8 @@ void note_query_pool(struct layer_device *device, VkQueryPool pool,
 {
     if (device->order && info->queryType == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR)
         query_pools_add(device->query_pools, pool, info->queryCount);
+    else
+        query_pools_add_plain(device->query_pools, pool, info->queryType, info->queryCount);
 }
 
 void forget_query_pool(struct layer_device *device, VkQueryPool handle)
@@ -27,25 +30,122 @@ void forget_query_pool(struct layer_device *device, VkQueryPool handle)
         structures_note_destroyed(device->structures, pool.first_id, pool.count);
 }
 
-/* ---- command buffers */
+/* ---- queries of structures and micromaps */
 
-void note_accel_queries(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
+enum { QUERIED_AT_ONCE = 16 };
+
+/* A command that queries a property of structures or micromaps. */
+struct queried {
+    enum build_command command;
+    enum resource_kind kind;
+    VkQueryType type;
+    uint32_t count;
+    const void *handles;    /* of 64 bits each */
+    uint64_t first_id;      /* of the first query; 0: it is unknown */
+    uint32_t tracked_count; /* as many queries from the first one on have ids */
+};
+
+static struct journal_entry read_entry(const struct layer_device *device,
+                                       const struct queried *queried, uint32_t i)
+{
+    uint64_t handle;
+    memcpy(&handle, (const char *)queried->handles + i * sizeof(handle), sizeof(handle));
+    return (struct journal_entry){
+        .kind = JOURNAL_READ,
+        .command = (unsigned char)queried->command,
+        .info = i,
+        .src = handle,
+        .src_id = resources_find_id(device->resources, queried->kind, handle),
+        .dst_id = i < queried->tracked_count ? queried->first_id + i : 0,
+        .read = {.query = queried->type},
+    };
+}
+
+static bool note_queries(struct layer_device *device, VkCommandBuffer handle,
+                         const struct queried *queried)
+{
+    bool skip = false;
+    for (uint32_t i = 0; i < queried->count;) {
+        struct journal_entry entries[QUERIED_AT_ONCE];
+        uint32_t count = 0;
+        while (i < queried->count && count < QUERIED_AT_ONCE)
+            entries[count++] = read_entry(device, queried, i++);
+        skip |= layer_record(device, handle, entries, count);
+    }
+    return skip;
+}
+
+bool note_accel_queries(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
                         const VkAccelerationStructureKHR *accels, VkQueryType type,
                         VkQueryPool pool_handle, uint32_t first)
 {
+    struct queried queried = {.command = COMMAND_CmdWriteAccelerationStructuresPropertiesKHR,
+                              .kind = RESOURCE_ACCEL,
+                              .type = type,
+                              .count = count,
+                              .handles = accels};
     struct query_pool pool;
-    struct command_buffer *recording = NULL;
     if (type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR &&
-        query_pools_find(device->query_pools, pool_handle, &pool))
-        recording = layer_find_recording(device, handle);
-    count = recording ? query_pool_clamp(&pool, first, count) : 0;
-    for (uint32_t i = 0; i < count; i++)
-        journal_add(recording->journal, &(struct journal_entry){
-                                            .kind = JOURNAL_QUERY,
-                                            .src = (uint64_t)(uintptr_t)accels[i],
-                                            .src_id = layer_accel_id(device, accels[i]),
-                                            .dst_id = pool.first_id + first + i,
-                                        });
+        query_pools_find(device->query_pools, pool_handle, &pool)) {
+        queried.tracked_count = query_pool_clamp(&pool, first, count);
+        queried.first_id = pool.first_id + first;
+    }
+    return note_queries(device, handle, &queried);
+}
+
+bool note_nv_queries(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
+                     const VkAccelerationStructureNV *accels, VkQueryType type)
+{
+    const struct queried queried = {.command = COMMAND_CmdWriteAccelerationStructuresPropertiesNV,
+                                    .kind = RESOURCE_ACCEL_NV,
+                                    .type = type,
+                                    .count = count,
+                                    .handles = accels};
+    return note_queries(device, handle, &queried);
+}
+
+bool note_micromap_queries(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
+                           const VkMicromapEXT *micromaps, VkQueryType type)
+{
+    const struct queried queried = {.command = COMMAND_CmdWriteMicromapsPropertiesEXT,
+                                    .kind = RESOURCE_MICROMAP,
+                                    .type = type,
+                                    .count = count,
+                                    .handles = micromaps};
+    return note_queries(device, handle, &queried);
+}
+
+static struct host_work begin_queries(struct layer_device *device, const struct queried *queried)
+{
+    struct host_work work = host_work_begin(device);
+    for (uint32_t i = 0; work.journal && i < queried->count; i++) {
+        struct journal_entry entry = read_entry(device, queried, i);
+        if (entry.src_id)
+            journal_add(work.journal, &entry);
+    }
+    return work;
+}
+
+struct host_work begin_accel_queries(struct layer_device *device, uint32_t count,
+                                     const VkAccelerationStructureKHR *accels, VkQueryType type)
+{
+    const struct queried queried = {.command = COMMAND_WriteAccelerationStructuresPropertiesKHR,
+                                    .kind = RESOURCE_ACCEL,
+                                    .type = type,
+                                    .count = count,
+                                    .handles = accels};
+    return begin_queries(device, &queried);
+}
+
+struct host_work begin_micromap_queries(struct layer_device *device, uint32_t count,
+                                        const VkMicromapEXT *micromaps, VkQueryType type)
+{
+    const struct queried queried = {.command = COMMAND_WriteMicromapsPropertiesEXT,
+                                    .kind = RESOURCE_MICROMAP,
+                                    .type = type,
+                                    .count = count,
+                                    .handles = micromaps};
+    return begin_queries(device, &queried);
 }
 
 /* ---- the host resets */
@@ -151,6 +251,7 @@ void note_query_results(struct layer_device *device, struct journal *reading, Vk
 {
     struct query_pool pool;
     input_checks_deliver(device->input_checks);
+    execution_order_note_results(device->order);
     if (!reading)
         return;
     bool partial = (flags & VK_QUERY_RESULT_PARTIAL_BIT) && !(flags & VK_QUERY_RESULT_WAIT_BIT);

@@ -292,6 +292,8 @@ void note_acquisition(struct layer_device *device, VkSemaphore semaphore, VkResu
 {
     if (semaphore && result >= VK_SUCCESS)
         execution_order_forget_signal(device->order, semaphore);
+    if (result >= VK_SUCCESS)
+        execution_order_note_acquisition(device->order);
 }
 
 /* An image that has been presented was waited for. */

@@ -2,9 +2,9 @@
 /* Observes memory, buffers, their bindings and addresses, and acceleration structures. */
 #include "src/state/resources/resources.h"
 
-#include "layer/accel_addresses.h"
 #include "layer/execution/hazards/checks.h"
-#include "layer/snapshots/guard/follow.h"
+#include "layer/physical_device.h"
+#include "layer/snapshots/guard/references.h"
 #include "observers.h"
 #include "src/base/chain.h"
 

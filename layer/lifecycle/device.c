@@ -7,16 +7,16 @@
 #include "layer/compare/comparer.h"
 #include "layer/compare/enable.h"
 #include "layer/cpu/overlay.h"
-#include "layer/cpu/results.h"
 #include "layer/execution/build_records.h"
 #include "layer/execution/hazards/checks.h"
 #include "layer/execution/input_checks.h"
 #include "layer/execution/submissions.h"
 #include "layer/execution/submitted_builds.h"
 #include "layer/hazards/builds.h"
-#include "layer/hazards/objects.h"
+#include "layer/hazards/recording.h"
 #include "layer/intercepts/build_notes.h"
 #include "layer/intercepts/call_sites.h"
+#include "layer/intercepts/checks.h"
 #include "layer/intercepts/host_work.h"
 #include "layer/layer.h"
 #include "layer/physical_device.h"
@@ -35,9 +35,10 @@ static void apply_settings(struct layer_device *device)
     if (device->level >= LEVEL_EXECUTION)
         device->build_recorder =
             device->finds_hazards ? hazards_build_recorder() : build_notes_recorder();
-    for (int command = 0; command < COMMAND_COUNT; command++)
-        check_select((enum build_command)command, settings->level, settings->muted,
-                     device->active_rules[command]);
+    for (enum build_command command = 0; command < COMMAND_COUNT; command++) {
+        check_select(command, settings->level, settings->muted, device->active_rules[command]);
+        device->checks[command] = checks_are_active(device, command);
+    }
 }
 
 void layer_free_device(struct layer_device *device)

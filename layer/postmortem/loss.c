@@ -1,12 +1,133 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The report of a lost device. */
+/* The report of a lost device, with the driver's vendor-independent fault information. */
 #include "layer/postmortem/loss.h"
 
 #include "layer/execution/input_checks.h"
-#include "layer/postmortem/device_fault.h"
 #include "layer/postmortem/pending_list.h"
 #include "layer/snapshots/snapshots.h"
+#include "src/base/text_buffer.h"
 #include "src/report/message.h"
+
+enum { ADDRESSES_MAX = 8, NAME_SIZE = 256 };
+
+static const char *words_of(VkDeviceFaultAddressTypeEXT type)
+{
+    switch (type) {
+    case VK_DEVICE_FAULT_ADDRESS_TYPE_READ_INVALID_EXT:
+        return "invalid read at ";
+    case VK_DEVICE_FAULT_ADDRESS_TYPE_WRITE_INVALID_EXT:
+        return "invalid write at ";
+    case VK_DEVICE_FAULT_ADDRESS_TYPE_EXECUTE_INVALID_EXT:
+        return "attempt to execute at ";
+    case VK_DEVICE_FAULT_ADDRESS_TYPE_INSTRUCTION_POINTER_UNKNOWN_EXT:
+        return "instruction at ";
+    case VK_DEVICE_FAULT_ADDRESS_TYPE_INSTRUCTION_POINTER_INVALID_EXT:
+        return "invalid instruction at ";
+    case VK_DEVICE_FAULT_ADDRESS_TYPE_INSTRUCTION_POINTER_FAULT_EXT:
+        return "faulting instruction at ";
+    default:
+        return "address ";
+    }
+}
+
+static bool is_of_data(VkDeviceFaultAddressTypeEXT type)
+{
+    return type == VK_DEVICE_FAULT_ADDRESS_TYPE_READ_INVALID_EXT ||
+           type == VK_DEVICE_FAULT_ADDRESS_TYPE_WRITE_INVALID_EXT;
+}
+
+static void append_object(const struct layer_device *device, VkObjectType type, uint64_t handle,
+                          struct text_buffer *text)
+{
+    char name[NAME_SIZE];
+    text_append_plain(text, object_type_name(type));
+    text_append_plain(text, " ");
+    text_append_hex(text, handle);
+    if (!object_names_get(device->names, type, handle, name, sizeof(name)))
+        return;
+    text_append_plain(text, "[");
+    text_append_quoted(text, name, sizeof(name));
+    text_append_plain(text, "]");
+}
+
+static void append_destroyed(const struct destroyed_object *object, struct text_buffer *text)
+{
+    text_append_plain(text, ", in ");
+    text_append_plain(text, object_type_name(object->type));
+    text_append_plain(text, " ");
+    text_append_hex(text, object->handle);
+    if (object->name[0]) {
+        text_append_plain(text, "[");
+        text_append_quoted(text, object->name, sizeof(object->name));
+        text_append_plain(text, "]");
+    }
+    text_append_plain(text, ", which was destroyed");
+}
+
+/* Appends the objects whose range has the address, or part of the range that the driver's precision
+ * leaves. */
+static void append_objects(const struct layer_device *device,
+                           const VkDeviceFaultAddressInfoEXT *fault, struct text_buffer *text)
+{
+    struct destroyed_object destroyed;
+    const struct resources_at at = resources_find_at(device->resources, fault->reportedAddress);
+    if (at.structure) {
+        text_append_plain(text, ", in ");
+        append_object(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                      (uint64_t)(uintptr_t)at.structure, text);
+    }
+    if (at.buffer) {
+        text_append_plain(text, ", in ");
+        append_object(device, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)at.buffer, text);
+    } else if (destroyed_objects_find_range(device->destroyed, fault->reportedAddress,
+                                            &destroyed)) {
+        append_destroyed(&destroyed, text);
+    }
+}
+
+static void append_address(const struct layer_device *device,
+                           const VkDeviceFaultAddressInfoEXT *fault, struct text_buffer *text)
+{
+    text_append_plain(text, "\n  ");
+    text_append_plain(text, words_of(fault->addressType));
+    text_append_hex(text, fault->reportedAddress);
+    if (fault->addressPrecision > 1) {
+        text_append_plain(text, " (somewhere in the ");
+        text_append_count(text, fault->addressPrecision, "byte");
+        text_append_plain(text, " around it)");
+    }
+    if (is_of_data(fault->addressType))
+        append_objects(device, fault, text);
+}
+
+/* Appends the driver's description and addresses, each with the buffer and structure in whose range
+ * it lies, live or destroyed. Returns false, and appends nothing, if the application has not
+ * enabled the feature deviceFault, or if the driver has nothing to say. */
+static bool device_fault_append(const struct layer_device *device, bool on_new_line,
+                                struct text_buffer *text)
+{
+    VkDeviceFaultAddressInfoEXT addresses[ADDRESSES_MAX];
+    VkDeviceFaultInfoEXT info = {.sType = VK_STRUCTURE_TYPE_DEVICE_FAULT_INFO_EXT,
+                                 .pAddressInfos = addresses};
+    VkDeviceFaultCountsEXT counts = {.sType = VK_STRUCTURE_TYPE_DEVICE_FAULT_COUNTS_EXT};
+    if (!device->facts.device_fault || !device->vk.GetDeviceFaultInfoEXT ||
+        device->vk.GetDeviceFaultInfoEXT(device->handle, &counts, NULL) < VK_SUCCESS)
+        return false;
+    if (counts.addressInfoCount > ADDRESSES_MAX)
+        counts.addressInfoCount = ADDRESSES_MAX;
+    counts.vendorInfoCount = 0;
+    counts.vendorBinarySize = 0;
+    if (device->vk.GetDeviceFaultInfoEXT(device->handle, &counts, &info) < VK_SUCCESS ||
+        !(counts.addressInfoCount || info.description[0]))
+        return false;
+    text_append_plain(text, on_new_line ? "\nThe driver reports: " : "The driver reports: ");
+    text_append_quoted(text, info.description, sizeof(info.description));
+    for (uint32_t i = 0; i < counts.addressInfoCount; i++)
+        append_address(device, &addresses[i], text);
+    return true;
+}
+
+/* ---- the report */
 
 static void report(struct layer_device *device)
 {

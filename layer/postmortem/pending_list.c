@@ -3,7 +3,7 @@
 #include "layer/postmortem/pending_list.h"
 
 #include "layer/execution/submitted_builds.h"
-#include "src/report/message_path.h"
+#include "src/report/message.h"
 
 enum { NAME_SIZE = 256, RANKS = 4 };
 

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "layer/snapshots/copies/gather.h"
-#include "layer/snapshots/guard/calls.h"
+#include "layer/snapshots/guard/copies.h"
 #include "layer/snapshots/marks.h"
 #include "layer/snapshots/recorder.h"
 #include "observers.h"

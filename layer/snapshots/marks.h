@@ -1,10 +1,28 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Marks around builds: words that the device writes before and behind the builds of a call, so that
- * the host sees how far it got if it is lost or hangs. Only on backend driver. */
+/* Words in mapped memory, which the layer shares with the device: gates and marks of recordings
+ * (src/snapshots/recording.h).
+ *
+ * They belong to their recording until it is released. So a command buffer that is resubmitted by
+ * mistake reads and writes no words of another recording. */
 #ifndef ASSAY_LAYER_SNAPSHOTS_MARKS_H
 #define ASSAY_LAYER_SNAPSHOTS_MARKS_H
 
 #include "layer/snapshots/recorder.h"
+#include "layer/snapshots/snapshots.h"
+
+/* The words of a device; usable from any thread. */
+struct word_pool;
+
+VkResult word_pool_create(const struct layer_device *device, struct word_pool **pool);
+void word_pool_destroy(struct word_pool *pool); /* accepts NULL */
+
+/* Takes words that are 0. Returns false without memory. */
+bool words_take(struct word_pool *pool, struct mapped_words *words);
+
+void words_give_back(struct word_pool *pool, const struct mapped_words *words);
+
+/* ---- Marks around builds: words that the device writes before and behind the builds of a call, so
+ * that the host sees how far it got if it is lost or hangs. Only on backend driver. */
 
 /* Called behind the copies of a call, which are at the stages `copies`: records the first word.
  * Without memory, if the queue has no timestamps, or if executions at once would use the same

@@ -10,8 +10,8 @@
 #include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/guard/references.h"
+#include "layer/snapshots/marks.h"
 #include "layer/snapshots/tickets.h"
-#include "layer/snapshots/words.h"
 #include "observers.h"
 #include "src/base/chain.h"
 

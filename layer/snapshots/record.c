@@ -7,7 +7,6 @@
 #include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/guard/copies.h"
 #include "layer/snapshots/marks.h"
-#include "layer/snapshots/words.h"
 
 enum { SNAPSHOT_ALIGNMENT = 64 };
 

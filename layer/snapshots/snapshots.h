@@ -89,7 +89,7 @@ static inline void snapshots_deliver(const struct layer_device *device)
 }
 
 /* Whether a buffer has the usage that copies from it need, including the usage that the layer added
- * when the buffer was created (buffers.c). */
+ * when the buffer was created (nv_builds.c). */
 bool snapshots_can_copy(struct snapshots *snapshots, VkBuffer buffer);
 
 /* Lock and unlock the queues around each use of a queue. Do nothing if the layer itself never

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Searches pNext chains. */
+/* Searches pNext chains, and copies of them. */
 #ifndef ASSAY_BASE_CHAIN_H
 #define ASSAY_BASE_CHAIN_H
 
@@ -12,6 +12,28 @@ static inline const void *chain_find(const void *chain, VkStructureType type)
         if (s->sType == type)
             return s;
     return NULL;
+}
+
+/* ---- A pNext chain of which one structure is changed or left out on the way down. The
+ * application's structures are never edited, so those before it are copied; those behind it are its
+ * own. */
+
+struct chain_copy {
+    void *first; /* the chain to pass on */
+    void *found; /* the copy of the structure, for the caller to change; NULL: the chain has none */
+    VkBaseOutStructure **link; /* what points to `found` */
+    void *memory;
+};
+
+/* Copies up to the first structure of that type. */
+VkResult chain_copy_begin(struct chain_copy *copy, const void *chain, VkStructureType type);
+void chain_copy_end(struct chain_copy *copy);
+
+/* Takes `found` out. */
+static inline void chain_copy_leave_out(struct chain_copy *copy)
+{
+    *copy->link = (*copy->link)->pNext;
+    copy->found = NULL;
 }
 
 #endif

@@ -3,8 +3,8 @@
 #include "src/bvh/bvh.h"
 
 #include "src/base/float_environment.h"
-#include "src/bvh/bounds.h"
 #include "src/bvh/input/input.h"
+#include "src/bvh/records.h"
 #include "src/bvh/tree/tree.h"
 
 /* Lays out the scratch for the state's input and counts. Returns its size in bytes. */

@@ -3,10 +3,10 @@
 #include "src/bvh/expansion.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "src/bvh/bvh.h"
-#include "src/bvh/determinant.h"
+
+#define EXPANSION_PRODUCT_MAX 256 /* the maximum number of terms of a product */
 
 /* Knuth's two-sum (Shewchuk, theorem 7): sum + error = a + b exactly. */
 static inline double two_sum(double a, double b, double *error)

@@ -1,62 +1,213 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Writes the records of a structure in the order of its tree. */
+/* Bounds of records and nodes, and sizes of structures. */
 #include "src/bvh/records.h"
 
-#include "src/bvh/tree/tree.h"
-
-/* Returns the number of the primitive at a position in the order of the tree. */
-static inline uint32_t number_at(const struct build_state *state, uint64_t index)
+/* One float beyond the rounded value: the rounding of the double sum can hide the direction of the
+ * error. */
+struct box bounds_of_sphere(const float center[3], float radius)
 {
-    return state->has_bounds ? ref_primitive(&state->refs[index]) : state->pairs[index].index;
+    struct box box = box_empty();
+    for (int i = 0; i < 3; i++) {
+        box.lower[i] = nextafterf(rounded_down((double)center[i] - radius), -INFINITY);
+        box.upper[i] = nextafterf(rounded_up((double)center[i] + radius), INFINITY);
+    }
+    return box;
 }
 
-/* The number of records by which index and vertex prefetches run ahead. */
-#define AHEAD_INDICES 32
-#define AHEAD_VERTICES 16
-
-static void prefetch(const struct build_state *state, uint64_t index)
+static struct box record_bounds(const struct structure_header *header,
+                                const struct builder_resolver *resolver, uint32_t index)
 {
-    if (!structure_has_triangles(state->kind))
+    const uint8_t *records = structure_records(header);
+    const void *record = records + (uint64_t)index * structure_record_size(header->kind);
+    const void *blas = NULL;
+    if (structure_is_top(header->kind)) {
+        const struct instance_record *instance = record;
+        blas = resolver->find(resolver->context, instance->instance.accelerationStructureReference);
+    }
+    return bounds_of_record(header->kind, record, blas);
+}
+
+static float least_of(float4 v)
+{
+    float4 w = float4_min(v, __builtin_shufflevector(v, v, 2, 3, 0, 1));
+    return w[0] < w[1] ? w[0] : w[1];
+}
+
+static float greatest_of(float4 v)
+{
+    float4 w = float4_max(v, __builtin_shufflevector(v, v, 2, 3, 0, 1));
+    return w[0] > w[1] ? w[0] : w[1];
+}
+
+static struct box node_bounds(const struct wide_node *node)
+{
+    struct box box;
+    for (int axis = 0; axis < 3; axis++) {
+        box.lower[axis] = least_of(float4_load(node->lower[axis]));
+        box.upper[axis] = greatest_of(float4_load(node->upper[axis]));
+    }
+    box.lower[3] = box.upper[3] = 0;
+    return box;
+}
+
+static struct box child_bounds(const struct structure_header *header,
+                               const struct builder_resolver *resolver, uint32_t child)
+{
+    struct box box = box_empty();
+    if (child == CHILD_EMPTY)
+        return box;
+    if (!(child & LEAF_BIT))
+        return node_bounds(&structure_nodes(header)[child]);
+    uint32_t first = leaf_first(child), count = leaf_count(child);
+    for (uint32_t i = 0; i < count; i++) {
+        struct box one = record_bounds(header, resolver, first + i);
+        box_add(&box, one.lower, one.upper);
+    }
+    return box;
+}
+
+struct update {
+    const struct structure_header *header;
+    const struct builder_resolver *resolver;
+};
+
+/* Updates the nodes of [begin, end) whose children are all below `limit`. Children follow their
+ * parents, so the loop runs from the last node to the first. */
+static void update_nodes(const struct update *update, uint32_t begin, uint32_t end, uint32_t limit)
+{
+    struct wide_node *nodes = structure_nodes(update->header);
+    int4 limits = {(int)limit, (int)limit, (int)limit, (int)limit};
+    for (uint32_t index = end; index-- > begin;) {
+        struct wide_node *node = &nodes[index];
+        int4 children;
+        memcpy(&children, node->child, sizeof(children)); /* leaves are negative */
+        if (int4_mask(children < limits) != 0xf)
+            continue;
+        for (uint32_t lane = 0; lane < NODE_WIDTH; lane++) {
+            struct box box = child_bounds(update->header, update->resolver, node->child[lane]);
+            for (int axis = 0; axis < 3; axis++) {
+                node->lower[axis][lane] = box.lower[axis];
+                node->upper[axis][lane] = box.upper[axis];
+            }
+        }
+    }
+}
+
+/* Skips the nodes with children beyond the chunk, and their ancestors; update_path() computes their
+ * bounds later. */
+static void update_chunk(void *context, uint32_t begin, uint32_t end)
+{
+    update_nodes(context, begin, end, end);
+}
+
+/* Updates the nodes of the chunk at `begin` whose subtrees extend beyond its end. A subtree is
+ * contiguous, so these nodes are ancestors of node `end`. */
+static void update_path(const struct update *update, uint32_t begin, uint32_t end)
+{
+    const struct wide_node *nodes = structure_nodes(update->header);
+    uint32_t path[TREE_DEPTH_LIMIT], count = 0;
+    for (uint32_t index = 0; index < end;) {
+        uint32_t next = 0;
+        if (index >= begin)
+            path[count++] = index;
+        for (uint32_t lane = 0; lane < NODE_WIDTH; lane++) {
+            uint32_t child = nodes[index].child[lane];
+            if (!(child & LEAF_BIT) && child <= end && child > next)
+                next = child;
+        }
+        index = next;
+    }
+    for (; count > 0; count--)
+        update_nodes(update, path[count - 1], path[count - 1] + 1, LEAF_BIT - 1);
+}
+
+#define NODE_CHUNK 4096u
+
+void bounds_update(struct structure_header *header, const struct builder_resolver *resolver,
+                   struct workers *workers)
+{
+    struct update update = {header, resolver};
+    struct wide_node *nodes = structure_nodes(header);
+    uint32_t count = header->node_count;
+    if (workers_are_alone(workers)) {
+        update_nodes(&update, 0, count, count);
+    } else {
+        workers_each(workers, count, NODE_CHUNK, update_chunk, &update);
+        for (uint32_t end = count / NODE_CHUNK * NODE_CHUNK; end > 0; end -= NODE_CHUNK)
+            if (end < count)
+                update_path(&update, end - NODE_CHUNK, end);
+    }
+    struct box root = count > 0 ? node_bounds(&nodes[0]) : box_empty();
+    for (int axis = 0; axis < 3; axis++) {
+        header->lower[axis] = root.lower[axis];
+        header->upper[axis] = root.upper[axis];
+    }
+}
+
+/* ---- properties of a structure, for tools */
+
+VkAccelerationStructureTypeKHR builder_type(const void *structure)
+{
+    const struct structure_header *header = structure;
+    return structure_is_top(header->kind) ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+                                          : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR;
+}
+
+bool builder_bounds(const void *structure, float lower[3], float upper[3])
+{
+    const struct structure_header *header = structure;
+    memcpy(lower, header->lower, sizeof(header->lower));
+    memcpy(upper, header->upper, sizeof(header->upper));
+    return header->record_count > 0;
+}
+
+/* In double, in which areas of float boxes cannot overflow. */
+static double lane_area(const struct wide_node *node, uint32_t lane)
+{
+    double e[3];
+    for (int axis = 0; axis < 3; axis++)
+        e[axis] = (double)node->upper[axis][lane] - node->lower[axis][lane];
+    return e[0] * (e[1] + e[2]) + e[1] * e[2];
+}
+
+static double root_area(const struct structure_header *header)
+{
+    double e[3];
+    for (int axis = 0; axis < 3; axis++)
+        e[axis] = (double)header->upper[axis] - header->lower[axis];
+    return e[0] * (e[1] + e[2]) + e[1] * e[2];
+}
+
+struct measured_node {
+    uint32_t index, depth;
+};
+
+void builder_measure(const void *structure, struct builder_statistics *statistics)
+{
+    const struct structure_header *header = structure;
+    *statistics =
+        (struct builder_statistics){.nodes = header->node_count, .active = header->record_count};
+    if (header->node_count == 0)
         return;
-    if (index + AHEAD_INDICES < state->ref_count) {
-        uint32_t number = number_at(state, index + AHEAD_INDICES);
-        const struct source *source = &state->sources[tree_geometry_of(state, number)];
-        source_prefetch_indices(source, number - source->first);
+    double whole = root_area(header), sum = whole;
+    struct measured_node waiting[TRACE_STACK];
+    uint32_t count = 1;
+    waiting[0] = (struct measured_node){0, 1};
+    while (count > 0) {
+        struct measured_node now = waiting[--count];
+        const struct wide_node *node = &structure_nodes(header)[now.index];
+        if (now.depth > statistics->depth)
+            statistics->depth = now.depth;
+        for (uint32_t lane = 0; lane < NODE_WIDTH; lane++) {
+            uint32_t child = node->child[lane];
+            if (child == CHILD_EMPTY)
+                continue;
+            bool is_leaf = child & LEAF_BIT;
+            statistics->leaves += is_leaf;
+            sum += lane_area(node, lane) * (is_leaf ? leaf_count(child) : 1);
+            if (!is_leaf)
+                waiting[count++] = (struct measured_node){child, now.depth + 1};
+        }
     }
-    if (index + AHEAD_VERTICES < state->ref_count) {
-        uint32_t number = number_at(state, index + AHEAD_VERTICES);
-        const struct source *source = &state->sources[tree_geometry_of(state, number)];
-        source_prefetch_vertices(source, number - source->first);
-    }
-}
-
-/* Every primitive here was read before and found active. */
-static ALWAYS_INLINE void write_kind(const struct build_state *state, enum structure_kind kind,
-                                     uint32_t begin, uint32_t end)
-{
-    uint64_t size = structure_record_size(kind);
-    uint8_t *records = structure_records(state->header);
-    for (uint32_t i = begin; i < end; i++) {
-        union any_record *record = (void *)(records + i * size);
-        prefetch(state, i);
-        uint32_t number = number_at(state, i), geometry = tree_geometry_of(state, number);
-        struct builder_place place = {geometry, number - state->sources[geometry].first};
-        record_read(state->input, kind, &state->sources[geometry], place.primitive, record);
-        record_finish(kind, place, &state->sources[geometry], record);
-    }
-}
-
-static void write_records(void *context, uint32_t begin, uint32_t end)
-{
-    const struct build_state *state = context;
-    if (state->kind == STRUCTURE_TRIANGLES) /* by far the most frequent kind */
-        write_kind(state, STRUCTURE_TRIANGLES, begin, end);
-    else
-        write_kind(state, state->kind, begin, end);
-}
-
-void tree_write_records(struct build_state *state)
-{
-    workers_each(&state->workers, state->ref_count, RECORD_CHUNK, write_records, state);
-    state->header->record_count = state->ref_count;
+    statistics->sah = sum / whole;
 }

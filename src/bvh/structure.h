@@ -18,9 +18,6 @@
 
 #include "src/bvh/bvh.h"
 
-#define STRUCTURE_MAGIC 0x59535341u /* "ASSY" */
-#define STRUCTURE_VERSION 1u
-#define LEAF_RECORDS 2u
 #define NODE_WIDTH 4u
 
 /* Splits by cost end at this depth. Deeper ranges are split by primitive number, at most 29 times.
@@ -151,7 +148,6 @@ enum structure_kind {
     STRUCTURE_DISPLACED, /* triangles, if any geometry has displacement */
     STRUCTURE_MOTION_DISPLACED,
 };
-#define STRUCTURE_KINDS 10u
 
 struct structure_header {
     uint32_t magic, version;
@@ -172,14 +168,6 @@ _Static_assert(sizeof(struct triangle_record) == 48, "layout");
 _Static_assert(sizeof(struct instance_record) == 144, "layout");
 _Static_assert(sizeof(struct motion_instance_record) == 288, "layout");
 _Static_assert(sizeof(struct displaced_record) == 56, "layout");
-#define HAS_NUMBERS_OF_TRIANGLES(type)                                                             \
-    _Static_assert(                                                                                \
-        offsetof(struct type, geometry) == offsetof(struct triangle_record, geometry) &&           \
-            offsetof(struct type, primitive) == offsetof(struct triangle_record, primitive),       \
-        "layout")
-HAS_NUMBERS_OF_TRIANGLES(aabb_record);
-HAS_NUMBERS_OF_TRIANGLES(sphere_record);
-HAS_NUMBERS_OF_TRIANGLES(swept_record);
 
 static inline uint32_t leaf_child(uint32_t first, uint32_t count)
 {

@@ -7,9 +7,8 @@
 #define ASSAY_COMPARE_JUDGE_H
 
 #include "src/bvh/trace.h"
-#include "src/compare/placing.h"
 #include "src/compare/rays.h"
-#include "src/report/ids/difference.h"
+#include "src/report/ids/message_id.h"
 
 /* The reason for a judgement. */
 enum judge_reason {

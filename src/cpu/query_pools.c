@@ -7,7 +7,7 @@
 
 #include "src/base/handle_table.h"
 #include "src/cpu/structures.h"
-#include "src/cpu/trees/property.h"
+#include "src/cpu/trees/tree.h"
 #include "src/platform/threads.h"
 
 struct query {

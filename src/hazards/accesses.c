@@ -1,9 +1,153 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Accesses: each is compared with the earlier ones of its bytes, and then replaces them or joins
- * them. */
+ * them. Whether it is ordered after them: Vulkan specification, Synchronization and Cache Control:
+ * Execution and Memory Dependencies. */
 #include <string.h>
 
 #include "src/hazards/engine.h"
+
+static bool has_bit(uint32_t set, unsigned bit)
+{
+    return set >> bit & 1;
+}
+
+/* Whether a buffer barrier makes the piece's last write visible to kind b, perhaps through later
+ * global barriers. */
+static bool barriers_order_write(const struct hazards *hazards, const struct piece_notes *notes,
+                                 enum access_kind b)
+{
+    const struct chains *chains = hazards->queues[hazards->queue].chains;
+    for (uint32_t i = 0; i < notes->barrier_count; i++) {
+        const struct piece_barrier *barrier = &notes->barriers[i];
+        if (barrier->queue != hazards->queue)
+            continue;
+        if (has_bit(barrier->dst_kinds, b))
+            return true;
+        for (stage_set rest = barrier->dst; rest; rest &= rest - 1)
+            if (chains->visible[__builtin_ctz(rest)][b] >= barrier->number)
+                return true;
+    }
+    return false;
+}
+
+/* Whether a buffer barrier has made the write available, and happens before stage d. */
+static bool barriers_reach(const struct hazards *hazards, const struct piece_notes *notes,
+                           enum sync_stage d)
+{
+    const struct chains *chains = hazards->queues[hazards->queue].chains;
+    for (uint32_t i = 0; i < notes->barrier_count; i++) {
+        const struct piece_barrier *barrier = &notes->barriers[i];
+        if (barrier->queue != hazards->queue)
+            continue;
+        if (has_bit(barrier->dst, d))
+            return true;
+        for (stage_set rest = barrier->dst; rest; rest &= rest - 1)
+            if (chains->reached[__builtin_ctz(rest)][d] >= barrier->number)
+                return true;
+    }
+    return false;
+}
+
+/* Whether the batches may execute in either order. Only host commands do so on one queue. */
+static bool is_racing(const struct hazards *hazards, access_mark earlier)
+{
+    const uint32_t queue = mark_queue(earlier);
+    const uint64_t batch = hazards_batch_of(hazards, queue, mark_number(earlier));
+    if (batch <= hazards->before[queue])
+        return false;
+    if (queue != hazards->queue)
+        return true;
+    return queue == HAZARD_HOST_QUEUE && batch != hazards_batch_of(hazards, queue, hazards->number);
+}
+
+static void report(struct hazards *hazards, struct piece *piece, access_mark earlier,
+                   enum hazard_type type, uint64_t number, const struct hazard_access *access)
+{
+    const enum access_kind k = mark_kind(earlier);
+    const enum sync_stage d = access_stage(access->kind);
+    const uint64_t earlier_number = mark_number(earlier);
+    const struct frontier *frontier = hazards->queues[hazards->queue].from[mark_queue(earlier)];
+    const struct hazard_bytes *bytes = &access->bytes;
+    struct hazard hazard = {
+        .type = type,
+        .is_racing = is_racing(hazards, earlier),
+        .earlier = {mark_queue(earlier), earlier_number, k},
+        .later = {hazards->queue, number, access->kind},
+        .bytes = {bytes->memory, piece->begin > bytes->begin ? piece->begin : bytes->begin,
+                  piece->end < bytes->end ? piece->end : bytes->end},
+        .is_ordered = frontier && frontier_executes(frontier, earlier_number, access_stage(k), d)};
+    if (type != WRITE_AFTER_READ)
+        hazard.is_available = (frontier && frontier->available[k][d] >= earlier_number) ||
+                              (piece->notes && barriers_reach(hazards, piece->notes, d));
+    hazards->found(hazards->user, &hazard);
+}
+
+/* Whether earlier commands have a later read of the same queue and kind. */
+static bool is_superseded(const struct hazards *hazards, struct piece *piece, access_mark read)
+{
+    for (uint32_t i = 0; i < piece_read_count(piece); i++) {
+        const access_mark other = *piece_read(piece, i);
+        if (other > read && marks_have_same_source(other, read) &&
+            mark_number(other) < hazards->command_first)
+            return true;
+    }
+    return false;
+}
+
+static void judge_reads(struct hazards *hazards, struct piece *piece, uint64_t number,
+                        const struct hazard_access *access)
+{
+    const struct hazard_queue *queue = &hazards->queues[hazards->queue];
+    for (uint32_t i = 0; i < piece_read_count(piece); i++) {
+        const access_mark read = *piece_read(piece, i);
+        const uint64_t earlier = mark_number(read);
+        const uint32_t past_queue = mark_queue(read);
+        if (!read || earlier >= hazards->command_first ||
+            earlier <= hazards->queues[past_queue].settled)
+            continue;
+        const struct frontier *frontier = queue->from[past_queue];
+        if (frontier && frontier_executes(frontier, earlier, access_stage(mark_kind(read)),
+                                          access_stage(access->kind)))
+            continue;
+        if (!is_superseded(hazards, piece, read))
+            report(hazards, piece, read, WRITE_AFTER_READ, number, access);
+    }
+}
+
+/* Markers "implicitly complete in submission order" (vkCmdWriteBufferMarkerAMD), at least those of
+ * one stage. Nothing is said about two queues. */
+static bool are_markers(enum access_kind k, enum access_kind b)
+{
+    return k == ACCESS_MARKER_WRITE && b == ACCESS_MARKER_WRITE;
+}
+
+static bool write_is_ordered(const struct hazards *hazards, const struct piece *piece,
+                             enum access_kind b)
+{
+    const uint32_t past_queue = mark_queue(piece->write);
+    const uint64_t earlier = mark_number(piece->write);
+    if (are_markers(mark_kind(piece->write), b))
+        return true;
+    if (earlier >= hazards->command_first || earlier <= hazards->queues[past_queue].settled)
+        return true;
+    const struct frontier *frontier = hazards->queues[hazards->queue].from[past_queue];
+    return (frontier && frontier_orders_write(frontier, earlier, mark_kind(piece->write), b)) ||
+           (piece->notes && barriers_order_write(hazards, piece->notes, b));
+}
+
+/* Compares an access of the current command with the earlier ones (judge.c). */
+static void hazards_judge(struct hazards *hazards, struct piece *piece, uint64_t number,
+                          const struct hazard_access *access)
+{
+    const bool is_write = access_is_write(access->kind);
+    if (piece->write && !write_is_ordered(hazards, piece, access->kind))
+        report(hazards, piece, piece->write, is_write ? WRITE_AFTER_WRITE : READ_AFTER_WRITE,
+               number, access);
+    if (is_write)
+        judge_reads(hazards, piece, number, access);
+}
+
+/* ---- accesses */
 
 static void piece_set_write(struct piece *piece, access_mark write)
 {

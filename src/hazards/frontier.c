@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "src/hazards/frontier.h"
+
+#include "src/hazards/engine.h"
 
 #include <string.h>
 

@@ -14,7 +14,7 @@
  *
  * Why this scales: a dependency orders all earlier commands of a queue at given stages. So, for
  * each pair of queues, stage and kind of access, one number says up to where earlier accesses are
- * ordered (frontier.h); no access is touched when a barrier executes. Only the memory part of a
+ * ordered (engine.h); no access is touched when a barrier executes. Only the memory part of a
  * buffer barrier concerns some bytes and not others: it is kept with these bytes (ranges.h).
  *
  * If memory runs out, everything before counts as ordered. No lock; one thread at a time. Ids of

@@ -1,11 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The last accesses of each byte of a memory object: disjoint pieces [begin, end) in ascending
- * order. Neighbours that are alike are not merged.
- *
- * Pieces are in a list of leaves of up to LEAF_PIECES, none of which is empty. A sorted index has
- * most leaves; it is renewed when searches and changes together have taken as many steps as there
- * are leaves. Accesses mostly walk along a few streams, such as structures, scratch and vertices: a
- * finger remembers where each of these has been. */
+/* A mark: the number, queue and kind of an access in one word. 0 is no mark: numbers begin at 1.
+ * Among marks of the same queue and kind, the greater one is the later access. */
 #ifndef ASSAY_HAZARDS_RANGES_H
 #define ASSAY_HAZARDS_RANGES_H
 
@@ -13,7 +8,44 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "src/hazards/mark.h"
+#include "src/hazards/hazards.h"
+
+typedef uint64_t access_mark; /* 54 bits of number, 5 of queue, 5 of kind */
+
+_Static_assert(HAZARD_QUEUES <= 32 && ACCESS_KINDS <= 32, "both have 5 bits");
+
+static inline access_mark mark_of(uint64_t number, uint32_t queue, enum access_kind kind)
+{
+    return number << 10 | queue << 5 | kind;
+}
+
+static inline uint64_t mark_number(access_mark mark)
+{
+    return mark >> 10;
+}
+
+static inline uint32_t mark_queue(access_mark mark)
+{
+    return mark >> 5 & 31;
+}
+
+static inline enum access_kind mark_kind(access_mark mark)
+{
+    return (enum access_kind)(mark & 31);
+}
+
+static inline bool marks_have_same_source(access_mark a, access_mark b)
+{
+    return ((a ^ b) & 1023) == 0;
+}
+
+/* ---- The last accesses of each byte of a memory object: disjoint pieces [begin, end) in ascending
+ * order. Neighbours that are alike are not merged.
+ *
+ * Pieces are in a list of leaves of up to LEAF_PIECES, none of which is empty. A sorted index has
+ * most leaves; it is renewed when searches and changes together have taken as many steps as there
+ * are leaves. Accesses mostly walk along a few streams, such as structures, scratch and vertices: a
+ * finger remembers where each of these has been. */
 
 enum { LEAF_PIECES = 64, RANGE_FINGERS = 8, INLINE_READS = 4, PIECE_BARRIERS_MAX = 64 };
 

@@ -1,10 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Words findings, differences of compared rays, and what the layer says about itself. */
+/* Words the message of a finding, with the sentence of the specification. */
 #ifndef ASSAY_REPORT_FINDING_MESSAGE_H
 #define ASSAY_REPORT_FINDING_MESSAGE_H
 
-#include "src/report/ids/other_id.h"
+#include "src/base/text_buffer.h"
+#include "src/report/ids/message_id.h"
 #include "src/report/message.h"
+#include "src/report/settings.h"
+#include "vuid-tables/rules.h"
+
+/* Appends the sentence as `spec_text` says; nothing if the registry lacks it. */
+void specification_append_sentence(struct text_buffer *text, const struct vuid_text *vuid,
+                                   enum spec_text spec_text);
+/* Appends the address of the sentence. */
+void specification_append_url(struct text_buffer *text, const struct vuid_text *vuid);
+
+/* ---- words findings, differences of compared rays, and what the layer says about itself */
 
 void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,
                         const struct call_origin *origin, const struct finding *finding,

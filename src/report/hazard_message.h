@@ -4,7 +4,7 @@
 #define ASSAY_REPORT_HAZARD_MESSAGE_H
 
 #include "src/hazards/hazards.h"
-#include "src/report/ids/other_id.h"
+#include "src/report/ids/message_id.h"
 #include "src/report/message.h"
 #include "src/state/commands/hazard_entries.h"
 

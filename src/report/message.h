@@ -6,15 +6,43 @@
 #ifndef ASSAY_REPORT_MESSAGE_H
 #define ASSAY_REPORT_MESSAGE_H
 
+#include <stdint.h>
 #include <stdio.h>
 #include <vulkan/vulkan_core.h>
 
 #include "src/base/text_buffer.h"
-#include "src/report/ids/other_id.h"
-#include "src/report/origin.h"
+#include "src/report/ids/message_id.h"
 #include "src/report/settings.h"
 #include "src/view/finding.h"
 #include "src/view/location.h"
+
+struct call_site;
+struct destroyed_objects;
+struct object_names;
+struct label_stack;
+
+/* The objects that a message names in addition to the finding's. Members may be null or 0. */
+struct call_origin {
+    VkDevice device;
+    VkCommandBuffer command_buffer;
+    uint32_t build_index; /* builds recorded in the command buffer before this call */
+    const struct object_names *names;
+    const struct label_stack *labels;  /* of the command buffer */
+    const struct call_site *call_site; /* of the call that recorded the build, or made it */
+    /* The submission, if the finding arose from one. */
+    VkQueue queue;
+    uint64_t submission; /* number of the call that submitted to the queue, from 1; 0: unknown */
+    const struct label_stack *queue_labels;
+    /* Number of references that the layer replaced by 0 because of the mistake (setting guard). */
+    uint32_t replaced;
+    /* When the data was read, if that was not after completion: static text such as "read after the
+     * device was lost". */
+    const char *when;
+    /* The objects that were destroyed, for addresses; and the number of calls that had submitted
+     * work when the build was submitted, or now. NULL: unknown. */
+    struct destroyed_objects *destroyed;
+    uint64_t submissions;
+};
 
 enum {
     MESSAGE_SIZE = 8192,                  /* bytes of heading and text together */
@@ -110,5 +138,22 @@ void message_append_origin(struct text_buffer *text, struct message *message);
 void message_append_last_notice(struct text_buffer *text, const char *what,
                                 const struct message_subject *subject,
                                 const struct message_style *style);
+
+/* ---- paths of fields, such as pInfos[3].pGeometries[5].flags, and call sites */
+
+/* Appends the build's element of the call's parameters. */
+void message_append_build(struct text_buffer *text, enum build_command command, uint32_t build);
+/* Appends nothing if the field is "", which stands for the structure itself. */
+void message_append_field(struct text_buffer *text, const char *separator, const char *field);
+void message_append_path(struct text_buffer *text, const struct location *at, const char *field);
+
+/* Appends a sentence: Called from /usr/bin/app+0x1139, /usr/lib/libengine.so+0x52f0. It has so many
+ * frames at most. Signal handlers may call this. */
+void message_append_call_site(struct text_buffer *text, const struct call_site *site,
+                              uint32_t most);
+/* If the value is an address that a destroyed object had, appends which one, and when it was
+ * destroyed. */
+void message_append_destroyed(struct text_buffer *text, const struct value *value,
+                              const struct call_origin *origin);
 
 #endif

@@ -10,14 +10,13 @@
 #include "src/base/text_buffer.h"
 #include "src/platform/files.h"
 #include "src/platform/process.h"
-#include "src/report/duplicates.h"
 #include "src/report/finding_message.h"
 #include "src/report/hazard_message.h"
 #include "src/report/ids/message_filter.h"
 #include "src/report/log/log.h"
 #include "src/report/messengers.h"
+#include "src/report/settings.h"
 #include "src/report/settings/reported_lines.h"
-#include "src/report/settings_check.h"
 #include "src/report/summary.h"
 
 /* All members but the messengers and the counts are constant. */

@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <vulkan/vulkan.h>
 
-#include "src/report/origin.h"
+#include "src/report/message.h"
 #include "src/report/settings.h"
 #include "src/view/finding.h"
 #include "src/view/location.h"

@@ -8,7 +8,7 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
-#include "src/report/ids/other_id.h"
+#include "src/report/ids/message_id.h"
 #include "vuid-tables/rules.h"
 
 /* Who executes builds. */
@@ -105,7 +105,7 @@ struct settings {
 
 /* Reads the settings of an instance that is about to be created. An unknown key or an invalid value
  * falls back to the default and calls `warn` with one line. Fails only if memory runs out. The
- * caller releases `settings` with settings_release, and calls settings_check (settings_check.h). */
+ * caller releases `settings` with settings_release, and calls settings_check. */
 VkResult settings_load(const VkInstanceCreateInfo *create_info,
                        void (*warn)(void *context, const char *line), void *context,
                        struct settings *settings);
@@ -116,5 +116,11 @@ void settings_disown(struct settings *settings);
 /* Calls `each` for every setting, with its value as text. */
 void settings_each(const struct settings *settings,
                    void (*each)(void *context, const char *key, const char *value), void *context);
+
+/* ---- settings that have no effect beside others */
+
+/* Calls `warn` with one line for each setting that has no effect, and turns it off. */
+void settings_check(struct settings *settings, void (*warn)(void *context, const char *line),
+                    void *context);
 
 #endif

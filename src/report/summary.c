@@ -1,9 +1,159 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Words the lines of report_flags = info. */
+/* Counts findings by id and object, and words the lines of report_flags = info. */
 #include "src/report/summary.h"
 
 #include <inttypes.h>
 #include <string.h>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+static const uint32_t NO_LIMIT = UINT32_MAX;
+
+enum {
+    OBJECTS_PER_ID = 10,     /* the limit of an id is this many times that of an object */
+    HELD_IN_A_ROW_MAX = 1000 /* see duplicates_wanted() */
+};
+
+enum { FIRST_RETIRED = MESSAGE_ID_COUNT + OTHER_ID_COUNT };
+
+uint32_t reported_vuid(enum vuid vuid, const struct message_style *style,
+                       const struct location *location, const struct finding *finding)
+{
+    const char *retired = NULL;
+    if (style->vuid_names == VUID_NAMES_LISTED)
+        retired = vuid_listed(vuid, location->command, finding->field ? finding->field : "");
+    for (unsigned row = 0; retired && row < RETIRED_COUNT; row++)
+        if (strcmp(vuid_of_retired_row(row), retired) == 0)
+            return FIRST_RETIRED + row;
+    return vuid;
+}
+
+const char *reported_id_name(uint32_t id)
+{
+    if (id >= FIRST_RETIRED)
+        return vuid_of_retired_row(id - FIRST_RETIRED);
+    return id < MESSAGE_ID_COUNT ? vuid_texts[id].id : other_id_name(id - MESSAGE_ID_COUNT);
+}
+
+static bool is_enabled(const struct settings *settings, uint32_t id)
+{
+    bool is_vuid = id < MESSAGE_ID_COUNT;
+    bool is_error =
+        is_vuid ? !vuid_is_warning((enum vuid)id) : other_id_is_error(id - MESSAGE_ID_COUNT);
+    enum report_flag severity = is_error ? REPORT_ERROR : REPORT_WARNING;
+    bool is_muted = is_vuid ? settings->muted[id] : settings->muted_others[id - MESSAGE_ID_COUNT];
+    return id != VUID_NONE && !is_muted && settings->report_flags & severity &&
+           !(settings->debug_action & DEBUG_ACTION_IGNORE);
+}
+
+void duplicates_init(struct duplicates *duplicates)
+{
+    pthread_mutex_init(&duplicates->lock, NULL);
+}
+
+void duplicates_enable(struct duplicates *duplicates, const struct settings *settings)
+{
+    uint64_t limit_of_id = (uint64_t)settings->duplicate_message_limit * OBJECTS_PER_ID;
+    uint32_t left = !limit_of_id || limit_of_id > NO_LIMIT ? NO_LIMIT : (uint32_t)limit_of_id;
+    duplicates->limit = settings->duplicate_message_limit;
+    duplicates->counts_all =
+        settings->report_flags & REPORT_INFO || settings->log_format == LOG_FORMAT_JSON;
+    for (uint32_t id = 0; id < FIRST_RETIRED; id++) {
+        duplicates->ids[id].is_enabled = is_enabled(settings, id);
+        atomic_init(&duplicates->ids[id].left, duplicates->ids[id].is_enabled ? left : 0);
+    }
+}
+
+void duplicates_destroy(struct duplicates *duplicates)
+{
+    handle_table_release(&duplicates->objects);
+    pthread_mutex_destroy(&duplicates->lock);
+}
+
+bool duplicates_wanted(const struct duplicates *duplicates, uint32_t id)
+{
+    const struct reported_id *counts = &duplicates->ids[id];
+    if (!counts->is_enabled || duplicates->counts_all)
+        return counts->is_enabled;
+    uint32_t held = atomic_load_explicit(&counts->held_in_a_row, memory_order_relaxed);
+    return atomic_load_explicit(&counts->left, memory_order_relaxed) != 0 &&
+           (held == 0 || held % HELD_IN_A_ROW_MAX != 0);
+}
+
+/* Handles of two devices may be equal. 0 is not a key of the table. */
+static uint64_t key_of(uint32_t id, VkDevice device, const struct message_subject *subject)
+{
+    const uint64_t key[] = {id, (uint64_t)(uintptr_t)device, subject->type, subject->handle};
+    uint64_t hash = XXH64(key, sizeof(key), 0);
+    return hash ? hash : 1;
+}
+
+/* Returns the number of findings of this key, including this one. */
+static uint32_t count_object(struct duplicates *duplicates, uint64_t key)
+{
+    pthread_mutex_lock(&duplicates->lock);
+    uintptr_t count = (uintptr_t)handle_table_find(&duplicates->objects, key) + 1;
+    if (count <= duplicates->limit) /* the number beyond the limit does not matter */
+        handle_table_set(&duplicates->objects, key, (void *)count);
+    pthread_mutex_unlock(&duplicates->lock);
+    return (uint32_t)count;
+}
+
+bool duplicates_take(_Atomic uint32_t *messages, uint32_t *left)
+{
+    *left = atomic_load_explicit(messages, memory_order_relaxed);
+    do {
+        if (*left == 0)
+            return false;
+        if (*left == NO_LIMIT)
+            return true;
+    } while (!atomic_compare_exchange_weak_explicit(messages, left, *left - 1, memory_order_relaxed,
+                                                    memory_order_relaxed));
+    --*left;
+    return true;
+}
+
+static bool is_allowed(struct duplicates *duplicates, uint32_t id, VkDevice device,
+                       const struct message_subject *subject, struct message_style *style)
+{
+    struct reported_id *counts = &duplicates->ids[id];
+    uint32_t of_object = 0;
+    style->last = LAST_OF_NOTHING;
+    if (atomic_load_explicit(&counts->left, memory_order_relaxed) == 0)
+        return false;
+    if (duplicates->limit)
+        of_object = count_object(duplicates, key_of(id, device, subject));
+    if (of_object > duplicates->limit || !duplicates_take(&counts->left, &style->left))
+        return false;
+    if (style->left == 0) {
+        style->last = LAST_OF_ID;
+        style->sent = duplicates->limit * OBJECTS_PER_ID;
+    } else if (duplicates->limit && of_object == duplicates->limit) {
+        style->last = LAST_OF_OBJECT;
+        style->sent = of_object;
+    }
+    style->are_counted = duplicates->counts_all;
+    return true;
+}
+
+bool duplicates_add(struct duplicates *duplicates, uint32_t id, uint32_t shown, VkDevice device,
+                    const struct message_subject *subject, struct message_style *style)
+{
+    struct reported_id *counts = &duplicates->ids[id];
+    if (!counts->is_enabled)
+        return false;
+    bool is_sent = is_allowed(duplicates, id, device, subject, style);
+    atomic_fetch_add_explicit(&duplicates->ids[shown].found, 1, memory_order_relaxed);
+    if (is_sent) {
+        atomic_store_explicit(&counts->held_in_a_row, 0, memory_order_relaxed);
+    } else {
+        atomic_fetch_add_explicit(&counts->held_in_a_row, 1, memory_order_relaxed);
+        atomic_fetch_add_explicit(&duplicates->ids[shown].held, 1, memory_order_relaxed);
+    }
+    return is_sent;
+}
+
+/* ---- words the lines of report_flags = info */
 
 enum { REASON_SIZE = 512 };
 

@@ -13,9 +13,13 @@
 #include "src/view/extension_view.h"
 #include "src/view/finding.h"
 #include "src/view/host_view.h"
+#include "src/view/life_view.h"
 #include "src/view/micromap_view.h"
 #include "src/view/nv_view.h"
 #include "src/view/view.h"
+
+/* Rows of generated ids have tables instead of predicates (src/check/life/implicit.h). */
+struct implicit_view;
 
 #define RULE(subject, name, level, ids)                                                            \
     bool name(const struct subject##_view *subject, struct finding *finding);

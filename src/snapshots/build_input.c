@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The builder's input: the description of each geometry, and how much of its data can be read. */
+/* The builder's input: the description of each geometry, and how much of its data can be read; and
+ * sizes, computed from an input without data. */
 #include "src/snapshots/build_input.h"
 
 #include <stdlib.h>
 
 #include "src/bvh/input/source.h"
 #include "src/snapshots/input_find.h"
-#include "src/snapshots/micromap_input.h"
 
 /* The kind of BVH that the flags request. VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR is
  * kept among the BVH's flags and changes nothing else, because BVHs have one form. */
@@ -253,4 +253,45 @@ void build_input_close(struct build_input *input)
     input->geometries = NULL;
     input->opacities = NULL;
     input->displacements = NULL;
+}
+
+/* ---- sizes */
+
+static uint64_t find_nothing(void *context, uint64_t address, uint64_t size, const void **bytes)
+{
+    (void)context;
+    (void)address;
+    (void)size;
+    *bytes = NULL;
+    return 0;
+}
+
+VkResult build_parameters_sizes(const struct build_parameters *build, const uint32_t *counts,
+                                struct builder_sizes *sizes)
+{
+    const struct input_memory nothing = {.find = find_nothing};
+    struct build_input input;
+    *sizes = (struct builder_sizes){0};
+    VkResult result = build_input_open(build, &nothing, &input);
+    if (result == VK_SUCCESS && input.is_micromap)
+        micromap_get_size(&input.micromap, &sizes->structure);
+    else if (result == VK_SUCCESS)
+        builder_get_sizes(&input.input, counts, sizes);
+    build_input_close(&input);
+    return result;
+}
+
+void cpu_build_sizes(const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                     const uint32_t *counts, struct builder_sizes *sizes)
+{
+    *sizes = (struct builder_sizes){0};
+    struct readable_cache cache = {0};
+    struct build_parameters build;
+    if (build_parameters_copy(&cache, info, NULL, &build) != VK_SUCCESS)
+        return;
+    bool takes_counts = build_parameters_take_ranges(&build);
+    if (!takes_counts ||
+        readable(&cache, counts, sizeof(*counts) * (size_t)build.info.geometryCount))
+        build_parameters_sizes(&build, takes_counts ? counts : NULL, sizes);
+    build_parameters_release(&build);
 }

@@ -8,6 +8,7 @@
 
 #include "src/base/readable.h"
 #include "src/platform/threads.h"
+#include "src/state/resources/resources.h"
 
 /* `find` may be called from several threads at once. It returns how many bytes from the address on
  * can be read, at most `size`, and sets `bytes` to them. */
@@ -37,5 +38,16 @@ struct input_memory host_memory_of(struct host_memory *host);
 /* Whether all of [pointer, pointer + size) can be written. Overwrites bytes of it with themselves,
  * so no other thread may write there at the same time. */
 bool memory_is_writable(void *pointer, uint64_t size);
+
+struct buffer_target {
+    VkBuffer buffer;
+    VkDeviceSize offset, size; /* bytes from the offset to the buffer's end */
+    bool is_protected;         /* unprotected commands may not access it */
+};
+
+/* The buffer that has the address now. Returns false, with zeros in `target`, if no buffer has it
+ * or if that is unknown. */
+bool buffer_target_find(struct resources *resources, VkDeviceAddress address,
+                        struct buffer_target *target);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The builder's input for micromaps, and for geometries that use them. */
-#include "src/snapshots/micromap_input.h"
+#include "src/snapshots/build_input.h"
 
 #include <stdlib.h>
 

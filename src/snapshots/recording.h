@@ -19,7 +19,7 @@
 #include <stdbool.h>
 
 #include "src/platform/threads.h"
-#include "src/snapshots/buffer_target.h"
+#include "src/snapshots/memory.h"
 #include "src/snapshots/recorded_build.h"
 #include "src/snapshots/ticket.h"
 #include "src/state/commands/journal.h"

@@ -106,6 +106,7 @@ struct buffer_facts {
     bool of_another_device;     /* alive == NO, but another VkDevice has this handle */
     VkDeviceSize size;          /* if alive == YES */
     VkBufferUsageFlags2 usage;  /* if alive == YES */
+    VkBufferCreateFlags flags;  /* if alive == YES */
     enum address_status status; /* if alive == YES: as if its bytes had addresses */
 };
 
@@ -113,6 +114,7 @@ struct buffer_facts {
 struct nv_size_facts {
     bool known;
     VkDeviceSize object, build_scratch, update_scratch;
+    VkDeviceSize alignment; /* of the object in memory; 0: unknown */
 };
 
 /* The memory binding of a VkAccelerationStructureNV. */
@@ -168,6 +170,7 @@ struct size_facts {
 struct micromap_support {
     bool any;      /* one of the three micromap extensions is enabled */
     bool ext, khr; /* feature `micromap` of VK_EXT_ or VK_KHR_opacity_micromap */
+    bool host_commands;
     struct {
         uint32_t opacity_2_state_level, opacity_4_state_level;
     } ext_limits;
@@ -184,7 +187,23 @@ struct micromap_facts {
     uint64_t id;            /* never reused, nor equal to that of a structure; 0 unless alive */
     enum tristate alive;    /* a micromap of this device */
     bool of_another_device; /* alive == NO, but another VkDevice has this handle */
-    VkMicromapTypeEXT type; /* if alive == YES */
+    /* The following if alive == YES; see struct accel_facts. */
+    VkMicromapTypeEXT type;
+    VkMicromapCreateFlagsEXT create_flags;
+    VkDeviceSize size; /* bytes, VkMicromapCreateInfoEXT::size */
+    VkBuffer buffer;
+    enum tristate backed, host_visible, multi_instance;
+    bool is_sparse;
+    struct memory_span span; /* its bytes; memory null: unknown */
+};
+
+/* A VkQueryPool. */
+struct query_pool_facts {
+    VkQueryPool handle;
+    enum tristate alive;    /* a pool of this device */
+    bool of_another_device; /* alive == NO, but another VkDevice has this handle */
+    VkQueryType type;       /* type and count: if alive == YES */
+    uint32_t count;
 };
 
 /* Enabled extensions and features, and limits of a device. Constant after its creation. */
@@ -196,11 +215,17 @@ struct device_facts {
     bool newer_than_registry;
     /* Commands that the layer does not intercept may build acceleration structures. */
     bool has_other_builders;
+    bool has_queues; /* it was created with a queue */
+    /* Extensions that add enumerants and structures: bits by registry_owners[]. */
+    uint64_t owners;
     /* Features. */
     bool acceleration_structure, acceleration_structure_indirect_build,
         acceleration_structure_host_commands;
     bool device_fault, ray_tracing_maintenance1, synchronization2;
     bool spheres, linear_swept_spheres, dense_geometry_format;
+    bool device_address_commands, buffer_device_address_multi_device,
+        descriptor_buffer_capture_replay;
+    bool is_group; /* it was created with multiple physical devices */
     /* Extensions. */
     struct {
         bool acceleration_structure, motion_blur_nv, opacity_micromap_ext, opacity_micromap_khr,

@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "src/bvh/input/indices.h"
+#include "src/bvh/input/formats.h"
 #include "src/view/view.h"
 
 static inline const VkAccelerationStructureGeometryTrianglesDataKHR *

@@ -31,6 +31,21 @@ struct value index_type(VkIndexType type)
     return spelling(string_VkIndexType(type), (uint32_t)type);
 }
 
+struct value copy_mode(VkCopyAccelerationStructureModeKHR mode)
+{
+    return spelling(string_VkCopyAccelerationStructureModeKHR(mode), (uint32_t)mode);
+}
+
+struct value micromap_copy_mode(VkCopyMicromapModeEXT mode)
+{
+    return spelling(string_VkCopyMicromapModeEXT(mode), (uint32_t)mode);
+}
+
+struct value query_type(VkQueryType type)
+{
+    return spelling(string_VkQueryType(type), (uint32_t)type);
+}
+
 struct value format(VkFormat format)
 {
     return spelling(string_VkFormat(format), (uint32_t)format);

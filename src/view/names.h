@@ -12,6 +12,9 @@ struct value structure_type(VkStructureType type);
 struct value geometry_type(VkGeometryTypeKHR type);
 struct value accel_type(VkAccelerationStructureTypeKHR type);
 struct value index_type(VkIndexType type);
+struct value copy_mode(VkCopyAccelerationStructureModeKHR mode);
+struct value micromap_copy_mode(VkCopyMicromapModeEXT mode);
+struct value query_type(VkQueryType type);
 struct value format(VkFormat format);
 
 #endif

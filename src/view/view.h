@@ -14,13 +14,15 @@
 #include "src/state/facts.h"
 #include "vuid-tables/rules.h"
 
-/* One call of a build command. */
+/* One call of a command. */
 struct call_view {
     enum build_command command;
     uint32_t info_count;
     const struct device_facts *device;
-    struct command_buffer_facts command_buffer; /* not for COMMAND_HOST */
-    /* device_argument and deferred: COMMAND_HOST only. */
+    struct command_buffer_facts command_buffer; /* of commands that are recorded */
+    /* Not of build commands: struct arguments_of_NAME of the generated arguments.h. */
+    const void *arguments;
+    /* device_argument and deferred: of the other commands. */
     VkDevice device_argument;
     struct deferred_operation_facts deferred;
 

@@ -23,10 +23,10 @@ static bool is_deferred;
 
 static void read_argument(const char *word)
 {
-    static const char *const commands[COMMAND_COUNT] = {[COMMAND_DEVICE] = "device",
-                                                        [COMMAND_INDIRECT] = "indirect",
-                                                        [COMMAND_HOST] = "host",
-                                                        [COMMAND_NV] = "nv"};
+    static const char *const commands[BUILD_COMMAND_COUNT] = {[COMMAND_DEVICE] = "device",
+                                                              [COMMAND_INDIRECT] = "indirect",
+                                                              [COMMAND_HOST] = "host",
+                                                              [COMMAND_NV] = "nv"};
     if (strncmp(word, "library=", strlen("library=")) == 0)
         library = word + strlen("library=");
     else if (strcmp(word, "secondary") == 0)
@@ -35,7 +35,7 @@ static void read_argument(const char *word)
         is_deferred = true;
     else
         mistake = word;
-    for (int i = 0; i < COMMAND_COUNT; i++)
+    for (int i = 0; i < BUILD_COMMAND_COUNT; i++)
         if (strcmp(word, commands[i]) == 0)
             command = (enum build_command)i;
     if (is_deferred)

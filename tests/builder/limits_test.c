@@ -2,7 +2,7 @@
 /* How far into arrays the builder looks: to the last element, and no further. */
 #include <string.h>
 
-#include "src/bvh/input/dense.h"
+#include "src/bvh/input/input.h"
 #include "src/bvh/input/source.h"
 #include "src/bvh/structure.h"
 #include "tests/builder/fixture.h"

@@ -6,7 +6,7 @@
 
 #include "src/bvh/bvh.h"
 #include "src/bvh/expansion.h"
-#include "src/bvh/input/indices.h"
+#include "src/bvh/input/formats.h"
 #include "tests/state/random.h"
 #include "tests/state/unit_test.h"
 

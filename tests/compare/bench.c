@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Opening the device, and comparing inputs on it. */
+/* Opening the device, and submitting to it. */
 #include "bench.h"
 
 #include <stdlib.h>
@@ -13,15 +13,11 @@ static VkResult create_device(void)
 {
     const char *extensions[3] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                  VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
-    STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query, .rayQuery = VK_TRUE);
     STRUCT(VkPhysicalDeviceRayTracingPipelineFeaturesKHR, pipelines, .rayTracingPipeline = VK_TRUE);
     STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures,
            .accelerationStructure = VK_TRUE);
     uint32_t count = 2;
-    if (bench.kind == BENCH_QUERIES) {
-        extensions[count++] = VK_KHR_RAY_QUERY_EXTENSION_NAME;
-        structures.pNext = &query;
-    } else if (bench.kind != BENCH_LAYER) { /* there the layer enables what it needs itself */
+    if (bench.kind == BENCH_PIPELINES) { /* else the layer enables what it needs itself */
         extensions[count++] = VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME;
         structures.pNext = &pipelines;
     }
@@ -38,13 +34,11 @@ const char *bench_open(enum bench_kind kind)
     setenv("VK_LAYER_PATH", LAYER_FOLDER, 1);
     setenv("VK_DRIVER_FILES", LAVAPIPE_MANIFEST, 0);
     unsetenv("VK_INSTANCE_LAYERS");
-    instance_fixture_create(&bench.instance, &platform,
-                            &(struct instance_settings){.without_layer = kind < BENCH_LAYER});
+    instance_fixture_create(&bench.instance, &platform, &(struct instance_settings){0});
     if (create_device() != VK_SUCCESS)
         return "the driver doesn't trace so";
     STRUCT(VkPhysicalDeviceAccelerationStructurePropertiesKHR, limits);
-    STRUCT(VkPhysicalDeviceRayTracingPipelinePropertiesKHR, groups, .pNext = &limits);
-    STRUCT(VkPhysicalDeviceDriverProperties, driver, .pNext = &groups);
+    STRUCT(VkPhysicalDeviceDriverProperties, driver, .pNext = &limits);
     const VkPhysicalDevice physical = bench.instance.physical;
     vkGetPhysicalDeviceProperties2(physical, &MAKE(VkPhysicalDeviceProperties2, .pNext = &driver));
     memcpy(bench.driver, driver.driverInfo, sizeof(bench.driver));
@@ -57,21 +51,13 @@ const char *bench_open(enum bench_kind kind)
         .memory = &bench.memory,
         .scratch_alignment = limits.minAccelerationStructureScratchOffsetAlignment,
         .queue_lock = &bench.queue_lock,
-        .has_queries = kind == BENCH_QUERIES,
-        .group_handle_size = groups.shaderGroupHandleSize,
-        .group_handle_alignment = groups.shaderGroupHandleAlignment,
-        .group_base_alignment = groups.shaderGroupBaseAlignment,
     };
-    if (kind >= BENCH_LAYER) {
-        bench.pool = command_pool_create(&bench.vk, bench.device);
-        return NULL;
-    }
-    return tracer_create(&bench.compare, &bench.tracer) == VK_SUCCESS ? NULL : "no pipeline";
+    bench.pool = command_pool_create(&bench.vk, bench.device);
+    return NULL;
 }
 
 void bench_close(void)
 {
-    tracer_destroy(bench.tracer);
     if (bench.pool)
         vkDestroyCommandPool(bench.device, bench.pool, NULL);
     if (bench.device)
@@ -79,11 +65,10 @@ void bench_close(void)
     instance_fixture_close(&bench.instance);
 }
 
-const char *bench_open_tests(const char *argument, enum bench_kind queries,
-                             enum bench_kind pipelines)
+const char *bench_open_tests(const char *argument)
 {
     const bool wants_pipelines = argument && strcmp(argument, "pipelines") == 0;
-    const char *lacks = bench_open(wants_pipelines ? pipelines : queries);
+    const char *lacks = bench_open(wants_pipelines ? BENCH_PIPELINES : BENCH_PLAIN);
     if (!lacks)
         print_message("%s\n", bench.driver);
     soup_fill();
@@ -111,36 +96,4 @@ void bench_finish(VkCommandBuffer commands)
 {
     GET(vkQueueWaitIdle(bench.queue));
     vkFreeCommandBuffers(bench.device, bench.pool, 1, &commands);
-}
-
-/* ---- comparing */
-
-void bench_compare(const struct subject *source, const struct subject *subject, uint32_t count,
-                   struct tally *tally)
-{
-    struct reference reference;
-    struct rays rays;
-    struct input_copy *copy = input_copy_create(&subject->input);
-    assert_non_null(copy);
-    GET(reference_open(copy, &reference));
-    GET(rays_create(&reference, count, &rays));
-    struct compare_answer *answers = calloc(rays.count + 1ull, sizeof(*answers));
-    assert_non_null(answers);
-    struct compare_input inputs[2] = {subject->input, subject->input};
-    if (source)
-        inputs[0] = source->input;
-    const struct tracer_job job = {
-        .queue = bench.queue,
-        .input_count = source ? 2 : 1,
-        .inputs = inputs,
-        .ray_count = rays.count,
-        .rays = rays.rays,
-        .answers = answers,
-    };
-    GET(tracer_run(bench.tracer, &job));
-    tally_judge(tally, &reference, &rays, answers);
-    free(answers);
-    rays_free(&rays);
-    reference_close(&reference);
-    input_copy_free(copy);
 }

@@ -1,23 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A device of lavapipe: one that traces, without the layer; or one that only builds, below it. */
+/* A device of lavapipe below the layer. */
 #ifndef TESTS_COMPARE_BENCH_H
 #define TESTS_COMPARE_BENCH_H
 
-#include "layer/compare/tracer.h"
+#include "layer/compare/structures.h"
 #include "subject.h"
 #include "tests/fixture/instance.h"
 
 enum bench_kind {
-    BENCH_QUERIES,
-    BENCH_PIPELINES,
-    BENCH_LAYER, /* neither is enabled */
-    BENCH_LAYER_PIPELINES,
+    BENCH_PLAIN,     /* the application enables nothing that traces */
+    BENCH_PIPELINES, /* it enables pipelines */
 };
 
 struct bench {
     enum bench_kind kind;
     struct instance_fixture instance;
-    VkCommandPool pool;                   /* BENCH_LAYER */
+    VkCommandPool pool;
     char driver[VK_MAX_DRIVER_INFO_SIZE]; /* its version */
     VkDevice device;
     VkQueue queue;
@@ -25,7 +23,6 @@ struct bench {
     VkuDeviceDispatchTable vk;
     pthread_mutex_t queue_lock;
     struct compare_device compare;
-    struct tracer *tracer;
 };
 
 /* NULL, or why there is no such device here. */
@@ -35,8 +32,7 @@ void bench_close(void);
 /* The bench of a program of tests, which unit_test_open() opens: for pipelines if that is its
  * argument. Fills the soup. Returns NULL, or why there is no such device here. */
 extern struct bench bench;
-const char *bench_open_tests(const char *argument, enum bench_kind queries,
-                             enum bench_kind pipelines);
+const char *bench_open_tests(const char *argument);
 
 /* How many messages there were of a difference. */
 uint32_t bench_count(enum difference difference);
@@ -45,9 +41,5 @@ uint32_t bench_count(enum difference difference);
 VkCommandBuffer bench_begin(void);
 void bench_submit(VkCommandBuffer commands);
 void bench_finish(VkCommandBuffer commands);
-
-/* `source`: what is built first and then updated; or NULL. Ends the test where something fails. */
-void bench_compare(const struct subject *source, const struct subject *subject, uint32_t count,
-                   struct tally *tally);
 
 #endif

@@ -2,7 +2,7 @@
 /* Where rays lie to triangles and boxes, in numbers that are exact. */
 #include <math.h>
 
-#include "src/compare/placing.h"
+#include "src/compare/rays.h"
 #include "tests/state/unit_test.h"
 
 /* A right triangle of side 4 in the plane z = 8. */

@@ -28,7 +28,7 @@ static bool live(unsigned failing)
     struct compare_structure structure = {0}, update = {0};
     subject_ring(&subject);
     subject.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
-    assert_null(bench_open(BENCH_LAYER));
+    assert_null(bench_open(BENCH_PLAIN));
     const struct compare_device *device = &bench.compare;
     VkCommandBuffer commands = bench_begin();
     GET(compare_structure_create(device, &subject.input, NULL, &structure));
@@ -61,7 +61,7 @@ const char *unit_test_open(const char *argument)
 {
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
     setenv("VK_ASSAY_VALIDATION_COMPARE_RAYS", "64", 1);
-    const char *lacks = bench_open(BENCH_LAYER);
+    const char *lacks = bench_open(BENCH_PLAIN);
     bench_close();
     return lacks;
 }

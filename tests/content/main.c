@@ -119,7 +119,7 @@ static void check_every_rule_has_fired(struct run *run)
     run->report = (struct report){.outcome = OUTCOME_PASSED};
     for (enum rule rule = 0; rule < RULE_COUNT; rule++) {
         const struct rule_info *info = &rule_infos[rule];
-        for (int command = 0; command < COMMAND_COUNT && info->subject != NULL; command++) {
+        for (int command = 0; command < BUILD_COMMAND_COUNT && info->subject != NULL; command++) {
             const enum vuid vuid = info->vuid[command];
             if (info->level != LEVEL_CONTENT || command == COMMAND_HOST || vuid == VUID_NONE ||
                 (run->fired[vuid] && run->stayed_silent[vuid]))

@@ -2,8 +2,7 @@
 /* The device, in place of the registry and of the reporter. */
 #include "below.h"
 
-#include "layer/cpu/advertise.h"
-#include "layer/cpu/unsupported.h"
+#include "layer/cpu/overlay.h"
 
 static struct cpu_overlay overlay;
 static struct layer_instance instance;

@@ -3,7 +3,7 @@
  * of results whose end the driver does not show. If the order is unknown, it gets executions while
  * the queues are locked, and a callback that submits would wait for its own thread. The test plays
  * the order, the playback and the driver. */
-#include "layer/cpu/results.h"
+#include "layer/cpu/overlay.h"
 
 #include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/coverage_warnings.h"

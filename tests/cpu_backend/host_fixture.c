@@ -122,6 +122,7 @@ static struct fixture_structure create(VkAccelerationStructureTypeKHR type, VkDe
     struct fixture_structure structure = {.size = size};
     const STRUCT(VkBufferCreateInfo, buffer, .size = size,
                  .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
+                          VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT |
                           VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     structure.storage = buffer_create(&vk, device, host_memory_type, &buffer);
     OWN(FreeMemory, structure.storage.memory);

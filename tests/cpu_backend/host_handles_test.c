@@ -29,7 +29,6 @@ SILENT_TEST(test_addresses)
     uint64_t blas = address_of(pair.blas.handle), tlas = address_of(pair.tlas.handle);
     assert_true(blas != 0 && tlas != 0 && blas != tlas);
     assert_int_equal(address_of(pair.blas.handle), blas);
-    assert_int_equal(address_of((VkAccelerationStructureKHR)0x1234), 0);
 
     struct fixture_structure first = fixture_create_blas(4096);
     VkAccelerationStructureKHR a = create_generic(first.storage.handle, 256);
@@ -134,6 +133,7 @@ TEST(test_own_commands)
 NOISY_TEST(test_wild_handles)
 {
     open_pair(10, UPDATABLE);
+    assert_int_equal(address_of(WILD), 0);
     expect_mistake(host_build(&pair.triangles, WILD, VK_NULL_HANDLE));
     expect_mistake(host_build(&pair.triangles, pair.blas.handle, WILD));
     expect_mistake(host_copy(WILD, pair.blas.handle, CLONE));

@@ -9,7 +9,7 @@
 #include <unistd.h>
 
 #include "src/bvh/bvh.h"
-#include "src/cpu/scratch.h"
+#include "src/cpu/device.h"
 #include "src/cpu/structures.h"
 #include "src/snapshots/memory.h"
 #include "tests/fixture/objects.h"

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "src/cpu/host.h"
-#include "src/cpu/trees/bytes.h"
+#include "src/cpu/trees/tree.h"
 #include "tests/fixture/make.h"
 #include "tests/fixture/scarce_memory.h"
 

@@ -49,6 +49,35 @@ static void judge(struct model *model, const struct content *asked, const struct
         judge_geometry(model, asked, last);
 }
 
+static bool is_copy(enum action action)
+{
+    return action == ACTION_CLONE || action == ACTION_COMPACT || action == ACTION_HOST_CLONE ||
+           action == ACTION_HOST_COMPACT;
+}
+
+static bool compacts(enum action action)
+{
+    return action == ACTION_COMPACT || action == ACTION_HOST_COMPACT;
+}
+
+static void judge_copy(struct model *model, enum action action, const struct content *last)
+{
+    const bool allows =
+        last->shape.flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
+    model->findings[RULE_source_was_constructed_before] += last->state == NEVER_BUILT;
+    model->findings[RULE_source_allows_compaction] +=
+        compacts(action) && last->state == BUILT && !last->compacted && !allows;
+}
+
+static void judge_operation(struct model *model, const struct operation *operation,
+                            const struct content *last)
+{
+    if (operation->action == ACTION_UPDATE || operation->action == ACTION_HOST_UPDATE)
+        judge(model, &operation->asked, last);
+    else if (is_copy(operation->action))
+        judge_copy(model, operation->action, last);
+}
+
 /* ---- recording */
 
 void model_begin(struct model *model, uint32_t command_buffer)
@@ -76,6 +105,7 @@ static void learn(struct model *model, struct recording *recording,
     default: /* updates and copies */
         recording->knows[operation->dst] = recording->knows[operation->src];
         recording->known[operation->dst] = recording->known[operation->src];
+        recording->known[operation->dst].compacted |= compacts(operation->action);
     }
 }
 
@@ -84,9 +114,10 @@ void model_record(struct model *model, uint32_t command_buffer, const struct ope
     struct recording *recording = &model->command_buffers[command_buffer];
     struct operation *added = &recording->operations[recording->count++];
     *added = *operation;
-    added->is_judged = added->action == ACTION_UPDATE && recording->knows[added->src];
+    added->is_judged =
+        (added->action == ACTION_UPDATE || is_copy(added->action)) && recording->knows[added->src];
     if (added->is_judged)
-        judge(model, &added->asked, &recording->known[added->src]);
+        judge_operation(model, added, &recording->known[added->src]);
     learn(model, recording, added);
 }
 
@@ -135,10 +166,11 @@ static void run_recording(struct model *model, uint32_t batch, const struct reco
             content = not_known;
         else if (operation->action != ACTION_BUILD)
             content = read_structure(model, operation->src, batch);
-        if (operation->action == ACTION_UPDATE && !operation->is_judged)
-            judge(model, &operation->asked, &content);
+        if (!operation->is_judged)
+            judge_operation(model, operation, &content);
         if (content.state == NEVER_BUILT)
             content = not_known;
+        content.compacted |= compacts(operation->action);
         write_structure(model, operation->dst, batch, &content);
     }
 }
@@ -225,10 +257,8 @@ uint32_t model_judge_work(struct model *model, const struct operation *operation
     const uint32_t number = model->batch_count - 1;
     batch->has_run = true;
     batch->follows = batch->host;
-    if (operation->action == ACTION_HOST_UPDATE) {
-        const struct content source = read_structure(model, operation->src, number);
-        judge(model, &operation->asked, &source);
-    }
+    const struct content source = read_structure(model, operation->src, number);
+    judge_operation(model, operation, &source);
     return number;
 }
 
@@ -248,6 +278,7 @@ void model_end_work(struct model *model, uint32_t batch, const struct operation 
         content = read_structure(model, operation->src, batch);
     if (content.state == NEVER_BUILT)
         content = not_known;
+    content.compacted |= compacts(operation->action);
     write_structure(model, operation->dst, batch, &content);
     model->host |= (uint64_t)1 << batch;
 }

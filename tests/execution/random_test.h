@@ -17,6 +17,7 @@ struct content {
     enum content_state state;
     struct shape shape;
     bool counted; /* its primitive counts are known */
+    bool compacted;
 };
 
 /* What a command buffer does: a step of it with its shape. */

@@ -203,7 +203,8 @@ static void build(struct frame *frame, uint32_t i)
     const STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info,
                  .type = is_top ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
                                 : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-                 .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+                 .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
+                          VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
                  .dstAccelerationStructure = frame->structures[i], .geometryCount = 1,
                  .pGeometries = &geometry,
                  .scratchData = {.deviceAddress = frame->address + SCRATCH + i * SCRATCH_SIZE});

@@ -16,7 +16,8 @@ INSTANCE_EXTENSIONS = """
     KHR_external_memory_capabilities KHR_external_semaphore_capabilities
     KHR_get_physical_device_properties2"""
 DEVICE_EXTENSIONS = """
-    AMDX_dense_geometry_format AMD_buffer_marker EXT_buffer_device_address EXT_descriptor_indexing
+    AMDX_dense_geometry_format AMD_buffer_marker EXT_buffer_device_address EXT_descriptor_buffer
+    EXT_descriptor_indexing
     EXT_device_fault
     EXT_external_memory_host EXT_host_query_reset EXT_index_type_uint8 EXT_opacity_micromap
     EXT_private_data EXT_scalar_block_layout KHR_16bit_storage KHR_8bit_storage
@@ -24,17 +25,19 @@ DEVICE_EXTENSIONS = """
     KHR_create_renderpass2 KHR_dedicated_allocation KHR_deferred_host_operations
     KHR_depth_stencil_resolve KHR_descriptor_update_template KHR_device_address_commands
     KHR_device_group KHR_draw_indirect_count KHR_driver_properties KHR_dynamic_rendering
-    KHR_external_fence KHR_external_memory KHR_external_memory_fd KHR_external_semaphore
+    KHR_external_fence KHR_external_fence_fd KHR_external_memory KHR_external_memory_fd
+    KHR_external_semaphore KHR_external_semaphore_fd
     KHR_format_feature_flags2 KHR_get_memory_requirements2 KHR_image_format_list
     KHR_imageless_framebuffer KHR_index_type_uint8 KHR_maintenance1 KHR_maintenance2
     KHR_maintenance3 KHR_maintenance4 KHR_maintenance5 KHR_maintenance6 KHR_map_memory2
     KHR_multiview KHR_opacity_micromap KHR_pipeline_library KHR_push_descriptor KHR_ray_query
     KHR_ray_tracing_maintenance1 KHR_ray_tracing_pipeline KHR_ray_tracing_position_fetch
     KHR_sampler_ycbcr_conversion KHR_shader_draw_parameters KHR_shader_float16_int8
-    KHR_shader_float_controls KHR_spirv_1_4 KHR_storage_buffer_storage_class KHR_synchronization2
+    KHR_shader_float_controls KHR_spirv_1_4 KHR_storage_buffer_storage_class
+    KHR_swapchain KHR_synchronization2
     KHR_timeline_semaphore KHR_uniform_buffer_standard_layout KHR_variable_pointers
     KHR_video_decode_h264 KHR_video_decode_queue KHR_video_queue KHR_vulkan_memory_model
-    NV_displacement_micromap NV_ray_tracing NV_ray_tracing_linear_swept_spheres
+    NV_displacement_micromap NV_low_latency2 NV_ray_tracing NV_ray_tracing_linear_swept_spheres
     NV_ray_tracing_motion_blur"""
 
 # Constants of the driver: values of members, by patterns of their names. The last pattern that fits a
@@ -289,7 +292,8 @@ class Command:
         lengths = {parameter.get("len") for parameter in self.parameters}
         counts = [name for name in self.names if name in lengths and name.startswith("p")]
         statements = [f"*{name} = 0;" for name in counts]
-        if self.name.startswith("Get") and self.returns == "void" and not counts:
+        if self.name.startswith("Get") and self.returns == "void" and not counts and \
+                self.types[-1] != "void":
             statements = [f"fill_with_zeros({self.names[-1]}, sizeof(*{self.names[-1]}), "
                           f"{int(self.types[-1] in self.registry.chained)});"]
         return statements + ([] if self.returns == "void" else ["return 0;"])

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Random programs against the model: every pair of batches is asked for its order after each
- * program. Calls may overlap, as those of several threads do: others begin and end between the
- * preparation of one and its end. */
-#include <string.h>
+/* Random programs against the model, in the harness of property tests: every pair of batches is
+ * asked for its order after each program. Calls may overlap, as those of several threads do: others
+ * begin and end between the preparation of one and its end. A step's operand decides all that the
+ * step does, so that a failing program can be reduced and replayed. */
+#include <stdlib.h>
 
 #include "generator.h"
-
-enum { PROGRAMS = ORDER_PROGRAMS, STEPS = 40 };
+#include "tests/state/property.h"
 
 /* ---- the host */
 
@@ -99,7 +99,7 @@ static void work_on_host(struct test *test)
     submission_add_commands(work->submission, COMMAND_BUFFER(++test->name_count));
     work->batch = (struct model_batch){.name = test->name_count, .resolved = true};
     work->batch.starts = model_add_node(&test->model, test->model.host);
-    assert_false(submission_prepare(work->submission));
+    EXPECT(!submission_prepare(work->submission));
     if (below(test, 2))
         end_work_on_host(test);
 }
@@ -116,6 +116,14 @@ static void recreate_some(struct test *test)
     create_semaphore(test, handle);
 }
 
+static void recreate_all(struct test *test)
+{
+    for (uint32_t handle = 1; handle <= SEMAPHORES && !test->name_count; handle++) {
+        execution_order_remove_semaphore(test->program.order, SEMAPHORE(handle));
+        create_semaphore(test, handle);
+    }
+}
+
 /* The signal is consumed: as if nothing had been signalled. */
 static void present_some(struct test *test)
 {
@@ -130,19 +138,23 @@ static void present_some(struct test *test)
 
 /* ---- programs */
 
-static void step(struct test *test)
-{
-    static const struct {
-        void (*step)(struct test *test);
-        uint32_t weight;
-    } steps[] = {{submit_some, 12},       {land_some, 3},     {see_some_fence, 2},
-                 {see_some_semaphore, 2}, {see_some_idle, 1}, {signal_some_on_host, 1},
-                 {work_on_host, 1},       {recreate_some, 1}, {present_some, 1}};
-    uint32_t i = 0, choice = below(test, 24);
-    for (; choice >= steps[i].weight; i++)
-        choice -= steps[i].weight;
-    steps[i].step(test);
-}
+/* Runs a step with random numbers of its own. */
+#define STEP(name)                                                                                 \
+    static void step_##name(void *state, const uint32_t *operands)                                 \
+    {                                                                                              \
+        ((struct test *)state)->random = (struct random){operands[0]};                             \
+        name(state);                                                                               \
+    }
+STEP(recreate_all)
+STEP(submit_some)
+STEP(land_some)
+STEP(see_some_fence)
+STEP(see_some_semaphore)
+STEP(see_some_idle)
+STEP(signal_some_on_host)
+STEP(work_on_host)
+STEP(recreate_some)
+STEP(present_some)
 
 /* The batch that signals a value; NULL: the host does. */
 static const struct model_batch *find_signaller(const struct model *model, uint32_t semaphore,
@@ -181,11 +193,10 @@ static void compare_signal(const struct test *test, const struct model_batch *ba
     const struct model_batch *signaller = find_signaller(model, semaphore, value);
     const uint64_t expected = number_of(test, signaller, semaphore);
     if (found && expected)
-        assert_int_equal(found, expected);
+        EXPECT_EQUAL(found, expected);
     if (!found && signaller)
-        assert_true(
-            model_is_before(model, model->semaphores[semaphore].signals[at].node, batch->host) ||
-            model_is_before(model, signaller->ends, batch->host));
+        EXPECT(model_is_before(model, model->semaphores[semaphore].signals[at].node, batch->host) ||
+               model_is_before(model, signaller->ends, batch->host));
 }
 
 static void compare_signals(const struct test *test, const struct model_batch *batch,
@@ -199,11 +210,11 @@ static void compare_signals(const struct test *test, const struct model_batch *b
         uint32_t at = 0;
         while (at < semaphore->signal_count && semaphore->signals[at].value < value)
             at++;
-        assert_true(!wait->is_met || !wait->signal);
+        EXPECT(!wait->is_met || !wait->signal);
         if (value <= semaphore->initial)
-            assert_int_equal(wait->is_met, semaphore->timeline);
+            EXPECT_EQUAL(wait->is_met, semaphore->timeline);
         else
-            assert_int_equal(wait->is_met, !wait->signal);
+            EXPECT_EQUAL(wait->is_met, !wait->signal);
         if (value > semaphore->initial)
             compare_signal(test, batch, batch->wait[i].semaphore, at, wait->signal);
     }
@@ -217,70 +228,80 @@ static void compare_signals(const struct test *test, const struct model_batch *b
         if (before)
             compare_signal(test, batch, batch->signal[i].semaphore, before - 1, signal->previous);
         else
-            assert_int_equal(signal->previous, 0);
+            EXPECT_EQUAL(signal->previous, 0);
     }
 }
 
 static void compare(const struct test *test)
 {
     const struct model *model = &test->model;
-    assert_int_equal(test->program.losses, 0);
+    EXPECT_EQUAL(test->program.losses, 0);
     for (uint32_t i = 0; i < model->batch_count; i++) {
         const struct model_batch *later = &model->batches[i];
         if (later->kind != SUBMIT_COMMANDS)
             continue;
         const struct heard *run = find_run(&test->program, later->name);
-        assert_int_equal(run != NULL, later->resolved);
+        EXPECT_EQUAL(run != NULL, later->resolved);
         if (run)
             compare_signals(test, later, run);
         for (uint32_t j = 0; run && j < model->batch_count; j++) {
             const struct model_batch *earlier = &model->batches[j];
             if (earlier->kind != SUBMIT_COMMANDS || !earlier->resolved)
                 continue;
-            bool is = follows(&test->program, later->name, earlier->name);
-            bool should_be = model_is_before(model, earlier->ends, later->starts);
-            if (is != should_be)
-                fail_msg("batch %u follows %u: %d instead of %d", later->name, earlier->name, is,
-                         should_be);
-            if (is)
-                assert_true(find_run(&test->program, earlier->name) < run);
+            const bool follows_it = follows(&test->program, later->name, earlier->name);
+            EXPECT_EQUAL(follows_it, model_is_before(model, earlier->ends, later->starts));
+            if (follows_it)
+                EXPECT(find_run(&test->program, earlier->name) < run);
         }
     }
 }
 
-static void start(struct test *test)
+static void begin(void *state)
 {
-    const struct random random = test->random;
-    memset(test->usage, 0, sizeof(test->usage));
-    memset(test->fences, 0, sizeof(test->fences));
-    test->flying_count = test->work_count = test->semaphore_count = test->name_count = 0;
+    struct test *test = state;
     program_start(&test->program);
     model_start(&test->model);
     for (uint32_t handle = 1; handle <= SEMAPHORES; handle++)
         create_semaphore(test, handle);
     for (uint32_t fence = 1; fence <= FENCES; fence++)
         execution_order_add_fence(test->program.order, FENCE(fence), false, false);
-    test->random = random;
 }
 
-TEST(random_programs_agree_with_the_model)
+static uint32_t runs, held;
+
+static void end(void *state)
 {
-    static struct test test;
-    uint64_t runs = 0, held = 0;
-    test.random = random_of("order_random");
-    for (uint32_t i = 0; i < PROGRAMS; i++) {
-        start(&test);
-        for (uint32_t j = 0; j < STEPS; j++)
-            step(&test);
-        while (test.flying_count)
-            land_some(&test);
-        while (test.work_count)
-            end_work_on_host(&test);
-        compare(&test);
-        runs += test.program.run_count;
-        held += anything_is_held(&test);
-        program_stop(&test.program);
+    struct test *test = state;
+    while (test->flying_count)
+        land_some(test);
+    while (test->work_count)
+        end_work_on_host(test);
+    compare(test);
+    runs += test->program.run_count;
+    held += anything_is_held(test);
+    program_stop(&test->program);
+}
+
+#define ANYTHING                                                                                   \
+    {                                                                                              \
+        1u << 31                                                                                   \
     }
-    print_message("%u programs, %llu batches ran, %llu programs ended with batches held\n",
-                  PROGRAMS, (unsigned long long)runs, (unsigned long long)held);
+
+PROPERTY_TEST(order_random, .size = sizeof(struct test), .begin = begin, .end = end,
+              .operations = {{"create", step_recreate_all, ANYTHING},
+                             {"submit", step_submit_some, ANYTHING, 12},
+                             {"land", step_land_some, ANYTHING, 3},
+                             {"fence", step_see_some_fence, ANYTHING, 2},
+                             {"semaphore", step_see_some_semaphore, ANYTHING, 2},
+                             {"idle", step_see_some_idle, ANYTHING, 1},
+                             {"signal", step_signal_some_on_host, ANYTHING, 1},
+                             {"work", step_work_on_host, ANYTHING, 1},
+                             {"recreate", step_recreate_some, ANYTHING, 1},
+                             {"present", step_present_some, ANYTHING, 1}},
+              .sequences = ORDER_PROGRAMS, .steps = 40)
+
+TEST(programs_run_and_hold_batches)
+{
+    print_message("%u batches ran, %u programs ended with batches held\n", runs, held);
+    assert_true(getenv("ASSAY_TEST_STEPS") || (runs > 10 * ORDER_PROGRAMS && held > 100));
 }

@@ -1,35 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Which signal ends a wait, and which one a signal includes, by their numbers. */
 #include "program.h"
-#include "src/state/order/semaphore_clock.h"
-
-SCRIPT_TEST(a_binary_wait_ends_with_the_last_signal,
-            "binary S; 10 signals S; 20 waits S; 11 signals S; 30 waits S; 31 waits S;"
-            "20 ends 10; 30 ends 11; 31 ends nothing; 10 behind nothing; 11 behind 10;")
-
-SCRIPT_TEST(
-    a_timeline_wait_ends_with_the_smallest_value,
-    "timeline S=3; 10 signals S=5; 11 signals S=8; 20 waits S=3; 30 waits S=4; 40 waits S=6;"
-    "20 met; 30 ends 10; 40 ends 11; 10 behind nothing; 11 behind 10;")
-
-/* 10 is announced first. */
-SCRIPT_TEST(values_decide_not_the_order_of_submissions,
-            "timeline S; 10 waits S=1 signals S=2; 40 waits S=1; 20 signals S=1; 50 waits S=2;"
-            "10 ends 20; 40 ends 20; 50 ends 10; 10 behind 20; 20 behind nothing;")
-
-SCRIPT_TEST(signals_of_the_same_call_end_waits,
-            "timeline S; 10 signals S=1 then 11 waits S=1 signals S=2; 11 ends 10; 11 behind 10;")
-
-/* ---- what the host has observed */
-
-SCRIPT_TEST(what_the_host_observed_before_a_submission_is_met,
-            "timeline S; fence F; 10 signals S=1 fence F; 20 waits S=1; sees F; 21 waits S=1;"
-            "11 signals S=2; 22 waits S=2; 20 ends 10; 21 met; 11 behind nothing; 22 ends 11;"
-            "sees S=2; 23 waits S=1; 24 waits S=2; 23 met; 24 met;")
-
-SCRIPT_TEST(consumed_signals_are_observed_too,
-            "binary S; 10 signals S; 20 waits S; idle; 11 signals S; 11 behind nothing;"
-            "21 waits S; 21 ends 11;")
+#include "src/state/order/records.h"
 
 /* The host has observed nothing of 10, whose signal carries nothing. */
 SCRIPT_TEST(signals_at_other_stages_are_known,
@@ -42,15 +14,6 @@ PROGRAM_TEST(a_value_that_the_host_observed_is_met)
     SUBMIT(p, .queue = 1, .name = 10, .signal = {{S, 1, REACH_NOTHING}});
     play(p, "20 waits S=1; 20 ends 10; sees S=1; 21 waits S=1; 21 met;");
 }
-
-/* 20 and 40 began before the host observed 10. */
-SCRIPT_TEST(held_batches_follow_what_was_observed_since,
-            "timeline S T; fence F; 10 signals S=1 fence F; 20 waits T=1 S=1;"
-            "40 waits T=1 S=1 begins; sees F; 30 waits S=1; 11 signals T=1; 40 returns;"
-            "20 ends 10; 30 ends 10; 40 ends 10; 31 waits S=1; 31 met;")
-
-SCRIPT_TEST(signals_of_the_host_are_met,
-            "timeline S; 10; idle; host signals S=1; 20 waits S=1; 20 met;")
 
 PROGRAM_TEST(held_batches_follow_the_signal_of_the_host)
 {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What makes the order partly or wholly unknown. */
 #include "program.h"
-#include "src/state/order/semaphore_clock.h"
+#include "src/state/order/records.h"
 
 static void expect_lost(const struct program *p, enum order_unknown_reason reason)
 {

@@ -44,23 +44,6 @@ static void expect_inputs(const VkAccelerationStructureGeometryKHR *geometry,
     expect(all);
 }
 
-RECORDING_TEST(triangles)
-{
-    VkAccelerationStructureGeometryKHR geometry =
-        triangles_geometry(INPUT, 99, VK_INDEX_TYPE_NONE_KHR, 0);
-    expect_inputs(&geometry, &two, " B<shader vertices buffer2 1000:1048\n");
-    expect_inputs(&geometry,
-                  &(VkAccelerationStructureBuildRangeInfoKHR){
-                      .primitiveCount = 1, .primitiveOffset = 4, .firstVertex = 2},
-                  " B<shader vertices buffer2 101c:1040\n");
-    expect_inputs(&geometry, &none, "");
-    geometry.geometry.triangles.transformData.deviceAddress = BUFFERS;
-    expect_inputs(
-        &geometry,
-        &(VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = 1, .transformOffset = 16},
-        " B<shader vertices buffer2 1000:1024\n B<shader transform buffer1 10:40\n");
-}
-
 /* Bytes between elements may belong to something else, and a fourth component is not read. */
 RECORDING_TEST(bytes_between_elements_are_not_read)
 {
@@ -83,26 +66,6 @@ RECORDING_TEST(bytes_between_elements_are_not_read)
     expect_inputs(&geometry, &two, " B<shader vertices buffer2 1000:1030\n");
 }
 
-/* Without indices, which level content reads, no vertex is certain. */
-RECORDING_TEST(indexed_triangles)
-{
-    VkAccelerationStructureGeometryKHR geometry =
-        triangles_geometry(INPUT, 5, VK_INDEX_TYPE_UINT16, BUFFERS + 0x800);
-    const VkAccelerationStructureBuildRangeInfoKHR range = {
-        .primitiveCount = 2, .primitiveOffset = 8, .firstVertex = 1};
-    expect_inputs(&geometry, &range, " B<shader indices buffer1 808:814\n");
-    device.level = LEVEL_CONTENT;
-    expect_inputs(&geometry, &range,
-                  " B<shader vertices buffer2 100c:2000 of indices*12+12\n"
-                  " B<shader indices buffer1 808:814\n");
-}
-
-RECORDING_TEST(boxes)
-{
-    const VkAccelerationStructureGeometryKHR geometry = boxes_geometry(INPUT, 24);
-    expect_inputs(&geometry, &two, " B<shader boxes buffer2 1000:1030\n");
-}
-
 RECORDING_TEST(instances)
 {
     VkAccelerationStructureGeometryKHR geometry = instances_geometry(INPUT, false);
@@ -116,66 +79,6 @@ RECORDING_TEST(instances)
     BUILD(.info = &info, .ranges = &two);
     expect("vkCmdBuildAccelerationStructuresKHR*1+0!\n" DST_AND_SCRATCH
            " B<shader instances buffer2 1000:1048\n B<shader instances buffer2 10a0:10e8\n");
-}
-
-/* An update in place is one access, which writes. */
-RECORDING_TEST(updates)
-{
-    VkAccelerationStructureBuildGeometryInfoKHR info = plain_info();
-    info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
-    info.srcAccelerationStructure = accel(2);
-    BUILD(.info = &info, .ranges = &none);
-    expect(BUILD_OF
-           " B> dst accel1 0:100\n B< src accel2 200:300\n"
-           " B> scratch buffer2 1800:1820\n");
-    info.srcAccelerationStructure = accel(1);
-    BUILD(.info = &info, .ranges = &none);
-    expect(BUILD_OF " B> dst accel1 0:100\n B> scratch buffer2 1800:1820\n");
-}
-
-/* Without counts only the ranges are certain. */
-RECORDING_TEST(indirect_builds)
-{
-    const VkAccelerationStructureGeometryKHR geometry =
-        triangles_geometry(INPUT, 0, VK_INDEX_TYPE_NONE_KHR, 0);
-    VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
-    BUILD(.command = COMMAND_INDIRECT, .info = &info, .stride = 16, .max_count = 1);
-    expect(
-        "vkCmdBuildAccelerationStructuresIndirectKHR*1+0\n"
-        " B<indirect ranges buffer2 1000:1010\n" DST_AND_SCRATCH);
-}
-
-/* Host builds access host memory: only mapped device memory is recorded. */
-RECORDING_TEST(host_builds)
-{
-    static const char mapped[0x1000], other[0x40];
-    VkAccelerationStructureGeometryKHR geometry =
-        triangles_geometry((uintptr_t)(mapped + 8), 99, VK_INDEX_TYPE_NONE_KHR, 0);
-    resources_map_memory(device.resources, memory(1), 0x4000, sizeof(mapped), mapped);
-    VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
-    info.scratchData.hostAddress = (void *)other;
-    BUILD(.command = COMMAND_HOST, .info = &info, .ranges = &two);
-    expect_host(
-        "vkBuildAccelerationStructuresKHR*1+0\n H> dst accel1 0:100\n"
-        " H< vertices memory0 4008:4050\n");
-    info.scratchData.hostAddress = (void *)mapped;
-    BUILD(.command = COMMAND_HOST, .info = &info, .ranges = &none);
-    expect_host(
-        "vkBuildAccelerationStructuresKHR*1+0\n H> dst accel1 0:100\n"
-        " H> scratch memory0 4000:4040\n");
-}
-
-RECORDING_TEST(positions_and_labels_of_calls)
-{
-    struct label_stack *labels = command_buffers_labels(device.command_buffers, handle(1));
-    label_stack_push(labels, &MAKE(VkDebugUtilsLabelEXT, .pLabelName = "frame"));
-    VkAccelerationStructureBuildGeometryInfoKHR info = plain_info();
-    BUILD(.info = &info, .ranges = &none);
-    info.dstAccelerationStructure = accel(2);
-    BUILD(.info = &info, .ranges = &none);
-    expect("vkCmdBuildAccelerationStructuresKHR*1+0 labels\n" DST_AND_SCRATCH
-           "vkCmdBuildAccelerationStructuresKHR*1+1 labels\n B> dst accel2 200:300\n"
-           " B> scratch buffer2 1800:1840\n");
 }
 
 RECORDING_TEST(a_skipped_call_leaves_nothing)
@@ -193,24 +96,6 @@ RECORDING_TEST(unknown_sizes)
     device.facts.limits.maxGeometryCount = 0;
     BUILD(.info = &info, .ranges = &none);
     expect(BUILD_OF " B> dst accel1 0:1\n");
-}
-
-/* Memory that cannot be told: unbound, of several instances, freed. */
-RECORDING_TEST(unknown_memory_is_not_accessed)
-{
-    VkAccelerationStructureBuildGeometryInfoKHR info = plain_info();
-    info.dstAccelerationStructure = accel(3);
-    have_accel(device.resources, 3, 3, 0, 0x200);
-    BUILD(.info = &info, .ranges = &none);
-    expect(BUILD_OF " B> scratch buffer2 1800:1840\n");
-    resources_add_memory(device.resources, memory(2), 1 << 20, 0, true);
-    bind_at(device.resources, 3, 2, 0);
-    BUILD(.info = &info, .ranges = &none);
-    expect(BUILD_OF " B> scratch buffer2 1800:1840\n");
-    resources_remove_memory(device.resources, memory(1));
-    info.dstAccelerationStructure = accel(1);
-    BUILD(.info = &info, .ranges = &none);
-    expect(BUILD_OF);
 }
 
 /* A handle that is used again has another id. */

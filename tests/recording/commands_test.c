@@ -2,7 +2,7 @@
 /* What journals have, with setting hazards, of commands other than builds. */
 #include "tests/recording/device.h"
 
-#include "layer/hazards/objects.h"
+#include "layer/hazards/recording.h"
 
 /* A command that is recorded also goes on, once. */
 #define CALL(...)                                                                                  \
@@ -11,25 +11,6 @@
         entry_##__VA_ARGS__;                                                                       \
         assert_int_equal(forwarded, 1);                                                            \
     } while (0)
-
-RECORDING_TEST(copies_of_buffers)
-{
-    const VkBufferCopy regions[] = {{0, 0x10, 0x20}, {0xff0, 0, 0x20}};
-    const STRUCT(VkBufferCopy2, region, .srcOffset = 4, .dstOffset = 8, .size = 4);
-    const STRUCT(VkCopyBufferInfo2, info, .srcBuffer = buffer(1), .dstBuffer = buffer(2),
-                 .regionCount = 1, .pRegions = &region);
-    CALL(CmdCopyBuffer_hazards(handle(1), buffer(1), buffer(2), 2, regions));
-    expect(
-        "vkCmdCopyBuffer\n C< src buffer1 0:20\n C> dst buffer2 1010:1030\n"
-        " C< src buffer1 ff0:1000\n C> dst buffer2 1000:1020\n");
-    CALL(CmdCopyBuffer_hazards(handle(1), buffer(3), buffer(2), 1, regions));
-    expect("vkCmdCopyBuffer\n C> dst buffer2 1010:1030\n");
-    CALL(CmdCopyBuffer2_hazards(handle(1), &info));
-    CALL(CmdCopyBuffer2KHR_hazards(handle(1), &info));
-    expect(
-        "vkCmdCopyBuffer2\n C< src buffer1 4:8\n C> dst buffer2 1008:100c\n"
-        "vkCmdCopyBuffer2KHR\n C< src buffer1 4:8\n C> dst buffer2 1008:100c\n");
-}
 
 #define IMAGE ((VkImage)(uintptr_t)0x501)
 #define LAYERS(aspect, count)                                                                      \
@@ -187,30 +168,6 @@ RECORDING_TEST(results_of_queries_by_address)
 }
 
 /* ---- structures and micromaps */
-
-RECORDING_TEST(copies_of_structures)
-{
-    const VkAccelerationStructureKHR accels[] = {accel(1), accel(2)};
-    CALL(CmdCopyAccelerationStructureKHR_hazards(
-        handle(1), &MAKE(VkCopyAccelerationStructureInfoKHR, .src = accel(1), .dst = accel(2))));
-    CALL(CmdCopyAccelerationStructureToMemoryKHR_hazards(
-        handle(1), &MAKE(VkCopyAccelerationStructureToMemoryInfoKHR, .src = accel(1),
-                         .dst.deviceAddress = BUFFERS + 0x1000)));
-    CALL(CmdCopyMemoryToAccelerationStructureKHR_hazards(
-        handle(1), &MAKE(VkCopyMemoryToAccelerationStructureInfoKHR, .dst = accel(2),
-                         .src.deviceAddress = BUFFERS + 0x1000)));
-    CALL(CmdWriteAccelerationStructuresPropertiesKHR_hazards(
-        handle(1), 2, accels, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
-        VK_NULL_HANDLE, 0));
-    expect(
-        "vkCmdCopyAccelerationStructureKHR\n A< src accel1 0:1\n A> dst accel2 200:201\n"
-        "vkCmdCopyAccelerationStructureToMemoryKHR\n A< src accel1 0:1\n"
-        " A>transfer memory buffer2 1000:1038\n"
-        "vkCmdCopyMemoryToAccelerationStructureKHR\n A<transfer memory buffer2 1000:1038\n"
-        " A> dst accel2 200:201\n"
-        "vkCmdWriteAccelerationStructuresPropertiesKHR\n A< src accel1 0:1\n"
-        " A< src accel2 200:201\n");
-}
 
 RECORDING_TEST(copies_of_nv_structures)
 {

@@ -6,7 +6,7 @@
 
 #include <stdio.h>
 
-#include "layer/hazards/objects.h"
+#include "layer/hazards/recording.h"
 #include "layer/intercepts/build_notes.h"
 #include "layer/intercepts/call_sites.h"
 #include "layer/intercepts/host_work.h"
@@ -15,7 +15,6 @@
 struct layer_device device;
 uint32_t forwarded;
 static struct journal *host_journal;
-static struct journal *next_journal;
 
 /* ---- the rest of the layer */
 
@@ -63,7 +62,7 @@ void nv_record_input(void *user, uint32_t geometry, enum input_role role,
 
 void host_work_set_journal(struct journal *journal)
 {
-    next_journal = journal;
+    host_journal = journal;
 }
 
 struct host_work host_work_begin(struct layer_device *of)
@@ -89,11 +88,6 @@ static VkResult nothing(void)
 
 /* Nothing is lost here. */
 void postmortem_report_loss(struct layer_device *of) {}
-
-struct host_work begin_accel_write(struct layer_device *of)
-{
-    return host_work_begin(of);
-}
 
 /* ---- the device */
 
@@ -130,9 +124,7 @@ void device_open(void)
 
 static void forget_host_list(void)
 {
-    journal_release(next_journal);
     journal_release(host_journal);
-    next_journal = NULL;
     host_journal = NULL;
 }
 
@@ -281,7 +273,7 @@ void expect(const char *expected)
 
 void expect_host(const char *expected)
 {
-    expect_journal(host_journal ? host_journal : next_journal, expected);
+    expect_journal(host_journal, expected);
     forget_host_list();
 }
 
@@ -327,18 +319,10 @@ void build(const struct build_parameters_of_call *parameters)
                                     .active = active,
                                     .readable = &readable,
                                     .resources = device.resources};
-    if (parameters->command == COMMAND_HOST) {
-        build_call_start(&call, &device, COMMAND_HOST);
-        call.journal = host_journal = journal_create(VK_NULL_HANDLE);
-    } else {
-        build_call_start_recorded(&call, &device, parameters->command, handle(1));
-    }
+    build_call_start_recorded(&call, &device, COMMAND_DEVICE, handle(1));
     call.view.info_count = 1;
     call.view.infos = parameters->info;
     call.view.build_ranges = &parameters->ranges;
-    call.view.indirect_addresses = &(VkDeviceAddress){BUFFERS + 0x1000};
-    call.view.indirect_strides = &parameters->stride;
-    call.view.max_primitive_counts = &(const uint32_t *){&parameters->max_count};
     check_builds(&context, &call.view);
     call.skip = parameters->skip;
     build_call_settle_journal(&call);

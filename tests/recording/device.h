@@ -38,10 +38,8 @@ void expect_journal(const struct journal *journal, const char *text);
 /* Builds, as far as the checks and the recorder go. The sizes of every build are 0x100 for the
  * structure, and 0x40 for scratch, 0x20 in updates. */
 struct build_parameters_of_call {
-    enum build_command command;
     const VkAccelerationStructureBuildGeometryInfoKHR *info;
     const VkAccelerationStructureBuildRangeInfoKHR *ranges;
-    uint32_t stride, max_count; /* COMMAND_INDIRECT; the ranges are at BUFFERS + 0x1000 */
     bool skip;
 };
 void build(const struct build_parameters_of_call *parameters);

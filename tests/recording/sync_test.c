@@ -53,20 +53,6 @@ RECORDING_TEST(barriers)
            "barrier BA:>BA: all\n");
 }
 
-RECORDING_TEST(barriers_of_synchronization2)
-{
-    const STRUCT(VkMemoryBarrier2, of_memory, MASKS);
-    const STRUCT(VkBufferMemoryBarrier2, of_buffer, MASKS, .buffer = buffer(1), .size = 4);
-    const STRUCT(VkImageMemoryBarrier2, of_image, MASKS);
-    const STRUCT(VkDependencyInfo, info, .memoryBarrierCount = 1, .pMemoryBarriers = &of_memory,
-                 .bufferMemoryBarrierCount = 1, .pBufferMemoryBarriers = &of_buffer,
-                 .imageMemoryBarrierCount = 1, .pImageMemoryBarriers = &of_image);
-    record(&info);
-    expect("barrier 3 " MASKED " all\nbarrier " MASKED "\nbarrier " MASKED " 0:4\n");
-    entry_CmdPipelineBarrier2KHR_hazards(handle(1), &MAKE(VkDependencyInfo, .pNext = NULL));
-    expect("");
-}
-
 /* Structures of extensions; one that is unknown may be any barrier. */
 RECORDING_TEST(barriers_of_extensions)
 {

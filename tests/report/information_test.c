@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Tests of report_flags = info: one line when an instance is created, and one at its end. */
+/* Tests of report_flags = info: where the line about settings has them from, and who gets it.
+ * scenes_test.c has what the lines say. */
 #include "hearing.h"
 
 /* A messenger of the create info that hears information, too. */
@@ -26,40 +27,7 @@ static void finish(struct reporter *reporter)
     reporter_destroy(reporter);
 }
 
-TEST_OPENED(test_nothing_without_the_flag, surrounding_set_up)
-{
-    struct hearing hearing = {0};
-    capture_begin(STDERR_FILENO);
-    finish(announced(&hearing, NULL));
-    assert_string_equal(capture_end(), "");
-    assert_int_equal(hearing.count, 0);
-}
-
-TEST_OPENED(test_creation, surrounding_set_up)
-{
-    struct hearing hearing = {0};
-    environment_set("REPORT_FLAGS=error,warn,info");
-    struct reporter *reporter = announced(&hearing, NULL);
-    assert_int_equal(hearing.count, 1);
-    assert_int_equal(hearing.severity, VK_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT);
-    assert_string_equal(hearing.id, "ASSAY-info");
-    assert_string_equal(hearing.text,
-                        "Assay 1.2.3 validates acceleration-structure builds: level = execution, "
-                        "backend = driver. Settings that differ from the defaults: report_flags = "
-                        "\"error,warn,info\" (environment variable "
-                        "VK_ASSAY_VALIDATION_REPORT_FLAGS).");
-    finish(reporter);
-
-    /* An application with no other messenger reads it in the log. */
-    capture_begin(STDERR_FILENO);
-    reporter = reporter_of(NULL);
-    reporter_announce(reporter, "1.2.3");
-    const char *log = capture_end();
-    assert_has(log, "Validation Information: [ ASSAY-info ] | MessageID = 0x");
-    reporter_destroy(reporter);
-}
-
-TEST_OPENED(test_sources_of_settings, surrounding_set_up)
+TEST_OPENED(sources_of_settings, surrounding_set_up)
 {
     surrounding_clear(
         "assay_validation.level = state\n"
@@ -96,72 +64,7 @@ TEST_OPENED(test_sources_of_settings, surrounding_set_up)
     remove("a.txt");
 }
 
-static void send_warning(struct reporter *reporter)
-{
-    struct finding finding;
-    violated_plainly(&finding, "instanceData", "is odd");
-    reporter_send(reporter, RULE_nv_instance_references_are_of_live_structures,
-                  &(struct location){.command = COMMAND_NV}, &(struct call_origin){0}, &finding);
-}
-
-TEST_OPENED(test_end, surrounding_set_up)
-{
-    struct hearing hearing = {0};
-    environment_set("REPORT_FLAGS=error,warn,info DUPLICATE_MESSAGE_LIMIT=2 LEVEL=content");
-    struct reporter *reporter = announced(&hearing, NULL);
-    for (unsigned i = 0; i < 5000; i++) {
-        send_one(reporter);
-        assert_true(reporter_wants(reporter, SENT_VUID)); /* all are counted */
-    }
-    assert_int_equal(hearing.count, 3);
-    assert_has(hearing.text, "Further ones are only counted.");
-    send_warning(reporter);
-    finish(reporter);
-    assert_int_equal(hearing.count, 5);
-    assert_int_equal(hearing.severity, VK_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT);
-    assert_string_equal(hearing.id, "ASSAY-info");
-    assert_string_equal(hearing.text, "Assay found 5001 violations in this instance: " SENT_ID
-                                      " 5000 times (4998 held back by duplicate_message_limit), "
-                                      "ASSAY-instance-destroyed 1 time.");
-}
-
-TEST_OPENED(test_end_without_findings, surrounding_set_up)
-{
-    struct hearing hearing = {0};
-    environment_set("REPORT_FLAGS=info LEVEL=content");
-    finish(announced(&hearing, NULL));
-    assert_string_equal(hearing.text,
-                        "Assay reported no violations, because report_flags leaves out errors and "
-                        "warnings.");
-    environment_set("REPORT_FLAGS=warn,info");
-    finish(announced(&hearing, NULL));
-    assert_non_null(strstr(hearing.text, "Assay found no violations in this instance"));
-}
-
-TEST_OPENED(test_what_was_not_checked, surrounding_set_up)
-{
-    struct hearing hearing = {0};
-    environment_set("REPORT_FLAGS=error,warn,info LEVEL=parameters");
-    setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", SENT_ID, 1);
-    struct reporter *reporter = announced(&hearing, NULL);
-    reporter_add_unchecked(reporter, "builds without memory for copies", 3);
-    reporter_add_unchecked(reporter, "executions on a lost device", 1);
-    reporter_add_unchecked(reporter, "builds without memory for copies", 4);
-    finish(reporter);
-    assert_has(hearing.text, "Assay found no violations in this instance. Not checked: ");
-    assert_has(hearing.text, " VUIDs of higher levels (level = parameters)");
-    assert_has(hearing.text, "; 1 VUID that message_id_filter names");
-    assert_has(hearing.text, "; builds without memory for copies (7)");
-    assert_has(hearing.text, "; executions on a lost device (1).");
-    environment_set("LEVEL=execution");
-    finish(announced(&hearing, NULL));
-    assert_has(hearing.text, " VUIDs of higher levels (level = execution)");
-    environment_set("LEVEL=content");
-    finish(announced(&hearing, NULL));
-    assert_null(strstr(hearing.text, "of higher levels"));
-}
-
-TEST_OPENED(test_report_callbacks, surrounding_set_up)
+TEST_OPENED(report_callbacks, surrounding_set_up)
 {
     struct hearing hearing = {0};
     environment_set("REPORT_FLAGS=info");
@@ -182,7 +85,7 @@ TEST_OPENED(test_report_callbacks, surrounding_set_up)
 }
 
 /* Without memory for the settings, the line is sent without them. */
-TEST_OPENED(test_without_memory, surrounding_set_up)
+TEST_OPENED(without_memory, surrounding_set_up)
 {
     environment_set("REPORT_FLAGS=info LEVEL=state");
     struct hearing hearing = {0};

@@ -5,7 +5,7 @@
 #include <sys/wait.h>
 
 #include "hearing.h"
-#include "src/report/log/filename.h"
+#include "src/report/log/lines.h"
 
 /* ---- files that cannot be written */
 

@@ -2,7 +2,8 @@
 /* Reading settings, and what was said of them. */
 #include "reading.h"
 
-#include "src/report/settings_check.h"
+#include "src/report/ids/message_filter.h"
+#include "src/report/settings.h"
 
 struct warned warned;
 
@@ -31,14 +32,6 @@ struct settings settings_read(const void *chain)
     return settings;
 }
 
-struct settings settings_of_file(const char *text)
-{
-    surrounding_clear(text);
-    const struct settings settings = settings_read(NULL);
-    assert_int_equal(warned.count, 0);
-    return settings;
-}
-
 void settings_read_scarce(const void *chain, unsigned warnings)
 {
     for (int count = 0; memory_is_scarce(count); count++) {
@@ -63,26 +56,85 @@ unsigned settings_muted(const struct settings *settings)
     return count;
 }
 
-void assert_default_settings(const struct settings *settings)
+static char described[1024];
+
+static void add_word(const char *key, const char *value)
 {
-    assert_int_equal(settings->level, LEVEL_EXECUTION);
-    assert_int_equal(settings->backend, BACKEND_DRIVER);
-    assert_int_equal(settings->vuid_names, VUID_NAMES_CURRENT);
-    assert_int_equal(settings->spec_text, SPEC_TEXT_FULL);
-    assert_int_equal(settings->report_flags, REPORT_ERROR | REPORT_WARNING);
-    assert_int_equal(settings->debug_action, DEBUG_ACTION_DEFAULT);
-    assert_int_equal(settings->duplicate_message_limit, 10);
-    assert_null(settings->log_filename);
-    assert_int_equal(settings->log_format, LOG_FORMAT_TEXT);
-    assert_int_equal(settings->call_sites, CALL_SITES_OFF);
-    assert_false(settings->record_builds);
-    assert_null(settings->narrow_filters);
-    assert_int_equal(settings->compare_rays, 0);
-    assert_int_equal(settings->hang_seconds, 10);
-    assert_false(settings->crash_report);
-    assert_int_equal(settings->content_budget_mib, 256);
-    assert_int_equal(settings->content_when_full, CONTENT_WAIT);
-    assert_int_equal(settings_muted(settings), 0);
+    const size_t length = strlen(described);
+    snprintf(described + length, sizeof(described) - length, "%s%s%s%s", length ? " " : "", key,
+             value ? "=" : "", value ? value : "");
+}
+
+static void add_number(const char *key, unsigned value)
+{
+    char number[16];
+    snprintf(number, sizeof(number), "%u", value);
+    add_word(key, number);
+}
+
+/* Adds the words of a set of flags. */
+static void add_flags(const char *key, uint32_t flags, const char *const *words)
+{
+    char all[128] = "";
+    for (int i = 0; words[i]; i++)
+        if (flags & 1u << i)
+            snprintf(all + strlen(all), sizeof(all) - strlen(all), "%s%s", all[0] ? "+" : "",
+                     words[i]);
+    add_word(key, all);
+}
+
+static void add_filters(const struct settings *settings)
+{
+    for (unsigned i = 0; i < OTHER_ID_COUNT; i++)
+        if (settings->muted_others[i])
+            add_word("muted", other_id_name(i));
+    if (settings_muted(settings))
+        add_number("muted", settings_muted(settings));
+    if (settings->muted[SENT_VUID])
+        add_word("03710", NULL);
+    if (settings->narrow_filters)
+        add_word("glob", settings->narrow_filters->glob);
+}
+
+const char *settings_text(const struct settings *settings)
+{
+    static const char *const levels[] = {"parameters", "state", "execution", "content"},
+                             *const flags[] = {"error", "warn", "info", NULL},
+                             *const actions[] = {"ignore",  "callback", "log", "break",
+                                                 "default", "fail",     NULL};
+    const struct {
+        const char *key;
+        unsigned value, usual;
+    } numbers[] = {
+        {"backend", settings->backend, BACKEND_DRIVER},
+        {"vuid_names", settings->vuid_names, VUID_NAMES_CURRENT},
+        {"spec_text", settings->spec_text, SPEC_TEXT_FULL},
+        {"budget", settings->content_budget_mib, 256},
+        {"when_full", settings->content_when_full, CONTENT_WAIT},
+        {"guard", settings->guard, GUARD_OFF},
+        {"hang", settings->hang_seconds, 10},
+        {"crash", settings->crash_report, false},
+        {"json", settings->log_format, LOG_FORMAT_TEXT},
+        {"sites", settings->call_sites, CALL_SITES_OFF},
+        {"hazards", settings->hazards, false},
+        {"records", settings->record_builds, false},
+        {"limit", settings->duplicate_message_limit, 10},
+        {"rays", settings->compare_rays, 0},
+    };
+    described[0] = '\0';
+    if (settings->level != LEVEL_EXECUTION)
+        add_word("level", levels[settings->level]);
+    for (size_t i = 0; i < LENGTH(numbers); i++)
+        if (numbers[i].value != numbers[i].usual)
+            add_number(numbers[i].key, numbers[i].value);
+    if (settings->report_flags != (REPORT_ERROR | REPORT_WARNING))
+        add_flags("flags", settings->report_flags, flags);
+    if (settings->debug_action != DEBUG_ACTION_DEFAULT)
+        add_flags("action", settings->debug_action, actions);
+    if (settings->log_filename)
+        add_word("file", settings->log_filename);
+    add_filters(settings);
+    return described;
 }
 
 void assert_warned(const char *const *words)

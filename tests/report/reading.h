@@ -19,14 +19,14 @@ VkResult settings_try(const void *chain, struct settings *settings);
 /* The same; they live until the next call, or fail the test. */
 struct settings settings_read(const void *chain);
 
-/* The same of what vk_layer_settings.txt has; nothing may be said of it. */
-struct settings settings_of_file(const char *text);
-
 /* Reads them without each allocation in turn: they say so, or warn of `warnings` lines. */
 void settings_read_scarce(const void *chain, unsigned warnings);
 
 unsigned settings_muted(const struct settings *settings);
-void assert_default_settings(const struct settings *settings);
+/* The settings that differ from the defaults: "level=content limit=3 flags=error+info". Flags, and
+ * numbers of enumerators, are as in struct settings; "muted=2 03710 glob=..." are the filters.
+ * Until the next call. */
+const char *settings_text(const struct settings *settings);
 
 /* One line was said, and it has all these words; NULL ends them. */
 void assert_warned(const char *const *words);

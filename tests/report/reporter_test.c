@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Tests of who hears which message. */
+/* What callbacks get of a message, and which callbacks. scenes_test.c has which messages are sent.
+ */
 #include "hearing.h"
 #include "src/report/ids/message_id.h"
-#include "src/report/message.h"
+#include "src/report/summary.h"
 
-/* ---- messengers */
-
-HEARD_TEST(test_callback_data, "")
+HEARD_TEST(callback_data, "")
 {
     struct object_names *names = names_create();
     struct label_stack labels = {0};
@@ -41,7 +40,7 @@ HEARD_TEST(test_callback_data, "")
 }
 
 /* Differences have ids and limits of their own, and the severity of a warning. */
-HEARD_TEST(test_differences, "DUPLICATE_MESSAGE_LIMIT=1")
+HEARD_TEST(differences, "DUPLICATE_MESSAGE_LIMIT=1")
 {
     const struct call_origin origin = {.command_buffer = (VkCommandBuffer)(uintptr_t)0xc};
     const struct location location = {
@@ -64,7 +63,7 @@ HEARD_TEST(test_differences, "DUPLICATE_MESSAGE_LIMIT=1")
     assert_memory_equal(hearing->text, says, strlen(says));
 }
 
-TEST_OPENED(test_report_callback, surrounding_set_up)
+TEST_OPENED(report_callback, surrounding_set_up)
 {
     struct hearing hearing = {0};
     const VkDebugReportCallbackCreateInfoEXT info = hearing_report_callback(&hearing);
@@ -94,7 +93,7 @@ TEST_OPENED(test_report_callback, surrounding_set_up)
     reporter_destroy(reporter);
 }
 
-TEST_OPENED(test_masks, surrounding_set_up)
+TEST_OPENED(masks, surrounding_set_up)
 {
     struct hearing errors = {0}, warnings = {0}, performance = {0}, report_errors = {0};
     VkDebugUtilsMessengerCreateInfoEXT info = hearing_messenger(&errors);
@@ -130,41 +129,7 @@ TEST_OPENED(test_masks, surrounding_set_up)
     reporter_destroy(reporter);
 }
 
-HEARD_TEST(test_any_callback_can_skip_the_call, "")
-{
-    struct hearing second = {0};
-    reporter_add_hearing(reporter, 1, &second);
-    assert_false(send_one(reporter));
-    hearing->answer = VK_TRUE;
-    assert_true(send_one(reporter));
-    hearing->answer = VK_FALSE;
-    second.answer = VK_TRUE;
-    assert_true(send_one(reporter));
-    assert_int_equal(hearing->count, 3);
-    assert_int_equal(second.count, 3);
-}
-
-HEARD_TEST(test_removal, "")
-{
-    struct hearing second = {0};
-    const VkDebugReportCallbackCreateInfoEXT info = hearing_report_callback(&second);
-    assert_int_equal(reporter_add_report_callback(reporter, CALLBACK(0), &info), VK_SUCCESS);
-    reporter_remove_messenger(reporter, MESSENGER(1));
-    reporter_remove_messenger(reporter, MESSENGER(0));
-    send_one(reporter);
-    assert_int_equal(hearing->count, 0);
-    assert_int_equal(second.count, 1);
-
-    reporter_add_hearing(reporter, 0, hearing);
-    reporter_remove_report_callback(reporter, CALLBACK(0));
-    send_one(reporter);
-    assert_int_equal(hearing->count, 1);
-    assert_int_equal(second.count, 1);
-}
-
-/* ---- messengers of the create info */
-
-TEST_OPENED(test_create_info_messengers_serve_creation_and_destruction, surrounding_set_up)
+TEST_OPENED(create_info_messengers_serve_creation_and_destruction, surrounding_set_up)
 {
     environment_set("LEVEL=contents");
     struct hearing early = {0}, early_report = {0}, late = {0};
@@ -194,10 +159,8 @@ TEST_OPENED(test_create_info_messengers_serve_creation_and_destruction, surround
     reporter_destroy(reporter);
 }
 
-/* ---- no memory */
-
 /* Whatever fails, a reporter that came to be sends its findings. */
-TEST_OPENED(test_without_memory, surrounding_set_up)
+TEST_OPENED(without_memory, surrounding_set_up)
 {
     environment_set("LEVEL=contents LOG_FILENAME=/nonexistent/assay.log");
     struct hearing early = {0}, late = {0};
@@ -224,4 +187,97 @@ TEST_OPENED(test_without_memory, surrounding_set_up)
         reporter_destroy(reporter);
     }
     assert_int_equal(late.count, 1);
+}
+
+TEST(names_of_ids)
+{
+    assert_string_equal(reported_id_name(SENT_VUID), SENT_ID);
+    assert_string_equal(reported_id_name(MESSAGE_ID_COUNT), difference_id((enum difference)0));
+    assert_string_equal(reported_id_name(MESSAGE_ID_COUNT + 1), difference_id((enum difference)1));
+}
+
+/* Without memory for objects, the limit of the VUID holds. */
+HEARD_TEST(limits_without_memory, "DUPLICATE_MESSAGE_LIMIT=2")
+{
+    for (unsigned i = 0; i < 50; i++) {
+        memory_is_scarce(0);
+        send_one(reporter);
+        memory_fail_no_more();
+    }
+    assert_true(hearing->count >= 2 && hearing->count <= 20);
+}
+
+TEST_OPENED(log_to_stdout, surrounding_set_up)
+{
+    environment_set("LOG_FILENAME=stdout");
+    struct reporter *reporter = reporter_of(NULL);
+    capture_begin(STDOUT_FILENO);
+    send_one(reporter);
+    const char *log = capture_end();
+    assert_has(log, SENT_ID);
+    reporter_destroy(reporter);
+    assert_int_not_equal(access("stdout", F_OK), 0);
+}
+
+HEARD_TEST(any_callback_can_skip_the_call, "")
+{
+    struct hearing second = {0};
+    reporter_add_hearing(reporter, 1, &second);
+    assert_false(send_one(reporter));
+    hearing->answer = VK_TRUE;
+    assert_true(send_one(reporter));
+    hearing->answer = VK_FALSE;
+    second.answer = VK_TRUE;
+    assert_true(send_one(reporter));
+    assert_int_equal(hearing->count, 3);
+    assert_int_equal(second.count, 3);
+}
+
+HEARD_TEST(removal, "")
+{
+    struct hearing second = {0};
+    const VkDebugReportCallbackCreateInfoEXT info = hearing_report_callback(&second);
+    assert_int_equal(reporter_add_report_callback(reporter, CALLBACK(0), &info), VK_SUCCESS);
+    reporter_remove_messenger(reporter, MESSENGER(1));
+    reporter_remove_messenger(reporter, MESSENGER(0));
+    send_one(reporter);
+    assert_int_equal(hearing->count, 0);
+    assert_int_equal(second.count, 1);
+
+    reporter_add_hearing(reporter, 0, hearing);
+    reporter_remove_report_callback(reporter, CALLBACK(0));
+    send_one(reporter);
+    assert_int_equal(hearing->count, 1);
+    assert_int_equal(second.count, 1);
+}
+
+/* Without an object in its sentence, a finding is about the command buffer, or else the device. */
+HEARD_TEST(findings_without_an_object, "DUPLICATE_MESSAGE_LIMIT=1")
+{
+    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
+    struct finding finding;
+    violated_plainly(&finding, "", "is wrong");
+    for (uintptr_t i = 0; i < 8; i++) {
+        const struct call_origin origin = {.device = (VkDevice)(uintptr_t)(1 + (i & 1)),
+                                           .command_buffer =
+                                               (VkCommandBuffer)(uintptr_t)((i & 2) * 8)};
+        reporter_send(reporter, SENT_RULE, &location, &origin, &finding);
+    }
+    assert_int_equal(hearing->count, 4);
+}
+
+TEST_OPENED(a_messenger_for_errors_leaves_warnings_to_the_log, surrounding_set_up)
+{
+    struct hearing hearing = {0};
+    struct reporter *reporter = reporter_of(NULL);
+    VkDebugUtilsMessengerCreateInfoEXT info = hearing_messenger(&hearing);
+    info.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+    reporter_add(reporter, MESSENGER(0), &info);
+    capture_begin(STDERR_FILENO);
+    send_one(reporter);
+    reporter_warn(reporter, "Something is odd.");
+    const char *log = capture_end();
+    assert_lacks(log, SENT_ID);
+    assert_has(log, "\nSomething is odd.\n");
+    reporter_destroy(reporter);
 }

@@ -75,7 +75,7 @@ struct test_case {
     void (*then)(struct scene *scene);
     void (*right_then)(struct scene *scene);
 
-    uint32_t commands; /* enum command_mask */
+    uint64_t commands; /* enum command_mask, or bits 1 << COMMAND_... */
     /* Where the case is played, too: there it breaks that rule beside its own, and the unmutated
      * call is the twin. NULL: nowhere. */
     const struct refusal *refusal;

@@ -32,6 +32,11 @@ PATHS = [(re.compile(pattern + r"(?!\w)(.*)"), path) for pattern, path in (
     (r"indirect_strides\[(\w+)\]", "pIndirectStrides[{0}]"),
     (r"nv\.info", "pInfo->"),
     (r"nv\.geometries\[(\d+)\]", "pInfo->pGeometries[{0}]"),
+    (r"life\.(?:copy|to_memory|from_memory)", "pInfo->"),
+    (r"life\.create_at\.addressRange", "pCreateInfo->addressRange"),
+    (r"life\.create(?:_at|_micromap|_nv)?", "pCreateInfo->"),
+    (r"life\.objects\[(\w+)\]", "pAccelerationStructures[{0}]"),
+    (r"life\.query_type", "queryType"),
     (r"micromaps\.data", "pInfos[2].pGeometries[0].pNext"
      "<VkAccelerationStructureGeometryMicromapDataKHR>"),
     (r"micromaps\.opacity", "pInfos[0].pGeometries[0].geometry.triangles.pNext"
@@ -288,7 +293,7 @@ def row(cases, name, items, setups, defines):
         if key in items:
             fields.append(f".{key} = {cases.setup(setups.get(items[key], items[key]))}")
     if "on" in items:
-        fields.append(".commands = " + " | ".join(f"ON_{word.upper()}"
+        fields.append(".commands = " + " | ".join(f"ON_{word.upper()}" if word.islower() else f"UINT64_C(1) << COMMAND_{word}"
                                                   for word in items["on"].split()))
     for key, count in (("rules", "rule_count"), ("names", "name_count")):
         if key in items:

@@ -31,6 +31,10 @@ static const struct {
     {ENABLE_DENSE, VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME},
     {ENABLE_FUTURE, FUTURE_EXTENSION},
     {ENABLE_RAY_TRACING_NV, VK_NV_RAY_TRACING_EXTENSION_NAME},
+    {ENABLE_PUSH_DESCRIPTOR, VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME},
+    {ENABLE_PUSH_DESCRIPTOR, VK_KHR_MAINTENANCE_6_EXTENSION_NAME},
+    {ENABLE_RAY_TRACING_MAINTENANCE_1, VK_KHR_RAY_TRACING_MAINTENANCE_1_EXTENSION_NAME},
+    {ENABLE_DESCRIPTOR_BUFFER, VK_EXT_DESCRIPTOR_BUFFER_EXTENSION_NAME},
     {ENABLE_SYNCHRONIZATION_2, VK_KHR_SYNCHRONIZATION_2_EXTENSION_NAME},
 };
 
@@ -100,7 +104,7 @@ static const struct feature {
     FEATURE(VkPhysicalDeviceBufferDeviceAddressFeaturesEXT, bufferDeviceAddress, BY_EXT, 0, 0),
     FEATURE(VkPhysicalDeviceVulkan12Features, bufferDeviceAddress, BY_CORE, 0, 0),
     FEATURE(VkPhysicalDeviceVulkan12Features, bufferDeviceAddressMultiDevice, BY_CORE, ENABLE_GROUP,
-            0),
+            DISABLE_MULTI_DEVICE_ADDRESS),
     FEATURE(VkPhysicalDeviceVulkan12Features, timelineSemaphore, BY_CORE, 0, 0),
     FEATURE(VkPhysicalDeviceVulkan12Features, hostQueryReset, BY_CORE, 0, 0),
     FEATURE(VkPhysicalDeviceVulkan13Features, dynamicRendering, BY_EXT | BY_CORE, 0, 0),
@@ -111,8 +115,13 @@ static const struct feature {
             ENABLE_UINT8_KHR | ENABLE_UINT8_EXT, 0),
     FEATURE(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromap, BY_ALL,
             ENABLE_OPACITY_MICROMAP_EXT | ENABLE_DISPLACEMENT_MICROMAP, DISABLE_MICROMAP_EXT),
+    FEATURE(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromapHostCommands, BY_ALL,
+            ENABLE_OPACITY_MICROMAP_EXT | ENABLE_DISPLACEMENT_MICROMAP,
+            DISABLE_MICROMAP_HOST_COMMANDS),
     FEATURE(VkPhysicalDeviceOpacityMicromapFeaturesKHR, micromap, BY_ALL,
             ENABLE_OPACITY_MICROMAP_KHR, DISABLE_MICROMAP_KHR),
+    FEATURE(VkPhysicalDeviceDeviceAddressCommandsFeaturesKHR, deviceAddressCommands, BY_ALL,
+            ENABLE_OPACITY_MICROMAP_KHR, DISABLE_DEVICE_ADDRESS_COMMANDS),
     FEATURE(VkPhysicalDeviceDisplacementMicromapFeaturesNV, displacementMicromap, BY_ALL,
             ENABLE_DISPLACEMENT_MICROMAP, 0),
     FEATURE(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, rayTracingMotionBlur, BY_ALL,
@@ -125,6 +134,13 @@ static const struct feature {
             ENABLE_DENSE, DISABLE_DENSE),
     FEATURE(VkPhysicalDeviceMaintenance5Features, maintenance5, BY_ALL,
             ENABLE_MAINTENANCE5 | ENABLE_DENSE, 0),
+    FEATURE(VkPhysicalDeviceMaintenance6Features, maintenance6, BY_ALL, ENABLE_PUSH_DESCRIPTOR, 0),
+    FEATURE(VkPhysicalDeviceRayTracingMaintenance1FeaturesKHR, rayTracingMaintenance1, BY_ALL,
+            ENABLE_RAY_TRACING_MAINTENANCE_1, 0),
+    FEATURE(VkPhysicalDeviceDescriptorBufferFeaturesEXT, descriptorBuffer, BY_ALL,
+            ENABLE_DESCRIPTOR_BUFFER, 0),
+    FEATURE(VkPhysicalDeviceDescriptorBufferFeaturesEXT, descriptorBufferCaptureReplay, BY_ALL,
+            ENABLE_DESCRIPTOR_BUFFER, DISABLE_DESCRIPTOR_CAPTURE),
     FEATURE(VkPhysicalDeviceProtectedMemoryFeatures, protectedMemory, BY_ALL, ENABLE_PROTECTED, 0),
     FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructure, BY_ALL, 0,
             DISABLE_ACCELERATION_STRUCTURE),
@@ -193,6 +209,14 @@ static bool has_extension(const VkExtensionProperties *offered, uint32_t count, 
     return false;
 }
 
+static bool captures_descriptors(const struct fixture *fixture)
+{
+    STRUCT(VkPhysicalDeviceDescriptorBufferFeaturesEXT, features);
+    STRUCT(VkPhysicalDeviceFeatures2, core, .pNext = &features);
+    fixture->vki.GetPhysicalDeviceFeatures2(fixture->physical_device, &core);
+    return features.descriptorBufferCaptureReplay;
+}
+
 static const char *core_missing(const struct fixture *fixture)
 {
     STRUCT(VkPhysicalDeviceProtectedMemoryFeatures, protected_memory);
@@ -204,6 +228,8 @@ static const char *core_missing(const struct fixture *fixture)
     fixture->vki.GetPhysicalDeviceProperties(fixture->physical_device, &properties);
     if ((enable & ENABLE_PROTECTED) != 0 && !protected_memory.protectedMemory)
         return "no protected memory";
+    if ((enable & ENABLE_DESCRIPTOR_BUFFER) != 0 && !captures_descriptors(fixture))
+        return "no capture and replay of descriptors";
     if ((enable & ENABLE_SPARSE) != 0 && !core.features.sparseResidencyAliased)
         return "no sparse buffers that alias";
     if ((enable & ENABLE_UINT8_CORE) != 0 && properties.apiVersion < VK_API_VERSION_1_4)

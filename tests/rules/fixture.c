@@ -125,7 +125,9 @@ VkDevice fixture_create_device(struct fixture *fixture)
                          .flags = is_protected ? VK_DEVICE_QUEUE_CREATE_PROTECTED_BIT : 0,
                          .queueFamilyIndex = i, .queueCount = 1, .pQueuePriorities = &priority);
     }
-    STRUCT(VkDeviceCreateInfo, create_info, .queueCreateInfoCount = fixture->family_count,
+    const bool has_queues = (fixture->setup.enable & ENABLE_NO_QUEUES) == 0;
+    STRUCT(VkDeviceCreateInfo, create_info,
+           .queueCreateInfoCount = has_queues ? fixture->family_count : 0,
            .pQueueCreateInfos = queues);
     struct features features;
     features_fill(&features, fixture, &create_info);

@@ -27,6 +27,10 @@ enum setup_enable {
     ENABLE_RAY_TRACING_NV = 1 << 14,
     ENABLE_SYNCHRONIZATION_2 = 1 << 15, /* by its extension, too */
     ENABLE_DENSE = 1 << 16,             /* with VK_KHR_maintenance5 */
+    ENABLE_DESCRIPTOR_BUFFER = 1 << 17, /* with capture and replay */
+    ENABLE_PUSH_DESCRIPTOR = 1 << 18,   /* with VK_KHR_maintenance6 */
+    ENABLE_RAY_TRACING_MAINTENANCE_1 = 1 << 19,
+    ENABLE_NO_QUEUES = 1 << 20, /* the device has no queues */
 };
 
 /* Features that are left off though their extension is enabled. */
@@ -41,6 +45,10 @@ enum setup_disable {
     DISABLE_MICROMAP_EXT = 1 << 5,
     DISABLE_MICROMAP_KHR = 1 << 6,
     DISABLE_DENSE = 1 << 7,
+    DISABLE_MICROMAP_HOST_COMMANDS = 1 << 8,
+    DISABLE_DEVICE_ADDRESS_COMMANDS = 1 << 9,
+    DISABLE_DESCRIPTOR_CAPTURE = 1 << 10,
+    DISABLE_MULTI_DEVICE_ADDRESS = 1 << 11,
 };
 
 /* How features are asked for, and buffer addresses retrieved. */

@@ -59,12 +59,25 @@ static const char *enter_fixture(const struct play *play, struct fixture *fixtur
     struct setup wanted = *setup;
     if (play->level != NULL)
         wanted.level = play->level;
-    if (play->command == COMMAND_NV)
-        wanted.enable |= ENABLE_RAY_TRACING_NV;
+    wanted.enable |= command_enables(play->command);
     if (fixture->device != VK_NULL_HANDLE && is_same_setup(&fixture->setup, &wanted))
         return NULL;
     fixture_close(fixture);
     return fixture_open(fixture, play->platform, &wanted);
+}
+
+bool judge_lacks_features(const struct test_case *test_case)
+{
+    return test_case->setup != NULL && test_case->setup->disable != 0 && !test_case->silent;
+}
+
+/* Whether commands besides those that build structures have ids of the case's rules. */
+static bool is_felt_by_others(const struct test_case *test_case)
+{
+    for (int command = BUILD_COMMAND_COUNT; command < COMMAND_COUNT; command++)
+        if (rule_id(test_case->rules[0], (enum build_command)command) != NULL)
+            return true;
+    return false;
 }
 
 /* NULL, or what the fixture lacks for the case. */
@@ -77,9 +90,13 @@ static const char *cannot_play(const struct play *play, const struct fixture *fi
     if (play->test_case->spares_drivers && !play->platform->is_null && !play->platform->is_cpu &&
         !is_guarded)
         return "needs the null driver or backend cpu";
+    if (play->platform->is_cpu &&
+        (play->command == COMMAND_GetAccelerationStructureOpaqueCaptureDescriptorDataEXT ||
+         command_writes_descriptors(play->command)))
+        return "backend cpu has no descriptors of structures";
     if (play->command == COMMAND_INDIRECT && !fixture->has_indirect)
         return "no accelerationStructureIndirectBuild";
-    if (play->command == COMMAND_HOST && !fixture->has_host)
+    if (command_is_on_host(play->command) && !fixture->has_host)
         return "no accelerationStructureHostCommands";
     return NULL;
 }
@@ -140,10 +157,14 @@ static const char *spell_path(const struct play *play, char *buffer, size_t size
         replace_word(array, left, "].", "]->");
         replace_word(array, left, "pGeometries", "ppGeometries");
     }
-    if (play->command != COMMAND_HOST)
+    if (!command_is_on_host(play->command))
         replace_word(buffer, size, "hostAddress", "deviceAddress");
     if (play->command == COMMAND_INDIRECT)
         replace_word(buffer, size, "ppBuildRangeInfos", "pIndirectDeviceAddresses");
+    if (play->command == COMMAND_CmdCopyAccelerationStructureNV)
+        replace_word(buffer, size, "pInfo->", "");
+    if (command_is_of_micromaps(play->command))
+        replace_word(buffer, size, "pAccelerationStructures", "pMicromaps");
     return buffer;
 }
 
@@ -267,6 +288,10 @@ void judge_play(const struct play *play, struct fixture *fixture, struct report 
         missing = cannot_play(play, fixture);
     if (missing == NULL && test_case->forwards && fixture->fails)
         missing = "debug_action = fail lets no such call pass";
+    const bool lacks_queues = setup != NULL && (setup->enable & ENABLE_NO_QUEUES) != 0;
+    if (missing == NULL && fixture->fails &&
+        (lacks_queues || (judge_lacks_features(test_case) && is_felt_by_others(test_case))))
+        missing = "debug_action = fail lets no scene be opened";
     if (missing == NULL && !play->is_mutation_alone) {
         play_twin(play, fixture, report);
         if (report->outcome == OUTCOME_SKIPPED)

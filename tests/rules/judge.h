@@ -60,6 +60,9 @@ bool judge_is_refused(const struct play *play);
  */
 bool judge_expects(const struct play *play, enum rule rule);
 
+/* Whether the case has a feature off, so that other commands break its rules, too. */
+bool judge_lacks_features(const struct test_case *test_case);
+
 /* Plays a case: the valid call, the twin, the mutation, each in a scene of its own. `fixture` is
  * reused from play to play; zero-initialized before the first, closed after the last. */
 void judge_play(const struct play *play, struct fixture *fixture, struct report *report);

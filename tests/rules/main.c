@@ -111,7 +111,7 @@ static bool fits_command(const struct test_case *test_case, enum build_command c
     if (test_case->refusal != NULL && test_case->refusal->command == command)
         return true;
     if (test_case->commands != 0)
-        return (test_case->commands & 1u << command) != 0;
+        return (test_case->commands & UINT64_C(1) << command) != 0;
     for (uint32_t i = 0; i < test_case->rule_count; i++) {
         const struct rule_info *info = &rule_infos[test_case->rules[i]];
         if (info->vuid[command] == VUID_NONE)
@@ -119,7 +119,7 @@ static bool fits_command(const struct test_case *test_case, enum build_command c
         if (command == COMMAND_NV && !is_asked_by_nv(info))
             return false;
     }
-    return command != COMMAND_NV || test_case->rule_count > 0;
+    return command < COMMAND_NV || test_case->rule_count > 0;
 }
 
 /* Bad data that lower levels say nothing of. */
@@ -156,7 +156,7 @@ static bool wants_pointers(const struct test_case *test_case)
 static void play_one(struct run *run, const struct case_list *list, const struct play *play)
 {
     snprintf(current_name, sizeof(current_name), "%s.%s/%s%s%s%s", list->name,
-             play->test_case->name, command_words[play->command],
+             play->test_case->name, command_word(play->command),
              play->geometry_pointers ? "+ppGeometries" : "", play->level != NULL ? "@" : "",
              play->level != NULL ? play->level : "");
     if (!tally_starts(&run->tally, current_name))
@@ -179,7 +179,7 @@ static void play_either(struct run *run, const struct case_list *list, const str
 static void play_all_forms(struct run *run, const struct case_list *list,
                            const struct test_case *test_case)
 {
-    for (enum build_command command = COMMAND_DEVICE; command <= COMMAND_NV; command++) {
+    for (enum build_command command = COMMAND_DEVICE; command < COMMAND_COUNT; command++) {
         struct play play = {.make_call = play_call,
                             .platform = &run->platform,
                             .test_case = test_case,

@@ -6,9 +6,16 @@
 
 enum { ACCEL_ALIGNMENT = 256 };
 
+VkBufferUsageFlags place_usage(const struct scene *scene)
+{
+    return command_is_of_micromaps(scene->command)
+               ? PLACE_USAGE | VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT
+               : PLACE_USAGE;
+}
+
 struct test_buffer place_buffer(struct scene *scene)
 {
-    return scene_buffer(scene, PLACE_SIZE, PLACE_USAGE);
+    return scene_buffer(scene, PLACE_SIZE, place_usage(scene));
 }
 
 VkDeviceSize place_size(const struct scene *scene, uint32_t build)
@@ -116,7 +123,7 @@ static struct test_memory allocate(struct scene *scene, VkMemoryPropertyFlags wi
 
 static struct test_buffer buffer_in(struct scene *scene, const struct test_memory *memory)
 {
-    struct test_buffer buffer = scene_create_buffer(scene, PLACE_SIZE, PLACE_USAGE);
+    struct test_buffer buffer = scene_create_buffer(scene, PLACE_SIZE, place_usage(scene));
     scene_bind(scene, &buffer, memory, 0);
     return buffer;
 }
@@ -142,6 +149,7 @@ VkAccelerationStructureKHR place_accel_by_address(struct scene *scene, uint32_t 
     const struct test_buffer buffer = place_buffer(scene);
     const STRUCT(VkAccelerationStructureCreateInfo2KHR, info,
                  .addressRange = {.address = buffer.address, .size = place_size(scene, build)},
+                 .addressFlags = VK_ADDRESS_COMMAND_STORAGE_BUFFER_USAGE_BIT_KHR,
                  .type = scene->infos[build].type);
     VkAccelerationStructureKHR accel;
     MUST_SUCCEED(

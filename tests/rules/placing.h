@@ -11,6 +11,8 @@ enum { PLACE_SIZE = 1 << 20, PLACE_FAR = 1 << 16 };
 /* Usage of a buffer that can hold structures and scratch. */
 #define PLACE_USAGE (ACCEL_USAGE | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT)
 
+VkBufferUsageFlags place_usage(const struct scene *scene); /* with micromaps, too */
+
 /* PLACE_SIZE bytes for anything. */
 struct test_buffer place_buffer(struct scene *scene);
 

@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* One call of a case of rules_test. */
+#include <string.h>
+
 #include "judge.h"
 
 static bool is_submitted(const struct play *play)
 {
-    return play->test_case->submits && play->command != COMMAND_HOST;
+    return play->test_case->submits && command_is_recorded(play->command);
 }
 
 /* Whether a callback has the call itself skipped. */
@@ -29,7 +31,7 @@ static bool check_forwarding(const struct play *play, const struct call *call, u
 static bool check_result(const struct play *play, const struct call *call, VkResult result,
                          struct report *report)
 {
-    const bool is_host = play->command == COMMAND_HOST;
+    const bool is_host = command_returns_result(play->command);
     const bool skipped = is_host && is_skipped(play, call);
     const bool may_fail = is_host && call->may_fail_on_cpu && play->platform->is_cpu;
     if ((skipped ? result == VK_ERROR_VALIDATION_FAILED_EXT : result >= VK_SUCCESS) ||
@@ -55,6 +57,31 @@ static bool submit(struct fixture *fixture, struct scene *scene, const struct ca
     return false;
 }
 
+static bool is_of_the_rules(const struct test_case *test_case, const char *id)
+{
+    for (uint32_t i = 0; i < test_case->rule_count; i++)
+        for (int command = 0; command < COMMAND_COUNT; command++) {
+            const char *own = rule_id(test_case->rules[i], (enum build_command)command);
+            if (own != NULL && strcmp(own, id) == 0)
+                return true;
+        }
+    return false;
+}
+
+/* A feature that is off is missing to the commands that open and close the scene, too: forgets what
+ * has come since, if all of it is of the case's rules. */
+static void forget_scene(const struct play *play, const struct call *call, struct fixture *fixture,
+                         uint32_t since)
+{
+    struct messages *messages = &fixture->messages;
+    if (!call->breaks || !judge_lacks_features(play->test_case))
+        return;
+    for (uint32_t i = since; i < messages_kept(messages); i++)
+        if (!is_of_the_rules(play->test_case, messages->items[i].id))
+            return;
+    messages->count = since;
+}
+
 bool play_call(const struct play *play, struct fixture *fixture, const struct call *call,
                struct report *report)
 {
@@ -71,6 +98,7 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
         call->mutate(scene);
     if (play->geometry_pointers)
         scene_use_geometry_pointers(scene);
+    forget_scene(play, call, fixture, 0);
     if (scene->skip != NULL) {
         report->outcome = OUTCOME_SKIPPED;
         judge_say(report, "%s", scene->skip);
@@ -82,7 +110,8 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
         const bool reaches_driver = play->platform->is_null && !play->platform->is_cpu;
         const uint64_t before = reaches_driver ? driver->calls(name) : 0;
         /* A call on a device that nobody knows can go nowhere, told or not. */
-        const bool can_fail = play->command == COMMAND_HOST && scene->device != fixture->device;
+        const bool can_fail =
+            !command_is_recorded(play->command) && scene->device != fixture->device;
         const VkResult result = scene_call(scene);
         good = (can_fail && !call->breaks) || check_result(play, call, result, report);
         if (call->then != NULL)
@@ -93,6 +122,8 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
             good = check_forwarding(play, call, driver->calls(name) - before, report) && good;
         fixture->messages.answer = VK_FALSE;
     }
+    const uint32_t count = fixture->messages.count;
     scene_close(scene);
+    forget_scene(play, call, fixture, count);
     return good;
 }

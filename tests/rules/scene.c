@@ -12,14 +12,14 @@ enum { SECOND_BOXES = 1024 /* of AABBS, in bytes */ };
 uint64_t scene_address(const struct scene *scene, const struct test_buffer *buffer,
                        VkDeviceSize offset)
 {
-    return scene->command == COMMAND_HOST ? (uint64_t)(uintptr_t)(buffer->host + offset)
-                                          : buffer->address + offset;
+    return command_is_on_host(scene->command) ? (uint64_t)(uintptr_t)(buffer->host + offset)
+                                              : buffer->address + offset;
 }
 
 uint64_t scene_reference(const struct scene *scene, VkAccelerationStructureKHR accel)
 {
     const STRUCT(VkAccelerationStructureDeviceAddressInfoKHR, info, .accelerationStructure = accel);
-    return scene->command == COMMAND_HOST || accel == VK_NULL_HANDLE
+    return command_is_on_host(scene->command) || accel == VK_NULL_HANDLE
                ? (uint64_t)accel
                : scene->vk->GetAccelerationStructureDeviceAddressKHR(scene->fixture->device, &info);
 }
@@ -166,8 +166,8 @@ VkAccelerationStructureBuildSizesInfoKHR scene_sizes(const struct scene *scene, 
         counts[i] = scene->ranges[build][i].primitiveCount;
     scene->vk->GetAccelerationStructureBuildSizesKHR(
         scene->fixture->device,
-        scene->command == COMMAND_HOST ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
-                                       : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
+        command_is_on_host(scene->command) ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
+                                           : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
         &scene->infos[build],
         scene->infos[build].type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR ? NULL
                                                                                         : counts,
@@ -273,7 +273,7 @@ static void set_pointers(struct scene *scene)
 
 static bool can_build(const struct scene *scene)
 {
-    const uint32_t needed = scene->command == COMMAND_HOST
+    const uint32_t needed = command_is_on_host(scene->command)
                                 ? DISABLE_ACCELERATION_STRUCTURE | DISABLE_HOST_COMMANDS
                                 : DISABLE_ACCELERATION_STRUCTURE;
     return (scene->fixture->setup.disable & needed) == 0;
@@ -316,6 +316,8 @@ struct scene *scene_open(struct fixture *fixture, enum build_command command)
     become_updates(scene);
     if (command == COMMAND_NV)
         scene_nv_open(scene);
+    else if (command > COMMAND_NV)
+        scene_life_open(scene);
     return scene;
 }
 
@@ -352,7 +354,7 @@ VkResult scene_call(struct scene *scene)
 {
     if (scene->fixture->misaligns && scene->command != COMMAND_INDIRECT)
         scene_misalign(scene);
-    switch (scene->command) {
+    switch ((int)scene->command) {
     case COMMAND_DEVICE:
         scene_inputs_stage(scene, scene->command_buffer);
         scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, scene->info_count,
@@ -368,8 +370,8 @@ VkResult scene_call(struct scene *scene)
     case COMMAND_NV:
         scene_nv_call(scene);
         break;
-    case COMMAND_COUNT:
-        abort();
+    default:
+        return scene_life_call(scene);
     }
     return VK_SUCCESS;
 }

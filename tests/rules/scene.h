@@ -70,6 +70,66 @@ struct scene_nv {
     struct test_buffer vertices, indices, transforms, boxes, instances, scratch_buffer;
 };
 
+union life_arguments; /* of the generated life_arguments.h */
+
+/* A call of a command of vuid-tables/commands.def, and what it uses. Copies of micromaps and of
+ * VK_NV_ray_tracing are made of the same members. */
+struct scene_life {
+    VkObjectType object_type; /* of the structures, or micromaps, of the command */
+    uint64_t src, dst;        /* src is built before the call, and allows compaction */
+    VkCopyAccelerationStructureInfoKHR copy;
+    VkCopyAccelerationStructureToMemoryInfoKHR to_memory;
+    VkCopyMemoryToAccelerationStructureInfoKHR from_memory;
+    struct test_buffer memory; /* of these two */
+
+    uint64_t objects[4]; /* that are queried */
+    uint32_t object_count;
+    const uint64_t *objects_argument;
+    VkQueryType query_type;
+    VkQueryPool pool;
+    uint32_t first_query;
+    uint64_t data[4];
+    size_t data_size, stride;
+    void *data_argument;
+
+    VkMicromapUsageEXT usages[SCENE_USAGES];
+    VkMicromapBuildInfoEXT builds[2];
+    uint32_t build_count;
+
+    struct test_buffer storage; /* in which a structure is created */
+    VkAccelerationStructureCreateInfoKHR create;
+    VkAccelerationStructureCreateInfo2KHR create_at;
+    VkMicromapCreateInfoEXT create_micromap;
+    VkAccelerationStructureCreateInfoNV create_nv;
+    const VkAllocationCallbacks *allocator;
+    uint64_t created, destroyed;
+    VkBindAccelerationStructureMemoryInfoNV bindings[2];
+    uint32_t binding_count;
+
+    VkAccelerationStructureBuildTypeKHR build_type; /* these three: a query of sizes */
+    const VkAccelerationStructureBuildGeometryInfoKHR *build_argument;
+    const uint32_t *counts_argument;
+    VkAccelerationStructureBuildSizesInfoKHR sizes;
+    VkMicromapBuildSizesInfoEXT micromap_sizes;
+    VkAccelerationStructureDeviceAddressInfoKHR address_info;
+    VkAccelerationStructureCaptureDescriptorDataInfoEXT capture_info;
+    VkAccelerationStructureMemoryRequirementsInfoNV requirements_info;
+    VkMemoryRequirements2 requirements;
+    VkAccelerationStructureVersionInfoKHR version;
+    VkMicromapVersionInfoEXT micromap_version;
+    uint8_t version_data[2 * VK_UUID_SIZE];
+    VkAccelerationStructureCompatibilityKHR compatibility;
+
+    VkAccelerationStructureMotionInfoNV motion; /* chained by cases */
+    VkWriteDescriptorSetAccelerationStructureKHR descriptor;
+    VkWriteDescriptorSetAccelerationStructureNV descriptor_nv;
+    VkWriteDescriptorSet write;
+    VkPushDescriptorSetInfo push;
+
+    /* Changes the arguments just before the call; or NULL. */
+    void (*edit)(struct scene *scene, union life_arguments *arguments);
+};
+
 /* The micromaps of a scene: none until a case asks for one. */
 struct scene_micromaps {
     /* For scene_build_micromap(). */
@@ -120,7 +180,8 @@ struct scene {
     uint32_t indirect_strides[SCENE_BUILDS];
     struct test_buffer indirect;
 
-    struct scene_nv nv; /* COMMAND_NV */
+    struct scene_nv nv;     /* COMMAND_NV */
+    struct scene_life life; /* commands that build no structures */
 
     /* What the builds use. */
     struct test_buffer vertices, indices, transforms, boxes, instances;
@@ -223,6 +284,8 @@ void scene_defer(struct scene *scene, VkDevice device, uint64_t handle,
     }
 /* Destroys one thing before its time. */
 void scene_destroy(struct scene *scene, uint64_t handle);
+/* A call has destroyed it. */
+void scene_forget(struct scene *scene, uint64_t handle);
 
 struct test_memory scene_allocate(struct scene *scene, VkDeviceSize size);
 struct test_memory scene_allocate_with(struct scene *scene, VkDeviceSize size,
@@ -359,6 +422,19 @@ uint64_t scene_nv_foreign_buffer(struct scene *scene);
 
 /* Records a build of `dst`, from nothing, with the info as it stands. */
 void scene_nv_build(struct scene *scene, VkAccelerationStructureNV dst);
+
+/* ---- other commands (scene_life.c) ---- */
+
+bool command_is_of_micromaps(enum build_command command);
+bool command_is_of_nv(enum build_command command);
+bool command_writes_descriptors(enum build_command command);
+bool command_is_on_host(enum build_command command); /* its work is done by the host */
+bool command_returns_result(enum build_command command);
+uint32_t command_enables(enum build_command command); /* enum setup_enable */
+
+void scene_life_open(struct scene *scene);
+VkResult scene_life_call(struct scene *scene);
+VkQueryPool scene_query_pool(struct scene *scene, VkQueryType type, uint32_t count);
 
 /* ---- command buffers (scene_commands.c) ---- */
 

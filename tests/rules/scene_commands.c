@@ -144,7 +144,7 @@ void scene_end_rendering(struct scene *scene, VkCommandBuffer command_buffer)
 
 void scene_build_before(struct scene *scene, uint32_t first, uint32_t count)
 {
-    if (scene->command == COMMAND_HOST) {
+    if (command_is_on_host(scene->command)) {
         MUST_SUCCEED(scene->vk->BuildAccelerationStructuresKHR(
             scene->fixture->device, VK_NULL_HANDLE, count, &scene->infos[first],
             &scene->range_pointers[first]));
@@ -159,7 +159,7 @@ void scene_build_before(struct scene *scene, uint32_t first, uint32_t count)
 void scene_build_source(struct scene *scene, uint32_t update)
 {
     const VkAccelerationStructureBuildGeometryInfoKHR info = scene->infos[update];
-    if (scene->command != COMMAND_HOST)
+    if (!command_is_on_host(scene->command))
         return;
     scene->infos[update].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
     scene->infos[update].dstAccelerationStructure = info.srcAccelerationStructure;
@@ -171,7 +171,7 @@ VkResult scene_copy(struct scene *scene, VkAccelerationStructureKHR src,
                     VkAccelerationStructureKHR dst, VkCopyAccelerationStructureModeKHR mode)
 {
     const STRUCT(VkCopyAccelerationStructureInfoKHR, info, .src = src, .dst = dst, .mode = mode);
-    if (scene->command == COMMAND_HOST)
+    if (command_is_on_host(scene->command))
         return scene->vk->CopyAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE,
                                                        &info);
     const VkCommandBuffer command_buffer = scene_begin_before(scene);

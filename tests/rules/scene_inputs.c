@@ -9,7 +9,7 @@
 
 static enum input_route route_of(const struct scene *scene)
 {
-    return scene->command == COMMAND_HOST ? INPUTS_IN_PLACE : scene->fixture->inputs;
+    return command_is_on_host(scene->command) ? INPUTS_IN_PLACE : scene->fixture->inputs;
 }
 
 /* ---- buffers ---- */

@@ -48,7 +48,7 @@ void scene_build_micromap(struct scene *scene)
         scene->geometries[AABBS][i] =
             MAKE(VkAccelerationStructureGeometryKHR, .pNext = &micromaps->data,
                  .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR);
-    if (scene->command != COMMAND_HOST) /* which requires a pointer */
+    if (!command_is_on_host(scene->command)) /* which requires a pointer */
         scene->range_pointers[AABBS] = NULL;
 }
 
@@ -83,7 +83,7 @@ void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure
     const STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info,
                  .src.deviceAddress = scene_address(scene, &scene->vertices, 0), .dst = structure,
                  .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
-    if (scene->command == COMMAND_HOST) {
+    if (command_is_on_host(scene->command)) {
         scene->vk->CopyMemoryToAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE,
                                                         &info);
         return;
@@ -98,7 +98,7 @@ void scene_use_micromap(struct scene *scene)
     micromaps->opacity =
         MAKE(VkAccelerationStructureTrianglesOpacityMicromapKHR, .indexType = VK_INDEX_TYPE_UINT32,
              .indexBuffer = scene->indices.address, .indexStride = 4);
-    if (scene->command != COMMAND_HOST)
+    if (!command_is_on_host(scene->command))
         micromaps->opacity.micromap =
             scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
     scene->geometries[INDEXED][0].geometry.triangles.pNext = &micromaps->opacity;

@@ -16,7 +16,7 @@ void scene_defer(struct scene *scene, VkDevice device, uint64_t handle,
     scene->cleanups[scene->cleanup_count++] = (struct scene_cleanup){destroy, device, handle};
 }
 
-void scene_destroy(struct scene *scene, uint64_t handle)
+static struct scene_cleanup take_cleanup(struct scene *scene, uint64_t handle)
 {
     for (uint32_t i = scene->cleanup_count; i-- > 0;) {
         const struct scene_cleanup cleanup = scene->cleanups[i];
@@ -25,10 +25,20 @@ void scene_destroy(struct scene *scene, uint64_t handle)
         scene->cleanup_count--;
         memmove(&scene->cleanups[i], &scene->cleanups[i + 1],
                 (scene->cleanup_count - i) * sizeof(cleanup));
-        cleanup.destroy(scene, cleanup.device, cleanup.handle);
-        return;
+        return cleanup;
     }
     abort();
+}
+
+void scene_destroy(struct scene *scene, uint64_t handle)
+{
+    const struct scene_cleanup cleanup = take_cleanup(scene, handle);
+    cleanup.destroy(scene, cleanup.device, cleanup.handle);
+}
+
+void scene_forget(struct scene *scene, uint64_t handle)
+{
+    take_cleanup(scene, handle);
 }
 
 const VkuDeviceDispatchTable *scene_table_of(const struct scene *scene, VkDevice device)

@@ -78,13 +78,17 @@ bool tally_starts(const struct tally *tally, const char *name)
     return !tally->list;
 }
 
-const char *const command_words[COMMAND_COUNT] = {"device", "indirect", "host", "nv"};
+const char *command_word(enum build_command command)
+{
+    static const char *const words[BUILD_COMMAND_COUNT] = {"device", "indirect", "host", "nv"};
+    return command < BUILD_COMMAND_COUNT ? words[command] : build_command_name(command);
+}
 
 void tally_write(const struct tally *tally, const struct platform *platform, const char *name,
                  enum build_command command, const char *id, const char *word)
 {
-    fprintf(tally->results, "%s\t%s\t%s\t%s\t%s\n", platform->name, name, command_words[command],
-            id, word);
+    fprintf(tally->results, "%s\t%s\t%s\t%s\t%s\n", platform->name, name, command_word(command), id,
+            word);
 }
 
 static void count_reason(struct tally *tally, const char *text)

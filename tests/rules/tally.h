@@ -43,7 +43,8 @@ bool tally_starts(const struct tally *tally, const char *name);
 /* Writes a line of results: that a rule's id was `word`, or failed. */
 void tally_write(const struct tally *tally, const struct platform *platform, const char *name,
                  enum build_command command, const char *id, const char *word);
-extern const char *const command_words[COMMAND_COUNT];
+/* A word for a build command, or the name of another one. */
+const char *command_word(enum build_command command);
 
 /* `text` tells why it failed or was skipped. */
 void tally_count(struct tally *tally, enum outcome outcome, const char *name, const char *text);

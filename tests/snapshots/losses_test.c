@@ -116,7 +116,7 @@ TEST(test_device_lost)
     fixture_expect_silence(&fixture);
 }
 
-/* Its copies are not complete. tests/postmortem has the other cases. */
+/* Its copies are not complete. tests/programs/postmortem has the other cases. */
 TEST(test_device_lost_before_the_copies)
 {
     open_scene();
@@ -134,5 +134,7 @@ TEST(test_held_to_the_end)
     fixture_submit_waiting(&fixture, record(), timeline, fence);
     fixture_expect_silence(&fixture);
     close_rest();
-    expect_told(LEFT_OUT "1 behind waits for signals that were not submitted.");
+    assert_int_equal(fixture.instance.messages.count, 2);
+    expect_in_message(0, "has not completed as far as the application has observed");
+    expect_in_message(1, LEFT_OUT "1 behind waits for signals that were not submitted.");
 }

@@ -1,370 +1,327 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Tests of the ordered set of address ranges. */
-#include <stdlib.h>
-
-#include "random.h"
+/* Address maps and their guesses against a naive model. */
 #include "src/state/resources/address_map.h"
-#include "tests/fixture/scarce_memory.h"
-#include "tests/state/unit_test.h"
+#include "tests/state/property.h"
 
-enum { ENTRIES = 12000, QUERIES = 1200 };
+/* ---- address maps: buffer_id is the number of a range in the model */
 
-/* The naive map: the id of a place says which range it is of. */
+enum { RANGES = 3000, NO_RANGE = 2 /* a buffer_id that no range has: RANGES + this */ };
+
 struct range {
     uint64_t begin, size;
     bool present;
-    unsigned found; /* by the query under way */
+    uint32_t usage, found; /* by the search under way */
 };
 
-struct fixture {
+struct map {
     struct address_map map;
-    struct range *ranges;
-    uint32_t count;
+    uint32_t layout;
+    struct range ranges[RANGES];
+    uint64_t last_begin; /* of the ranges that are visited in order */
 };
 
-static void setup(struct fixture *fixture, uint32_t count)
+/* How ranges lie: n is the number of the range, and x is any number. */
+static struct range lie_apart(uint32_t n, uint64_t x)
 {
-    *fixture = (struct fixture){.count = count, .ranges = calloc(count, sizeof(struct range))};
-    assert_non_null(fixture->ranges);
+    return (struct range){0x100000000u + (uint64_t)n * 0x1000, 1 + x % 0x1000};
 }
 
-static void teardown(struct fixture *fixture)
+static struct range lie_anywhere(uint32_t n, uint64_t x)
 {
-    address_map_release(&fixture->map);
-    assert_int_equal(fixture->map.chunk_count, 0);
-    free(fixture->ranges);
+    return (struct range){x % (1 << 20), 1 + (x >> (40 + x % 24))};
 }
 
-static struct address_facts place_of(const struct range *range, uint64_t id)
+/* Equal beginnings fill several chunks, and ranges are equal. */
+static struct range lie_together(uint32_t n, uint64_t x)
 {
-    return (struct address_facts){
-        .address = range->begin, .bytes_left = range->size, .buffer_id = id};
-}
-
-static struct address_facts place_in(const struct fixture *fixture, const struct range *range)
-{
-    return place_of(range, (uint64_t)(range - fixture->ranges));
-}
-
-static void note(const struct address_facts *place, void *context)
-{
-    struct range *ranges = context;
-    ranges[place->buffer_id].found++;
-}
-
-static bool has_references(const struct range *range, uint64_t address)
-{
-    return range->present && range->begin <= address && address - range->begin < range->size;
-}
-
-/* Before a search a guess may be old. What it shows at a glance is true all the same. */
-static void assert_a_glance_is_right(const struct fixture *fixture, uint64_t address)
-{
-    const struct address_guesses guesses = address_map_guesses(&fixture->map);
-    const struct address_facts *place = address_guesses_find(&guesses, address);
-    if (!buffer_range_contains(place, address) || place->is_shared)
-        return;
-    for (uint32_t i = 0; i < fixture->count; i++)
-        assert_int_equal(has_references(&fixture->ranges[i], address), i == place->buffer_id);
-}
-
-static bool overlap(const struct range *a, const struct range *b)
-{
-    return a != b && a->present && b->present && a->begin < b->begin + b->size &&
-           b->begin < a->begin + a->size;
-}
-
-/* After it the guess is good, and the place knows whether others overlap it. */
-static void assert_a_search_is_remembered(const struct fixture *fixture, uint64_t address)
-{
-    const struct address_guesses guesses = address_map_guesses(&fixture->map);
-    const struct address_facts *place = address_guesses_find(&guesses, address);
-    assert_true(buffer_range_contains(place, address));
-    const struct range *range = &fixture->ranges[place->buffer_id];
-    bool is_shared = false;
-    for (uint32_t i = 0; i < fixture->count; i++)
-        is_shared = is_shared || overlap(range, &fixture->ranges[i]);
-    assert_int_equal(place->is_shared, is_shared);
-}
-
-static void assert_finds_what_is_there(struct fixture *fixture, uint64_t address)
-{
-    uint32_t holders = 0;
-    assert_a_glance_is_right(fixture, address);
-    address_map_find(&fixture->map, address, note, fixture->ranges);
-    for (uint32_t i = 0; i < fixture->count; i++) {
-        struct range *range = &fixture->ranges[i];
-        if (range->found != has_references(range, address))
-            fail_msg("address %#lx: [%#lx, +%#lx) visited %u times", (unsigned long)address,
-                     (unsigned long)range->begin, (unsigned long)range->size, range->found);
-        holders += range->found;
-        range->found = 0;
-    }
-    if (holders)
-        assert_a_search_is_remembered(fixture, address);
-}
-
-static void add(struct fixture *fixture, struct range *range)
-{
-    const struct address_facts place = place_in(fixture, range);
-    assert_true(address_map_add(&fixture->map, &place));
-    assert_true(fixture->map.range_count <= fixture->map.slot_count / 2);
-    range->present = true;
-}
-
-static void take_out(struct fixture *fixture, struct range *range)
-{
-    const struct address_facts place = place_in(fixture, range);
-    address_map_remove(&fixture->map, &place);
-    range->present = false;
-}
-
-/* Next to each other, as buffers of one heap. */
-static void lie_apart(struct random *random, struct range *range, uint32_t i)
-{
-    range->begin = 0x100000000u + (uint64_t)i * 0x1000;
-    range->size = 1 + random_below(random, 0x1000);
-}
-
-/* Anywhere, most of them short. */
-static void lie_anywhere(struct random *random, struct range *range, uint32_t i)
-{
-    range->begin = random_below(random, 1 << 20);
-    range->size = 1 + (random_next(random) >> (40 + random_below(random, 24)));
-}
-
-/* Few beginnings, so that equal ones fill several chunks, and few sizes, so that ranges are equal.
- */
-static void lie_together(struct random *random, struct range *range, uint32_t i)
-{
-    range->begin = 0x1000u * (1 + random_below(random, 7));
-    range->size = 0x800u << random_below(random, 5);
+    return (struct range){0x1000u * (1 + x % 7), 0x800u << (x / 7 % 5)};
 }
 
 /* Each inside the one before it, and small ones among them. */
-static void lie_nested(struct random *random, struct range *range, uint32_t i)
+static struct range lie_nested(uint32_t n, uint64_t x)
 {
-    uint32_t depth = i % 4 ? random_below(random, ENTRIES) : i;
-    range->begin = depth;
-    range->size = i % 4 ? 1 + random_below(random, 3) : 2u * (ENTRIES - depth) + 1;
+    return n % 4 ? (struct range){x % RANGES, 1 + x % 3} : (struct range){n, 2u * (RANGES - n) + 1};
 }
 
 /* Up to the end of the address space. */
-static void lie_at_the_top(struct random *random, struct range *range, uint32_t i)
+static struct range lie_at_the_top(uint32_t n, uint64_t x)
 {
-    uint64_t before_end = 2 + random_below(random, 1 << 16);
-    range->begin = 0 - before_end;
-    range->size = 1 + random_below(random, (uint32_t)before_end - 1);
+    const uint64_t before_end = 2 + x % (1 << 16);
+    return (struct range){0 - before_end, 1 + (x >> 20) % (before_end - 1)};
 }
 
 /* Further apart than a chunk reaches, with some near each other. */
-static void lie_far_apart(struct random *random, struct range *range, uint32_t i)
+static struct range lie_far_apart(uint32_t n, uint64_t x)
 {
-    const uint64_t middle = (uint64_t)random_below(random, 64) << 32;
-    range->begin = middle - 2 + random_below(random, 5); /* the first: at the top, too */
-    range->size = 1 + random_below(random, 2);
-    if (range->begin + range->size <= range->begin)
-        range->begin = middle;
+    const uint64_t middle = (x >> 8) % 64 << 32;
+    const struct range range = {middle - 2 + x % 5, 1 + (x >> 4) % 2};
+    return range.begin + range.size > range.begin ? range : (struct range){middle, range.size};
 }
 
-typedef void (*layout)(struct random *random, struct range *range, uint32_t i);
-
-/* An address at which something may go wrong: by the ends of a range, or in it. */
-static uint64_t some_address(struct random *random, const struct fixture *fixture)
+/* A large one among many small ones. */
+static struct range lie_around_a_large_one(uint32_t n, uint64_t x)
 {
-    const struct range *range = &fixture->ranges[random_below(random, fixture->count)];
-    uint64_t edges[] = {range->begin, range->begin - 1, range->begin + range->size,
-                        range->begin + range->size - 1,
-                        range->begin + random_next(random) % range->size};
-    return edges[random_below(random, sizeof(edges) / sizeof(edges[0]))];
+    return n ? (struct range){0x10000u + 0x100u * n, 0x100} : (struct range){0x100000000u, 1 << 24};
 }
 
-static void query(struct random *random, struct fixture *fixture, uint32_t count)
+static struct range (*const layouts[])(uint32_t n, uint64_t x) = {
+    lie_apart,      lie_anywhere,  lie_together,           lie_nested,
+    lie_at_the_top, lie_far_apart, lie_around_a_large_one,
+};
+enum { LAYOUTS = sizeof(layouts) / sizeof(layouts[0]) };
+
+static struct address_facts facts_of(const struct range *range, uint64_t id)
 {
-    for (uint32_t i = 0; i < count; i++)
-        assert_finds_what_is_there(fixture, some_address(random, fixture));
+    return (struct address_facts){
+        .address = range->begin, .bytes_left = range->size, .usage = range->usage, .buffer_id = id};
 }
 
-/* Fills, changes and empties a map. */
-static void live_through(struct random *random, layout lie, uint32_t count, uint32_t queries)
+static bool has_address(const struct range *range, uint64_t address)
 {
-    struct fixture fixture;
-    setup(&fixture, count);
-    for (uint32_t i = 0; i < count; i++) {
-        lie(random, &fixture.ranges[i], i);
-        add(&fixture, &fixture.ranges[i]);
+    return range->present && address - range->begin < range->size;
+}
+
+static void map_lay_out(void *state, const uint32_t *operands)
+{
+    struct map *map = state;
+    if (map->map.range_count == 0)
+        map->layout = operands[0];
+}
+
+static void map_add(void *state, const uint32_t *operands)
+{
+    struct map *map = state;
+    struct range *range = &map->ranges[operands[0]];
+    bool is_added;
+    if (range->present)
+        return;
+    *range = layouts[map->layout](operands[0], property_hash(operands[1]));
+    range->usage = operands[1];
+    const struct address_facts facts = facts_of(range, operands[0]);
+    const bool failed = PROPERTY_CALL(is_added = address_map_add(&map->map, &facts));
+    EXPECT(is_added || failed); /* it may also fail to choose better slots for what is there */
+    EXPECT(map->map.range_count <= map->map.slot_count / 2);
+    range->present = is_added;
+}
+
+static void map_add_many(void *state, const uint32_t *operands)
+{
+    for (uint32_t i = operands[0]; i < operands[0] + operands[1] && i < RANGES; i++)
+        map_add(state, (const uint32_t[]){i, operands[2] + i});
+}
+
+/* What is not there is not removed: a range of another buffer, or at another address. */
+static void map_remove(void *state, const uint32_t *operands)
+{
+    struct map *map = state;
+    struct range *range = &map->ranges[operands[0]];
+    struct address_facts facts = facts_of(range, operands[0]), other = facts;
+    other.buffer_id = RANGES + NO_RANGE;
+    address_map_remove(&map->map, &other);
+    other.buffer_id = operands[0];
+    other.address++;
+    address_map_remove(&map->map, &other);
+    PROPERTY_CALL(address_map_remove(&map->map, &facts));
+    range->present = false;
+}
+
+static void map_remove_many(void *state, const uint32_t *operands)
+{
+    for (uint32_t i = operands[0]; i < operands[0] + operands[1] && i < RANGES; i++)
+        map_remove(state, &i);
+}
+
+static void map_update(void *state, const uint32_t *operands)
+{
+    struct map *map = state;
+    struct range *range = &map->ranges[operands[0]];
+    range->usage = operands[1];
+    const struct address_facts facts = facts_of(range, operands[0]);
+    address_map_update(&map->map, &facts); /* does nothing if it is not there */
+}
+
+static void note_range(const struct address_facts *facts, void *context)
+{
+    struct map *map = context;
+    EXPECT(facts->buffer_id < RANGES);
+    struct range *range = &map->ranges[facts->buffer_id];
+    EXPECT(facts->address == range->begin && facts->bytes_left == range->size &&
+           facts->usage == range->usage);
+    range->found++;
+}
+
+/* Before a search a guess may be old. What it shows at a glance is true all the same. */
+static void expect_true_glance(const struct map *map, uint64_t address)
+{
+    const struct address_guesses guesses = address_map_guesses(&map->map);
+    const struct address_facts *facts = address_guesses_find(&guesses, address);
+    if (buffer_range_contains(facts, address) && !facts->is_shared)
+        for (uint32_t i = 0; i < RANGES; i++)
+            EXPECT_EQUAL(has_address(&map->ranges[i], address), i == facts->buffer_id);
+}
+
+/* After a search the guess is good, and the range knows whether others overlap it. */
+static void expect_good_guess(const struct map *map, uint64_t address)
+{
+    const struct address_guesses guesses = address_map_guesses(&map->map);
+    const struct address_facts *facts = address_guesses_find(&guesses, address);
+    EXPECT(buffer_range_contains(facts, address));
+    const struct range *range = &map->ranges[facts->buffer_id];
+    bool is_shared = false;
+    for (uint32_t i = 0; i < RANGES; i++) {
+        const struct range *other = &map->ranges[i];
+        is_shared |= other != range && other->present &&
+                     other->begin < range->begin + range->size &&
+                     range->begin < other->begin + other->size;
     }
-    query(random, &fixture, queries / 3);
-    for (uint32_t i = 0; i < count; i++) {
-        struct range *range = &fixture.ranges[random_below(random, count)];
-        if (range->present) {
-            take_out(&fixture, range);
-            lie(random, range, (uint32_t)(range - fixture.ranges));
-        } else {
-            add(&fixture, range);
-        }
-        if (i % (3 * count / queries) == 0)
-            query(random, &fixture, 1);
-    }
-    for (uint32_t i = 0; i < count; i++) {
-        uint32_t at = (uint32_t)((uint64_t)i * 7919 % count); /* 7919 is a prime: each once */
-        if (fixture.ranges[at].present)
-            take_out(&fixture, &fixture.ranges[at]);
-        if (i % (3 * count / queries) == 0)
-            query(random, &fixture, 1);
-    }
-    assert_int_equal(fixture.map.chunk_count, 0);
-    teardown(&fixture);
+    EXPECT_EQUAL(facts->is_shared, is_shared);
 }
 
-#define LAYOUT_TEST(name, seed, lie, count, queries)                                               \
-    TEST(name)                                                                                     \
-    {                                                                                              \
-        struct random random = random_of("address_map " seed);                                     \
-        live_through(&random, lie, count, queries);                                                \
-    }
-
-LAYOUT_TEST(test_ranges_apart, "apart", lie_apart, ENTRIES, QUERIES)
-
-TEST(test_ranges_anywhere)
+static void search(struct map *map, uint64_t address)
 {
-    struct random random = random_of("address_map anywhere");
-    live_through(&random, lie_anywhere, ENTRIES, QUERIES);
-    for (uint32_t count = 8; count < 600; count += 37) /* about one chunk and two */
-        live_through(&random, lie_anywhere, count, count);
+    uint32_t holders = 0;
+    expect_true_glance(map, address);
+    address_map_find(&map->map, address, note_range, map);
+    for (uint32_t i = 0; i < RANGES; i++) {
+        EXPECT_EQUAL(map->ranges[i].found, has_address(&map->ranges[i], address));
+        holders += map->ranges[i].found;
+        map->ranges[i].found = 0;
+    }
+    if (holders)
+        expect_good_guess(map, address);
 }
 
-LAYOUT_TEST(test_equal_beginnings_and_equal_ranges, "together", lie_together, 3000, 300)
-LAYOUT_TEST(test_nested_ranges, "nested", lie_nested, ENTRIES, 300)
-LAYOUT_TEST(test_ranges_at_the_top_of_the_address_space, "top", lie_at_the_top, 2000, 600)
-LAYOUT_TEST(test_ranges_far_apart, "far", lie_far_apart, 2000, 600)
-
-static void note_usage(const struct address_facts *place, void *context)
+/* By the ends of a range, or in it: where something may go wrong. */
+static void map_search(void *state, const uint32_t *operands)
 {
-    *(uint64_t *)context += place->usage;
+    struct map *map = state;
+    const struct range *range = &map->ranges[operands[0]];
+    const uint64_t in = range->size ? property_hash(operands[0]) % range->size : 0;
+    const uint64_t edges[] = {0, -1, range->size, range->size - 1, in};
+    search(map, range->begin + edges[operands[1]]);
 }
 
-TEST(test_what_is_said_of_one_of_equal_ranges_changes)
+static void expect_order(const struct address_facts *facts, void *context)
+{
+    struct map *map = context;
+    EXPECT(facts->address >= map->last_begin);
+    map->last_begin = facts->address;
+    note_range(facts, map);
+}
+
+static void map_check(void *state)
+{
+    struct map *map = state;
+    uint32_t count = 0;
+    map->last_begin = 0;
+    address_map_each(&map->map, expect_order, map);
+    for (uint32_t i = 0; i < RANGES; i++) {
+        EXPECT_EQUAL(map->ranges[i].found, map->ranges[i].present);
+        count += map->ranges[i].present;
+        map->ranges[i].found = 0;
+    }
+    EXPECT_EQUAL(map->map.range_count, count);
+}
+
+/* Few ranges are found as if there had never been more, once memory is there again: any address of
+ * the large one at a glance, after one search. */
+static void map_end(void *state)
+{
+    struct map *map = state;
+    map_remove_many(map, (const uint32_t[]){1, RANGES});
+    if (map->ranges[0].present && map->layout + 1 == LAYOUTS) {
+        EXPECT(map->map.slot_count <= 1024);
+        search(map, map->ranges[0].begin);
+        const struct address_guesses guesses = address_map_guesses(&map->map);
+        for (uint64_t at = map->ranges[0].begin; at - map->ranges[0].begin < 1 << 24; at += 0x5000)
+            EXPECT(buffer_range_contains(address_guesses_find(&guesses, at), at));
+    }
+    map_remove(map, (const uint32_t[]){0});
+    EXPECT_EQUAL(map->map.chunk_count, 0);
+    address_map_release(&map->map);
+}
+
+PROPERTY_TEST(address_map, .size = sizeof(struct map), .check = map_check, .end = map_end,
+              .operations = {{"lay_out", map_lay_out, {LAYOUTS}},
+                             {"add", map_add, {RANGES, 1 << 20}, 200, 100, 6},
+                             {"add_many", map_add_many, {RANGES, RANGES, 1 << 20}, 3, 1, 4},
+                             {"remove", map_remove, {RANGES}, 60, 200, 6},
+                             {"remove_many", map_remove_many, {RANGES, RANGES}, 1, 3, 4},
+                             {"update", map_update, {RANGES, 100}, 20},
+                             {"search", map_search, {RANGES, 5}, 100}},
+              .sequences = 40, .steps = 1200, .check_steps = 100)
+
+TEST(ranges_without_an_end_are_refused)
 {
     struct address_map map = {0};
-    enum { EQUAL = 100, CHANGED = 7 };
-    struct address_facts place = {.address = 0x1000, .bytes_left = 16, .usage = 1};
-    for (place.buffer_id = 0; place.buffer_id < EQUAL; place.buffer_id++)
-        assert_true(address_map_add(&map, &place));
-    place.buffer_id = CHANGED;
-    place.usage = 1000;
-    address_map_update(&map, &place);
-    place.buffer_id = EQUAL;
-    address_map_update(&map, &place); /* isn't there */
-    uint64_t usages = 0;
-    address_map_find(&map, 0x100f, note_usage, &usages);
-    assert_int_equal(usages, EQUAL - 1 + 1000);
-    address_map_release(&map);
-}
-
-TEST(test_what_has_no_end_is_refused)
-{
-    struct address_map map = {0};
-    struct range range = {0};
-    const struct range endless[] = {{.begin = 0x1000, .size = 0},
-                                    {.begin = UINT64_MAX - 15, .size = 16}, /* its end is 2^64 */
-                                    {.begin = UINT64_MAX - 15, .size = 17},
-                                    {.begin = UINT64_MAX, .size = UINT64_MAX},
-                                    {.begin = 1, .size = UINT64_MAX}};
-    for (size_t i = 0; i < sizeof(endless) / sizeof(endless[0]); i++) {
-        const struct address_facts place = place_of(&endless[i], 0);
-        assert_false(address_map_add(&map, &place));
-    }
-    assert_int_equal(map.chunk_count, 0);
-
-    const struct address_facts top = {.address = UINT64_MAX - 16, .bytes_left = 16},
+    const struct address_facts endless[] = {{.address = 0x1000, .bytes_left = 0},
+                                            {.address = UINT64_MAX - 15, .bytes_left = 16},
+                                            {.address = UINT64_MAX - 15, .bytes_left = 17},
+                                            {.address = UINT64_MAX, .bytes_left = UINT64_MAX},
+                                            {.address = 1, .bytes_left = UINT64_MAX}},
+                               top = {.address = UINT64_MAX - 16, .bytes_left = 16},
                                all = {.address = 0, .bytes_left = UINT64_MAX};
-    assert_true(address_map_add(&map, &top));
-    address_map_find(&map, UINT64_MAX, note, &range);
-    assert_int_equal(range.found, 0);
-    address_map_find(&map, UINT64_MAX - 1, note, &range);
-    assert_int_equal(range.found, 1);
-    assert_true(address_map_add(&map, &all));
-    address_map_find(&map, UINT64_MAX - 1, note, &range);
-    assert_int_equal(range.found, 3);
+    for (size_t i = 0; i < sizeof(endless) / sizeof(endless[0]); i++)
+        assert_false(address_map_add(&map, &endless[i]));
+    assert_int_equal(map.chunk_count, 0);
+    assert_true(address_map_add(&map, &top) && address_map_add(&map, &all));
     address_map_release(&map);
 }
 
-TEST(test_removing_what_is_not_there_does_nothing)
+/* ---- how good guesses are, before any search */
+
+static struct address_facts one_heap(uint32_t i)
 {
-    struct range ranges[3] = {{0}};
-    struct fixture fixture = {.ranges = ranges, .count = 3};
-    const struct address_facts first = {.address = 0x1000, .buffer_id = 0};
-    const struct address_facts others[] = {{.address = 0x1000, .buffer_id = 2},
-                                           {.address = 0x1001, .buffer_id = 0},
-                                           {.address = 0, .buffer_id = 0}};
-    address_map_remove(&fixture.map, &first);
-    for (uint32_t i = 0; i < 2; i++) {
-        fixture.ranges[i] = (struct range){.begin = 0x1000, .size = 16};
-        add(&fixture, &fixture.ranges[i]);
-    }
-    for (size_t i = 0; i < sizeof(others) / sizeof(others[0]); i++)
-        address_map_remove(&fixture.map, &others[i]);
-    assert_finds_what_is_there(&fixture, 0x1000);
-    take_out(&fixture, &fixture.ranges[0]);
-    address_map_remove(&fixture.map, &first);
-    assert_finds_what_is_there(&fixture, 0x1000);
-    address_map_release(&fixture.map);
+    return (struct address_facts){.address = 0x100000000u + i * 0x3000ull, .bytes_left = 0x2100};
 }
 
-/* Many small ranges leave no trace in how a large one is found that stays: any of its addresses at
- * a glance, after one search, as if they had never been; and their memory is given back. */
-TEST(test_what_few_are_left_is_found_as_few_are)
+/* In turn, of buffers of three sizes. */
+static struct address_facts three_heaps(uint32_t i)
 {
-    struct fixture fixture;
-    setup(&fixture, ENTRIES);
-    fixture.ranges[0] = (struct range){.begin = 0x100000000u, .size = 1 << 24};
-    add(&fixture, &fixture.ranges[0]);
-    for (uint32_t i = 1; i < ENTRIES; i++) {
-        fixture.ranges[i] = (struct range){.begin = 0x10000u + 0x100u * i, .size = 0x100};
-        add(&fixture, &fixture.ranges[i]);
-    }
-    assert_true(fixture.map.slot_count >= ENTRIES);
-    for (uint32_t i = 1; i < ENTRIES; i++) {
-        /* What can't be given back stays for now. */
-        memory_fail_after(i % 3 && i < ENTRIES - 10 ? 0 : 100);
-        take_out(&fixture, &fixture.ranges[i]);
-        memory_fail_no_more();
-        if (i % 500 == 0)
-            assert_finds_what_is_there(&fixture, fixture.ranges[ENTRIES - i].begin);
-    }
-    assert_in_range(fixture.map.slot_count, 1, 1024);
-    assert_finds_what_is_there(&fixture, 0x100000000u);
-    const struct address_guesses guesses = address_map_guesses(&fixture.map);
-    for (uint64_t offset = 0; offset < 1 << 24; offset += 0x5000)
-        assert_true(buffer_range_contains(address_guesses_find(&guesses, 0x100000000u + offset),
-                                          0x100000000u + offset));
-    teardown(&fixture);
+    const uint64_t heaps[] = {0x7f0012340000u, 0x7f0123400000u, 0x7f0155550100u};
+    const uint64_t sizes[] = {0x1000, 0x100, 0x500};
+    return (struct address_facts){.address = heaps[i % 3] + i / 3 * sizes[i % 3],
+                                  .bytes_left = sizes[i % 3]};
 }
 
-TEST(test_without_memory_it_stays_as_it_was)
+static struct address_facts few_large(uint32_t i)
 {
-    struct random random = random_of("address_map memory");
-    struct fixture fixture;
-    unsigned failures = 0;
-    setup(&fixture, 4000);
-    for (uint32_t i = 0; i < fixture.count; i++)
-        lie_anywhere(&random, &fixture.ranges[i], i);
-    for (uint32_t i = 0; i < fixture.count; i++) {
-        struct range *range = &fixture.ranges[i];
-        memory_fail_after((int)random_below(&random, 2));
-        const struct address_facts place = place_in(&fixture, range);
-        range->present = address_map_add(&fixture.map, &place);
-        bool failed = memory_fail_no_more();
-        /* It may also fail to choose better slots for what is there. */
-        assert_true(range->present || failed);
-        if (!range->present) {
-            failures++;
-            query(&random, &fixture, 1);
-            add(&fixture, range);
+    return (struct address_facts){.address = 0x100000000u * (1ull + i), .bytes_left = 0x100000000u};
+}
+
+/* Large ones first, so that their grains are too coarse for what comes later. */
+static struct address_facts large_then_small(uint32_t i)
+{
+    const uint64_t small = 0x100000000000u + i * 0x100ull;
+    return i < 7 ? few_large(i) : (struct address_facts){.address = small, .bytes_left = 0x80};
+}
+
+TEST(guesses_are_good)
+{
+    static const struct {
+        struct address_facts (*lie)(uint32_t i);
+        uint32_t count, least; /* percent */
+        bool anywhere;         /* else of first addresses */
+    } cases[] = {{one_heap, 12000, 95, false},
+                 {three_heaps, 12000, 85, false},
+                 {few_large, 7, 100, true},
+                 {large_then_small, 60, 90, false},
+                 {large_then_small, 12000, 90, false}};
+    for (size_t c = 0; c < sizeof(cases) / sizeof(cases[0]); c++) {
+        struct address_map map = {0};
+        uint32_t right = 0;
+        for (uint32_t i = 0; i < cases[c].count; i++) {
+            const struct address_facts range = cases[c].lie(i);
+            assert_true(address_map_add(&map, &range));
         }
+        const struct address_guesses guesses = address_map_guesses(&map);
+        for (uint32_t i = 0; i < cases[c].count; i++) {
+            const struct address_facts range = cases[c].lie(i);
+            const uint64_t at =
+                range.address + (cases[c].anywhere ? property_hash(i) % range.bytes_left : 0);
+            right += buffer_range_contains(address_guesses_find(&guesses, at), at);
+        }
+        address_map_release(&map);
+        assert_in_range(right * 100 / cases[c].count, cases[c].least, 100);
     }
-    query(&random, &fixture, 200);
-    assert_true(failures > 4);
-    teardown(&fixture);
 }

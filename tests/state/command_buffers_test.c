@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the table of command pools and command buffers. */
-#include "random.h"
 #include "tests/fixture/make.h"
 #include "tests/fixture/scarce_memory.h"
 #include "tests/state/command_fixture.h"
+#include "tests/state/property.h"
 
-COMMAND_BUFFERS_TEST(test_a_pool_resets_its_command_buffers)
+COMMAND_BUFFERS_TEST(a_pool_resets_its_command_buffers)
 {
     command_buffers_add_pool(all, pool(2), 0, VK_QUEUE_TRANSFER_BIT, true);
     add(all, 2, 4);
@@ -30,25 +30,7 @@ static void note_gone(void *user, VkCommandBuffer gone)
             *seen |= 1u << n;
 }
 
-COMMAND_BUFFERS_TEST(test_a_pool_takes_its_command_buffers_along)
-{
-    unsigned seen = 0;
-    command_buffers_add_pool(all, pool(2), 0, VK_QUEUE_COMPUTE_BIT, false);
-    add(all, 2, 4);
-    take_away(all, 2);
-    command_buffers_remove_pool(all, pool(1), note_gone, &seen);
-    assert_int_equal(seen, 1u << 1 | 1u << 3);
-    for (unsigned n = 1; n <= 3; n++) {
-        assert_null(command_buffers_find(all, handle(n)));
-        assert_int_equal(facts_of(all, n).alive, NO);
-        assert_null(command_buffers_labels(all, handle(n)));
-    }
-    assert_int_equal(facts_of(all, 4).alive, YES);
-    command_buffers_remove_pool(all, pool(1), note_gone, &seen);
-    command_buffers_remove_pool(all, VK_NULL_HANDLE, note_gone, &seen);
-}
-
-COMMAND_BUFFERS_TEST(test_freed_handles_come_again)
+COMMAND_BUFFERS_TEST(freed_handles_come_again)
 {
     begin(all, 1);
     const VkCommandBuffer freed[] = {handle(1), VK_NULL_HANDLE, handle(9)};
@@ -64,7 +46,7 @@ COMMAND_BUFFERS_TEST(test_freed_handles_come_again)
     assert_int_equal(facts_of(all, 1).alive, NO);
 }
 
-COMMAND_BUFFERS_TEST(test_what_is_not_known_changes_nothing)
+COMMAND_BUFFERS_TEST(what_is_not_known_changes_nothing)
 {
     command_buffer_begin(NULL, &MAKE(VkCommandBufferBeginInfo), 0, VK_SUCCESS);
     command_buffer_end(NULL, VK_SUCCESS);
@@ -77,42 +59,85 @@ COMMAND_BUFFERS_TEST(test_what_is_not_known_changes_nothing)
     assert_int_equal(facts_of(all, 8).state, COMMAND_BUFFER_UNKNOWN);
 }
 
-/* Pools and command buffers come and go at random; which are there is known from an array. */
-TEST(test_random_lives)
-{
-    enum { POOLS = 5, BUFFERS = 60 };
-    struct random random = random_of("command_buffers");
+/* ---- pools and command buffers that come and go; which are there is known from an array */
+
+enum { POOLS = 5, BUFFERS = 60 };
+
+struct pool_lives {
     struct command_buffers *all;
-    unsigned pool_of[BUFFERS + 1] = {0}, seen;
-    bool has_pool[POOLS + 1] = {false};
-    assert_int_equal(command_buffers_create(&all), VK_SUCCESS);
-    for (int step = 0; step < 5000; step++) {
-        unsigned p = 1 + random_below(&random, POOLS), n = 1 + random_below(&random, BUFFERS);
-        uint32_t what = random_below(&random, 40);
-        if (what == 0) {
-            command_buffers_remove_pool(all, pool(p), note_gone, &seen);
-            for (unsigned i = 1; i <= BUFFERS; i++)
-                pool_of[i] = pool_of[i] == p ? 0 : pool_of[i];
-            has_pool[p] = false;
-        } else if (what < 3 && !has_pool[p]) {
-            command_buffers_add_pool(all, pool(p), 0, p, false);
-            has_pool[p] = true;
-        } else if (what < 15) {
-            take_away(all, n);
-            pool_of[n] = 0;
-        } else if (has_pool[p]) {
-            add(all, p, n);
-            begin(all, n);
-            pool_of[n] = p;
-        }
-        n = 1 + random_below(&random, BUFFERS);
-        assert_int_equal(facts_of(all, n).alive, pool_of[n] ? YES : NO);
-        assert_int_equal(facts_of(all, n).queue_flags, pool_of[n]);
-    }
-    command_buffers_destroy(all);
+    unsigned pool_of[BUFFERS + 1];
+    bool has_pool[POOLS + 1];
+};
+
+static void lives_begin(void *state)
+{
+    EXPECT(command_buffers_create(&((struct pool_lives *)state)->all) == VK_SUCCESS);
 }
 
-COMMAND_BUFFERS_TEST(test_what_was_lost_is_unknown)
+static void lives_end(void *state)
+{
+    command_buffers_destroy(((struct pool_lives *)state)->all);
+    command_buffers_destroy(NULL);
+}
+
+static void pool_add(void *state, const uint32_t *operands)
+{
+    struct pool_lives *lives = state;
+    const unsigned p = operands[0] + 1;
+    if (!lives->has_pool[p])
+        command_buffers_add_pool(lives->all, pool(p), 0, p, false);
+    lives->has_pool[p] = true;
+}
+
+static void pool_remove(void *state, const uint32_t *operands)
+{
+    struct pool_lives *lives = state;
+    const unsigned p = operands[0] + 1;
+    unsigned seen = 0;
+    command_buffers_remove_pool(lives->all, pool(p), note_gone, &seen);
+    for (unsigned i = 1; i <= BUFFERS; i++) {
+        EXPECT(i > 4 || (seen >> i & 1) == (lives->pool_of[i] == p));
+        lives->pool_of[i] = lives->pool_of[i] == p ? 0 : lives->pool_of[i];
+    }
+    lives->has_pool[p] = false;
+}
+
+static void buffer_add(void *state, const uint32_t *operands)
+{
+    struct pool_lives *lives = state;
+    const unsigned p = operands[0] + 1, n = operands[1] + 1;
+    if (!lives->has_pool[p])
+        return;
+    add(lives->all, p, n);
+    begin(lives->all, n);
+    lives->pool_of[n] = p;
+}
+
+static void buffer_remove(void *state, const uint32_t *operands)
+{
+    struct pool_lives *lives = state;
+    take_away(lives->all, operands[0] + 1);
+    lives->pool_of[operands[0] + 1] = 0;
+}
+
+static void lives_check(void *state)
+{
+    const struct pool_lives *lives = state;
+    for (unsigned n = 1; n <= BUFFERS; n++) {
+        EXPECT_EQUAL(facts_of(lives->all, n).alive, lives->pool_of[n] ? YES : NO);
+        EXPECT_EQUAL(facts_of(lives->all, n).queue_flags, lives->pool_of[n]);
+    }
+}
+
+PROPERTY_TEST(command_buffers, .size = sizeof(struct pool_lives), .begin = lives_begin,
+              .check = lives_check, .end = lives_end,
+              .operations = {{"pool_add", pool_add, {POOLS}, 2},
+                             {"pool_remove", pool_remove, {POOLS}, 1},
+                             {"add", buffer_add, {POOLS, BUFFERS}, 25},
+                             {"remove", buffer_remove, {BUFFERS}, 12}},
+              .sequences = 10, .steps = 500, .check_steps = 3)
+
+COMMAND_BUFFERS_TEST(what_was_lost_is_unknown)
 {
     WITHOUT_MEMORY(add(all, 1, 4));
     assert_int_equal(facts_of(all, 4).alive, UNKNOWN);
@@ -122,7 +147,7 @@ COMMAND_BUFFERS_TEST(test_what_was_lost_is_unknown)
     assert_int_equal(facts_of(all, 1).alive, YES);
 }
 
-COMMAND_BUFFERS_TEST(test_the_command_buffers_of_a_lost_pool_are_unknown)
+COMMAND_BUFFERS_TEST(the_command_buffers_of_a_lost_pool_are_unknown)
 {
     WITHOUT_MEMORY(command_buffers_add_pool(all, pool(2), 0, VK_QUEUE_TRANSFER_BIT, false));
     add(all, 2, 4);
@@ -133,7 +158,7 @@ COMMAND_BUFFERS_TEST(test_the_command_buffers_of_a_lost_pool_are_unknown)
 }
 
 /* A secondary whose record was lost is no reason to call its primary invalid. */
-COMMAND_BUFFERS_TEST(test_a_lost_secondary_invalidates_nothing)
+COMMAND_BUFFERS_TEST(a_lost_secondary_invalidates_nothing)
 {
     WITHOUT_MEMORY(add(all, 1, 4));
     command_buffer_execute(begin(all, 1), command_buffers_find(all, handle(4)));
@@ -147,7 +172,7 @@ COMMAND_BUFFERS_TEST(test_a_lost_secondary_invalidates_nothing)
     assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_RECORDING);
 }
 
-TEST(test_a_table_needs_memory)
+TEST(a_table_needs_memory)
 {
     struct command_buffers *all;
     WITHOUT_MEMORY(assert_int_equal(command_buffers_create(&all), VK_ERROR_OUT_OF_HOST_MEMORY));
@@ -155,7 +180,7 @@ TEST(test_a_table_needs_memory)
 }
 
 /* What was found last in one table is not what another one has by that handle. */
-TEST(test_tables_have_their_own)
+TEST(tables_have_their_own)
 {
     struct command_buffers *one = some_command_buffers(), *other = some_command_buffers();
     struct command_buffer *of_one = command_buffers_find(one, handle(1));

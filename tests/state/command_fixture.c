@@ -45,9 +45,3 @@ struct command_buffer *begin(struct command_buffers *all, unsigned n)
     begin_with(all, n, 0, VK_SUCCESS);
     return command_buffers_find(all, handle(n));
 }
-
-void execute_in(struct command_buffers *all, unsigned n)
-{
-    command_buffer_execute(begin(all, n), begin(all, 3));
-    assert_int_equal(facts_of(all, n).state, COMMAND_BUFFER_RECORDING);
-}

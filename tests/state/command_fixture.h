@@ -34,7 +34,4 @@ void begin_with(struct command_buffers *all, unsigned n, VkCommandBufferUsageFla
                 VkResult result);
 struct command_buffer *begin(struct command_buffers *all, unsigned n);
 
-/* Command buffer n executes secondary 3, both recorded anew. */
-void execute_in(struct command_buffers *all, unsigned n);
-
 #endif

@@ -1,33 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Tests of what recording does to a command buffer. */
+/* What recording does to a command buffer, beyond what rules about command buffers see. */
 #include <stdlib.h>
 
-#include "src/state/commands/queue_labels.h"
+#include "src/state/commands/label_stack.h"
 #include "tests/state/command_fixture.h"
 
-COMMAND_BUFFERS_TEST(test_a_life)
-{
-    struct command_buffer_facts facts = facts_of(all, 1);
-    assert_ptr_equal(facts.handle, handle(1));
-    assert_int_equal(facts.alive, YES);
-    assert_int_equal(facts.state, COMMAND_BUFFER_INITIAL);
-    assert_int_equal(facts.queue_flags, VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT);
-    assert_int_equal(facts.is_protected, NO);
-    assert_int_equal(facts.in_render_pass, UNKNOWN); /* it is not recording */
-    begin(all, 1);
-    facts = facts_of(all, 1);
-    assert_int_equal(facts.state, COMMAND_BUFFER_RECORDING);
-    assert_int_equal(facts.in_render_pass, NO);
-    assert_int_equal(facts.in_video_coding, NO);
-    assert_int_equal(facts.suspended, UNKNOWN);
-    command_buffer_end(command_buffers_find(all, handle(1)), VK_SUCCESS);
-    assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_EXECUTABLE);
-    command_buffer_reset(command_buffers_find(all, handle(1)), false, VK_SUCCESS);
-    assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_INITIAL);
-    command_buffers_destroy(NULL);
-}
-
-COMMAND_BUFFERS_TEST(test_what_fails_leaves_a_state_that_is_not_known_or_invalid)
+COMMAND_BUFFERS_TEST(what_fails_leaves_a_state_that_is_not_known_or_invalid)
 {
     begin_with(all, 1, 0, VK_ERROR_OUT_OF_DEVICE_MEMORY);
     assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_UNKNOWN);
@@ -38,7 +16,7 @@ COMMAND_BUFFERS_TEST(test_what_fails_leaves_a_state_that_is_not_known_or_invalid
     assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_UNKNOWN);
 }
 
-COMMAND_BUFFERS_TEST(test_beginning_again_starts_over)
+COMMAND_BUFFERS_TEST(beginning_again_starts_over)
 {
     struct command_buffer *first = begin(all, 1);
     const VkDebugUtilsLabelEXT label = {.pLabelName = "frame"};
@@ -57,7 +35,7 @@ COMMAND_BUFFERS_TEST(test_beginning_again_starts_over)
 }
 
 /* The next call adds an input for the buffer, too. */
-COMMAND_BUFFERS_TEST(test_inputs_that_are_taken_back_are_not_recent)
+COMMAND_BUFFERS_TEST(inputs_that_are_taken_back_are_not_recent)
 {
     struct journal *journal = begin(all, 1)->journal;
     const struct chunk_place end = journal_end(journal);
@@ -67,55 +45,7 @@ COMMAND_BUFFERS_TEST(test_inputs_that_are_taken_back_are_not_recent)
     assert_true(journal_notes_buffer(journal, 7));
 }
 
-COMMAND_BUFFERS_TEST(test_rendering_is_a_scope)
-{
-    struct command_buffer *first = begin(all, 1);
-    command_buffer_begin_rendering(first, 0);
-    assert_int_equal(facts_of(all, 1).in_render_pass, YES);
-    assert_int_equal(facts_of(all, 1).suspended, NO);
-    command_buffer_end_rendering(first);
-    assert_int_equal(facts_of(all, 1).in_render_pass, NO);
-    assert_int_equal(facts_of(all, 1).suspended, NO);
-}
-
-COMMAND_BUFFERS_TEST(test_a_suspended_rendering_waits_for_its_resumption)
-{
-    struct command_buffer *first = begin(all, 1);
-    command_buffer_begin_rendering(first, VK_RENDERING_SUSPENDING_BIT);
-    assert_int_equal(facts_of(all, 1).suspended, NO); /* not yet */
-    command_buffer_end_rendering(first);
-    assert_int_equal(facts_of(all, 1).in_render_pass, NO);
-    assert_int_equal(facts_of(all, 1).suspended, YES);
-    command_buffer_begin_rendering(first, VK_RENDERING_RESUMING_BIT | VK_RENDERING_SUSPENDING_BIT);
-    assert_int_equal(facts_of(all, 1).suspended, NO);
-    command_buffer_end_rendering(first);
-    assert_int_equal(facts_of(all, 1).suspended, YES);
-    command_buffer_begin_rendering(first, VK_RENDERING_RESUMING_BIT);
-    command_buffer_end_rendering(first);
-    assert_int_equal(facts_of(all, 1).suspended, NO);
-}
-
-COMMAND_BUFFERS_TEST(test_video_coding_is_a_scope)
-{
-    struct command_buffer *first = begin(all, 1);
-    command_buffer_set_video_coding(first, true);
-    assert_int_equal(facts_of(all, 1).in_video_coding, YES);
-    command_buffer_set_video_coding(first, false);
-    assert_int_equal(facts_of(all, 1).in_video_coding, NO);
-}
-
-/* The flag is ignored for primary command buffers (VkCommandBufferUsageFlagBits). */
-COMMAND_BUFFERS_TEST(test_only_a_secondary_continues_a_render_pass)
-{
-    begin_with(all, 1, VK_COMMAND_BUFFER_USAGE_RENDER_PASS_CONTINUE_BIT, VK_SUCCESS);
-    begin_with(all, 3, VK_COMMAND_BUFFER_USAGE_RENDER_PASS_CONTINUE_BIT, VK_SUCCESS);
-    assert_int_equal(facts_of(all, 1).in_render_pass, NO);
-    assert_int_equal(facts_of(all, 3).in_render_pass, YES);
-    begin(all, 3);
-    assert_int_equal(facts_of(all, 3).in_render_pass, NO);
-}
-
-COMMAND_BUFFERS_TEST(test_a_secondary_leaves_behind_what_it_suspended)
+COMMAND_BUFFERS_TEST(a_secondary_leaves_behind_what_it_suspended)
 {
     struct command_buffer *first = begin(all, 1), *secondary = begin(all, 3);
     command_buffer_begin_rendering(secondary, VK_RENDERING_SUSPENDING_BIT);
@@ -127,16 +57,7 @@ COMMAND_BUFFERS_TEST(test_a_secondary_leaves_behind_what_it_suspended)
     assert_int_equal(facts_of(all, 1).suspended, YES);
 }
 
-COMMAND_BUFFERS_TEST(test_builds_of_a_secondary_count)
-{
-    struct command_buffer *first = begin(all, 1), *secondary = begin(all, 3);
-    first->facts.build_index = 2;
-    secondary->facts.build_index = 3;
-    command_buffer_execute(first, secondary);
-    assert_int_equal(facts_of(all, 1).build_index, 5);
-}
-
-COMMAND_BUFFERS_TEST(test_a_secondary_that_is_not_known_may_have_done_anything)
+COMMAND_BUFFERS_TEST(a_secondary_that_is_not_known_may_have_done_anything)
 {
     struct command_buffer *first = begin(all, 1);
     command_buffer_begin_rendering(first, 0);
@@ -146,7 +67,7 @@ COMMAND_BUFFERS_TEST(test_a_secondary_that_is_not_known_may_have_done_anything)
     assert_true(first->journal->incomplete);
 }
 
-COMMAND_BUFFERS_TEST(test_an_incomplete_secondary_makes_its_primary_incomplete)
+COMMAND_BUFFERS_TEST(an_incomplete_secondary_makes_its_primary_incomplete)
 {
     struct command_buffer *first = begin(all, 1), *secondary = begin(all, 3);
     secondary->journal->incomplete = true;
@@ -154,32 +75,8 @@ COMMAND_BUFFERS_TEST(test_an_incomplete_secondary_makes_its_primary_incomplete)
     assert_true(first->journal->incomplete);
 }
 
-COMMAND_BUFFERS_TEST(test_a_secondary_that_changes_makes_its_primary_invalid)
-{
-    const VkCommandBuffer secondary = handle(3);
-    execute_in(all, 1);
-    begin(all, 3);
-    assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_INVALID);
-    execute_in(all, 1);
-    command_buffer_reset(command_buffers_find(all, handle(3)), false, VK_SUCCESS);
-    assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_INVALID);
-    execute_in(all, 1);
-    take_away(all, 3);
-    assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_INVALID);
-    begin(all, 1);
-    assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_RECORDING);
-
-    /* The driver gives the handle out again, and as much is recorded. */
-    command_buffers_add(all, pool(1), VK_COMMAND_BUFFER_LEVEL_SECONDARY, 1, &secondary);
-    execute_in(all, 1);
-    take_away(all, 3);
-    command_buffers_add(all, pool(1), VK_COMMAND_BUFFER_LEVEL_SECONDARY, 1, &secondary);
-    begin(all, 3);
-    assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_INVALID);
-}
-
 /* One secondary in every frame: what it remembers doesn't grow with them. */
-COMMAND_BUFFERS_TEST(test_a_secondary_remembers_only_those_that_still_execute_it)
+COMMAND_BUFFERS_TEST(a_secondary_remembers_only_those_that_still_execute_it)
 {
     struct command_buffer *secondary = begin(all, 3);
     for (int frame = 0; frame < 100; frame++) {
@@ -197,7 +94,7 @@ COMMAND_BUFFERS_TEST(test_a_secondary_remembers_only_those_that_still_execute_it
 }
 
 /* A primary refers to the journal of each secondary that it executes, until it is recorded anew. */
-COMMAND_BUFFERS_TEST(test_a_primary_releases_the_journals_of_its_secondaries)
+COMMAND_BUFFERS_TEST(a_primary_releases_the_journals_of_its_secondaries)
 {
     struct command_buffer *first = begin(all, 1), *secondary = begin(all, 3);
     const atomic_uint *references = &secondary->journal->references;
@@ -210,7 +107,7 @@ COMMAND_BUFFERS_TEST(test_a_primary_releases_the_journals_of_its_secondaries)
 }
 
 /* Journals free the ranges of entries: this program fails if memory is left. */
-COMMAND_BUFFERS_TEST(test_a_journal_frees_what_its_entries_hold)
+COMMAND_BUFFERS_TEST(a_journal_frees_what_its_entries_hold)
 {
     struct command_buffer *first = begin(all, 1);
     for (int i = 0; i < 2; i++) {
@@ -223,7 +120,7 @@ COMMAND_BUFFERS_TEST(test_a_journal_frees_what_its_entries_hold)
 }
 
 /* They outlive the queue's: this program fails if memory is left. */
-TEST(test_submissions_have_the_labels_of_their_queue)
+TEST(submissions_have_the_labels_of_their_queue)
 {
     struct queue_labels *labels;
     struct shared_labels *open;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Patterns of names, and comparisons that ignore case. */
-#include "src/base/glob.h"
 #include "src/base/letter_case.h"
+#include "src/report/ids/message_filter.h"
 #include "tests/state/unit_test.h"
 
 TEST(test_globs)

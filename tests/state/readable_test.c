@@ -18,10 +18,9 @@
 #include <windows.h>
 #endif
 
-#include "random.h"
 #include "src/base/readable.h"
 #include "src/snapshots/memory.h"
-#include "tests/state/unit_test.h"
+#include "tests/state/property.h"
 
 enum { PAGES = 64 };
 
@@ -53,16 +52,16 @@ static bool ask(const void *pointer, size_t size)
     return readable(&cache, pointer, size);
 }
 
-TEST(test_objects_are_readable)
+TEST(objects_are_readable)
 {
     static const char constant[] = "text";
     int local = 0;
     assert_true(ask(&local, sizeof(local)));
     assert_true(ask(constant, sizeof(constant)));
-    assert_true(ask((const void *)(uintptr_t)test_objects_are_readable, 1));
+    assert_true(ask((const void *)(uintptr_t)objects_are_readable, 1));
 }
 
-TEST(test_addresses_of_nothing_and_ranges_without_end_are_not)
+TEST(addresses_of_nothing_and_ranges_without_end_are_not)
 {
     int local = 0;
     const struct {
@@ -91,20 +90,7 @@ TEST(test_addresses_of_nothing_and_ranges_without_end_are_not)
 
 #define PAGES_TEST(name) TEST_WITH(name, char *pages, map_pages, unmap_pages)
 
-PAGES_TEST(test_a_page_without_access_is_not)
-{
-    forbid(pages + page_size);
-    assert_true(ask(pages, page_size));
-    assert_true(ask(pages + page_size - 1, 1));
-    assert_false(ask(pages + page_size - 1, 2));
-    assert_false(ask(pages + page_size, 1));
-    assert_false(ask(pages + 2 * page_size - 1, 1));
-    assert_false(ask(pages + 2 * page_size - 1, 2));
-    assert_true(ask(pages + 2 * page_size, 1));
-    assert_false(ask(pages, 3 * page_size));
-}
-
-PAGES_TEST(test_an_unmapped_page_is_not)
+PAGES_TEST(an_unmapped_page_is_not)
 {
     munmap(pages + page_size, page_size);
     assert_true(ask(pages, page_size));
@@ -112,29 +98,73 @@ PAGES_TEST(test_an_unmapped_page_is_not)
     assert_false(ask(pages + page_size, 1));
 }
 
-/* Any range, with pages taken away here and there, against what was taken away. */
-PAGES_TEST(test_ranges_against_a_map_of_pages)
+/* ---- against a map of pages */
+
+struct page_map {
+    char *pages;
+    bool is_closed[PAGES], was_found[PAGES]; /* found: since the cache was emptied */
+    struct readable_cache cache;
+};
+
+static void page_map_begin(void *state)
 {
-    struct random random = random_of("readable");
-    bool allowed[PAGES];
-    for (int i = 0; i < PAGES; i++) {
-        allowed[i] = !random_one_in(&random, 6);
-        if (!allowed[i])
-            forbid(pages + (size_t)i * page_size);
+    ((struct page_map *)state)->pages = map_pages();
+}
+
+static void page_map_end(void *state)
+{
+    unmap_pages(((struct page_map *)state)->pages);
+}
+
+static void page_map_protect(void *state, const uint32_t *operands)
+{
+    struct page_map *map = state;
+    map->is_closed[operands[0]] = operands[1];
+    EXPECT(mprotect(map->pages + operands[0] * page_size, page_size,
+                    operands[1] ? PROT_NONE : PROT_READ) == 0);
+}
+
+/* Ranges begin and end at the edges of pages, beside them, and anywhere. The cache may remember a
+ * page that was readable. */
+static void page_map_ask(void *state, const uint32_t *operands)
+{
+    struct page_map *map = state;
+    const size_t places[] = {0, 1, page_size - 1, property_hash(operands[0]) % page_size};
+    const size_t begin = operands[0] * page_size + places[operands[1]];
+    const size_t end = (operands[0] + operands[3]) * page_size + places[operands[2]];
+    const size_t size = end > begin && end <= PAGES * page_size ? end - begin : 1;
+    bool is_open = true, was_open = true;
+    for (size_t i = begin / page_size; i <= (begin + size - 1) / page_size; i++) {
+        is_open &= !map->is_closed[i];
+        was_open &= !map->is_closed[i] || map->was_found[i];
     }
-    struct readable_cache cache = {0};
-    for (int step = 0; step < 5000; step++) {
-        size_t begin = random_below(&random, PAGES * (uint32_t)page_size);
-        size_t size = 1 + (random_next(&random) >> 44) % (PAGES * page_size - begin);
-        bool expected = true;
-        for (size_t i = begin / page_size; i <= (begin + size - 1) / page_size; i++)
-            expected &= allowed[i];
-        assert_int_equal(readable(&cache, pages + begin, size), expected);
+    EXPECT_EQUAL(ask(map->pages + begin, size), is_open);
+    const bool is_found = readable(&map->cache, map->pages + begin, size);
+    EXPECT(is_found ? was_open : !is_open);
+    for (size_t i = begin / page_size; i <= (begin + size - 1) / page_size; i++) {
+        if (map->is_closed[i] && !map->was_found[i])
+            break;
+        map->was_found[i] = true;
     }
 }
 
+static void page_map_forget(void *state, const uint32_t *operands)
+{
+    struct page_map *map = state;
+    readable_forget(&map->cache);
+    for (size_t i = 0; i < PAGES; i++)
+        map->was_found[i] = false;
+}
+
+PROPERTY_TEST(readable_pages, .size = sizeof(struct page_map), .begin = page_map_begin,
+              .end = page_map_end,
+              .operations = {{"protect", page_map_protect, {PAGES, 2}, 10},
+                             {"ask", page_map_ask, {PAGES, 4, 4, 12}, 40},
+                             {"forget", page_map_forget, {0}, 1}},
+              .sequences = 20, .steps = 500)
+
 /* What was found readable is not asked for again: it still counts when it is gone. */
-PAGES_TEST(test_readable_ranges_are_remembered)
+PAGES_TEST(readable_ranges_are_remembered)
 {
     struct readable_cache cache = {0};
     for (size_t i = 0; i < READABLE_RANGES; i++) /* apart, so that each is a range of its own */
@@ -150,7 +180,7 @@ PAGES_TEST(test_readable_ranges_are_remembered)
 
 /* More ranges than there is room for: the oldest is forgotten, and asked for again, but for pages
  * in which something began that was asked for lately. */
-PAGES_TEST(test_the_oldest_range_is_forgotten)
+PAGES_TEST(the_oldest_range_is_forgotten)
 {
     struct readable_cache cache = {0};
     for (size_t i = 0; i <= READABLE_RANGES; i++)
@@ -166,7 +196,7 @@ PAGES_TEST(test_the_oldest_range_is_forgotten)
 }
 
 /* An array that is walked to the end of its mapping. */
-PAGES_TEST(test_an_array_is_walked_to_its_end)
+PAGES_TEST(an_array_is_walked_to_its_end)
 {
     for (size_t behind = 1; behind < PAGES; behind++) {
         struct readable_cache cache = {0};
@@ -179,17 +209,8 @@ PAGES_TEST(test_an_array_is_walked_to_its_end)
     }
 }
 
-PAGES_TEST(test_unreadable_pages_are_asked_for_again)
-{
-    struct readable_cache cache = {0};
-    forbid(pages);
-    assert_false(readable(&cache, pages, 1));
-    assert_int_equal(mprotect(pages, page_size, PROT_READ), 0);
-    assert_true(readable(&cache, pages, 1));
-}
-
 /* A few milliseconds later the thread's is empty again. */
-PAGES_TEST(test_what_a_thread_remembers_does_not_last)
+PAGES_TEST(what_a_thread_remembers_does_not_last)
 {
     const struct timespec while_the_timer_advances = {.tv_nsec = 50 * 1000 * 1000};
     assert_true(readable(readable_cache_of_thread(), pages, 1));
@@ -222,7 +243,7 @@ const char *unit_test_open(const char *argument)
     return NULL;
 }
 
-TEST_IF(test_without_process_vm_readv, !is_under_valgrind)
+TEST_IF(without_process_vm_readv, !is_under_valgrind)
 {
     char *pages = map_pages(), *closed = pages + page_size, *constant = pages + 2 * page_size,
          bytes[8];
@@ -249,7 +270,7 @@ TEST_IF(test_without_process_vm_readv, !is_under_valgrind)
 
 #ifdef _WIN32
 /* An access would end the guard, which belongs to the application. */
-PAGES_TEST(test_guard_pages_stay)
+PAGES_TEST(guard_pages_stay)
 {
     char *guard = pages + page_size, bytes[16];
     DWORD before;

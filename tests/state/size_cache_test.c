@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the cache of build sizes: what makes a shape, and what doesn't. */
+#include <stdlib.h>
 #include <string.h>
 
 #include "random.h"
 #include "src/state/builds/size_cache.h"
 #include "tests/fixture/geometry.h"
-#include "tests/state/unit_test.h"
+#include "tests/state/property.h"
 
 enum { GEOMETRIES = 3 };
 
@@ -119,18 +120,18 @@ static void assert_all(const struct change *changes, size_t count, bool expected
     }
 }
 
-TEST(test_what_matters_makes_another_shape)
+TEST(what_matters_makes_another_shape)
 {
     assert_all(other_shapes, sizeof(other_shapes) / sizeof(other_shapes[0]), false);
 }
 
-TEST(test_what_does_not_matter_leaves_the_shape)
+TEST(what_does_not_matter_leaves_the_shape)
 {
     assert_all(same_shapes, sizeof(same_shapes) / sizeof(same_shapes[0]), true);
 }
 
 /* Only whether there is a transform matters. */
-TEST(test_two_transforms_have_one_shape)
+TEST(two_transforms_have_one_shape)
 {
     struct build a = a_build(VK_GEOMETRY_TYPE_TRIANGLES_KHR), b = a;
     a.geometries[0].geometry.triangles.transformData.deviceAddress = 0x100;
@@ -139,7 +140,7 @@ TEST(test_two_transforms_have_one_shape)
 }
 
 /* What a geometry's union holds beside the member that its type selects is nobody's. */
-TEST(test_the_rest_of_the_union_does_not_matter)
+TEST(the_rest_of_the_union_does_not_matter)
 {
     struct build a = a_build(VK_GEOMETRY_TYPE_AABBS_KHR), b = a;
     memset((char *)&b.geometries[0].geometry + sizeof(b.geometries[0].geometry.aabbs), 0x5a,
@@ -147,7 +148,7 @@ TEST(test_the_rest_of_the_union_does_not_matter)
     assert_true(same_shape(&a, &b));
 }
 
-TEST(test_an_array_of_pointers_has_the_shape_of_an_array)
+TEST(an_array_of_pointers_has_the_shape_of_an_array)
 {
     struct build a = a_build(VK_GEOMETRY_TYPE_TRIANGLES_KHR), b = a;
     struct build_shape x, y;
@@ -159,7 +160,7 @@ TEST(test_an_array_of_pointers_has_the_shape_of_an_array)
     assert_true(x.low == y.low && x.high == y.high);
 }
 
-TEST(test_chains_have_no_shape)
+TEST(chains_have_no_shape)
 {
     const VkBaseInStructure other = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO};
     struct build_shape shape;
@@ -181,6 +182,8 @@ TEST(test_chains_have_no_shape)
     }
 }
 
+static unsigned found;
+
 static struct size_facts sizes_of(const struct build_shape *shape)
 {
     return (struct size_facts){.known = true,
@@ -196,38 +199,49 @@ static bool are_sizes_of(const struct size_facts *sizes, const struct build_shap
 }
 
 /* Shapes that take the same entry differ in their other half, or in high bits of this one. */
-static struct build_shape some_shape(struct random *random)
+static struct build_shape shape_at(const uint32_t *operands)
 {
-    return (struct build_shape){.low = random_below(random, 2048) |
-                                       (uint64_t)random_below(random, 2) << 40,
-                                .high = random_below(random, 2)};
+    return (struct build_shape){.low = operands[0] | (uint64_t)operands[1] << 40,
+                                .high = operands[2]};
 }
 
-TEST(test_it_answers_only_what_it_was_told)
+static void cache_begin(void *state)
 {
-    struct random random = random_of("size_cache");
-    struct size_cache *cache;
-    assert_int_equal(size_cache_create(&cache), VK_SUCCESS);
+    EXPECT(size_cache_create(state) == VK_SUCCESS);
     const struct build_shape zero = {0};
-    struct size_facts sizes;
-    assert_false(size_cache_find(cache, &zero, &sizes));
-    unsigned found = 0;
-    for (int step = 0; step < 50000; step++) {
-        struct build_shape shape = some_shape(&random);
-        if (size_cache_find(cache, &shape, &sizes)) {
-            assert_true(are_sizes_of(&sizes, &shape));
-            found++;
-            continue;
-        }
+    EXPECT(!size_cache_find(*(struct size_cache **)state, &zero, &(struct size_facts){0}));
+}
+
+/* The cache answers only what was added to it, and what was added last. */
+static void cache_find_or_add(void *state, const uint32_t *operands)
+{
+    struct size_cache *cache = *(struct size_cache **)state;
+    const struct build_shape shape = shape_at(operands);
+    struct size_facts sizes = {0};
+    if (!size_cache_find(cache, &shape, &sizes)) {
         sizes = sizes_of(&shape);
         size_cache_add(cache, &shape, &sizes);
-        memset(&sizes, 0, sizeof(sizes));
-        assert_true(size_cache_find(cache, &shape, &sizes));
-        assert_true(are_sizes_of(&sizes, &shape));
+        sizes = (struct size_facts){0};
+        EXPECT(size_cache_find(cache, &shape, &sizes));
+    } else {
+        found++;
     }
-    assert_true(found > 1000);
-    size_cache_destroy(cache);
+    EXPECT(are_sizes_of(&sizes, &shape));
+}
+
+static void cache_end(void *state)
+{
+    size_cache_destroy(*(struct size_cache **)state);
     size_cache_destroy(NULL);
+}
+
+PROPERTY_TEST(size_cache, .size = sizeof(struct size_cache *), .begin = cache_begin,
+              .end = cache_end, .operations = {{"find_or_add", cache_find_or_add, {2048, 2, 2}, 1}},
+              .sequences = 4, .steps = 10000)
+
+TEST(sizes_are_found_again)
+{
+    assert_true(found > 1000 || getenv("ASSAY_TEST_STEPS"));
 }
 
 struct sharer {
@@ -240,7 +254,9 @@ static void *share(void *context)
 {
     struct sharer *sharer = context;
     for (int step = 0; step < 5000; step++) {
-        struct build_shape shape = some_shape(&sharer->random);
+        const struct build_shape shape = shape_at(
+            (const uint32_t[]){random_below(&sharer->random, 2048),
+                               random_below(&sharer->random, 2), random_below(&sharer->random, 2)});
         struct size_facts sizes;
         if (size_cache_find(sharer->cache, &shape, &sizes))
             sharer->wrong += !are_sizes_of(&sizes, &shape);
@@ -250,7 +266,7 @@ static void *share(void *context)
     return NULL;
 }
 
-TEST(test_threads_share_it)
+TEST(threads_share_it)
 {
     enum { THREADS = 4 };
     struct random random = random_of("size_cache threads");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays and answers, in the layout of src/compare/trace_data.h.
+// Rays and answers, in the layout of src/compare/rays.h.
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 

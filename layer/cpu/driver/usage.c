@@ -4,7 +4,7 @@
  * because the backend copies from and to them. */
 #include "layer/cpu/driver/block.h"
 #include "observers.h"
-#include "src/base/chain_copy.h"
+#include "src/base/chain.h"
 
 static const VkBufferUsageFlags2 RAY_TRACING_USAGE =
     VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |

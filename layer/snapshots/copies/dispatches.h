@@ -29,4 +29,10 @@ void dispatches_add(struct recorder *recorder, enum own_shader shader, const voi
 /* Called after the last dispatch of a command: restores the application's state. */
 void dispatches_end(const struct recorder *recorder);
 
+/* ---- Tracks the state of a command buffer that a dispatch of the layer's own disturbs, so that it
+ * can be restored: compute bindings and push constants. */
+
+/* The state of a command buffer. Returns NULL if it is not tracked. */
+struct compute_state *compute_state_of(const struct layer_device *device, VkCommandBuffer handle);
+
 #endif

@@ -13,18 +13,38 @@ struct guarded_copy {
     VkDeviceSize offset;
 };
 
-/* Records a copy of a build's instances that guard.comp writes. Returns false if the build has no
- * instances, or goes down unguarded. For vkCmdBuildAccelerationStructureNV, `instances` is the
- * application's buffer at that offset; else VK_NULL_HANDLE. */
-bool guard_copy(struct recorder *recorder, struct recorded_build *build, VkBuffer instances,
-                VkDeviceSize offset, struct guarded_copy *copy);
-
-/* Makes the copies in the buffer of `copy` visible to the builds of the command. Called after the
- * last copy. */
-void guard_end_copy(const struct recorder *recorder, const struct guarded_copy *copy);
-
 /* Gives back the memory of a recording's copies. */
 struct guard;
 void guard_free_copies(const struct guard *guard, struct snapshot_chunk *copies);
+
+/* ---- The parameters with which guarded builds go down: the application's, except that instances
+ * are read from guarded copies. The application's structures stay as they are. */
+
+/* The guarded builds of one call. Zero-initialized is empty. */
+struct guard_call {
+    struct guarded_build {
+        uint32_t info; /* index in pInfos */
+        struct guarded_copy copy;
+    } * builds;
+    uint32_t count, capacity;
+    void *parameters;   /* owned */
+    VkBuffer instances; /* of vkCmdBuildAccelerationStructureNV */
+    VkDeviceSize offset;
+};
+
+/* Guards a build of the call if possible. `call` may be NULL. */
+void guard_call_add(struct guard_call *call, struct recorder *recorder,
+                    struct recorded_build *build);
+/* Called after the last build. */
+void guard_call_end(struct guard_call *call, const struct recorder *recorder);
+
+/* Replace the arrays by ones that live until guard_call_release(). */
+void guard_call_direct(struct guard_call *call, uint32_t count,
+                       const VkAccelerationStructureBuildGeometryInfoKHR **infos,
+                       const VkAccelerationStructureBuildRangeInfoKHR *const **ranges);
+void guard_call_indirect(struct guard_call *call, uint32_t count,
+                         const VkAccelerationStructureBuildGeometryInfoKHR **infos,
+                         const VkDeviceAddress **addresses);
+void guard_call_release(struct guard_call *call);
 
 #endif

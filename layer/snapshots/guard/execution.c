@@ -1,12 +1,80 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Walks the journals of batches in execution order: counts builds, and sets the limits of guarded
- * builds. */
+/* Writes the orders of guarded builds, sets their limits in execution order, and reports what was
+ * replaced. */
 #include "layer/snapshots/guard/execution.h"
 
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "layer/snapshots/copies/gather.h"
 #include "layer/snapshots/guard/references.h"
-#include "layer/snapshots/snapshots.h"
-#include "src/snapshots/recorded_build.h"
+#include "src/base/array.h"
+#include "src/base/text_buffer.h"
 #include "src/state/commands/journal.h"
+
+/* Memory that is not known to be unreadable is read, as the build would read it. */
+static uint32_t readable_bytes(struct resources *resources, uint64_t address, uint64_t size,
+                               const struct execution_clock *seen)
+{
+    struct address_facts facts;
+    uint64_t readable = resources_find_readable(resources, address, size, seen);
+    if (readable)
+        return readable < GUARD_UNLIMITED ? (uint32_t)readable : GUARD_UNLIMITED;
+    resources_look_up_address(resources, address, &facts);
+    bool is_certain = facts.status == ADDRESS_NULL || facts.status == ADDRESS_NOWHERE ||
+                      facts.status == ADDRESS_UNBOUND;
+    return is_certain ? 0 : GUARD_UNLIMITED;
+}
+
+static void write_ranges(struct resources *resources, const struct recording *recording,
+                         const struct build_guard *guard, struct guard_order *order)
+{
+    unsigned char *bytes = recording->chunks[guard->ranges_chunk]->bytes + guard->ranges_offset;
+    bool is_whole = gather_write_ranges(resources, bytes, guard->ranges_size) &&
+                    !resources_has_unknown_ranges(resources);
+    order->range_count =
+        is_whole ? (uint32_t)(guard->ranges_size / sizeof(uint64_t[2])) : GUARD_UNLIMITED;
+}
+
+/* `source`, `ranges` and `indirect` were written when the build was recorded. */
+static void write_order(struct resources *resources, const struct recording *recording,
+                        const struct execution_clock *seen, const struct build_guard *guard,
+                        uint32_t limit, struct guard_order *order)
+{
+    order->readable = guard->is_nv
+                          ? GUARD_UNLIMITED
+                          : readable_bytes(resources, guard->source, guard->source_size, seen);
+    order->can_read_range =
+        !guard->indirect || readable_bytes(resources, guard->indirect, 16, seen) >= 16;
+    order->range_count = 0;
+    if (guard->ranges_size)
+        write_ranges(resources, recording, guard, order);
+    order->limit = limit;
+    order->replaced = order->unreadable = order->is_done = 0;
+    order->first_replaced = UINT32_MAX;
+}
+
+void guard_renew(const struct layer_device *device, const struct recording *recording,
+                 const struct execution_clock *seen, bool is_pending, bool has_limits)
+{
+    if (!recording->has_guards)
+        return;
+    for (const struct recorded_build *build = recording->builds; build; build = build->next) {
+        const struct build_guard *guard = &build->guard;
+        if (!guard->has_order)
+            continue;
+        struct guard_order *order =
+            (void *)(recording->chunks[guard->order_chunk]->bytes + guard->order_offset);
+        uint32_t limit = has_limits ? atomic_load(&guard->limit) : GUARD_ALL_LIVE;
+        if (!is_pending)
+            write_order(device->resources, recording, seen, guard, limit, order);
+        else if (limit > order->limit)
+            __atomic_store_n(&order->limit, limit, __ATOMIC_RELAXED);
+    }
+}
+
+/* ---- walks in execution order: builds are counted, and limits of guarded builds set */
 
 static struct guard *guard_of(const struct layer_device *device)
 {
@@ -118,4 +186,77 @@ static void run(void *user, struct order_batch *batch)
 struct batch_consumer guard_consumer(struct layer_device *device)
 {
     return (struct batch_consumer){.user = device, .check = check, .run = run};
+}
+
+/* ---- reports what the guard replaced */
+
+void guard_results_add(struct guard_results *results, const struct journal *journal,
+                       const struct recorded_build *build, unsigned char *const *bases)
+{
+    struct guard_order order;
+    if (!build->guard.has_order)
+        return;
+    memcpy(&order, bases[build->guard.order_chunk] + build->guard.order_offset, sizeof(order));
+    if (!order.is_done || !(order.replaced || order.unreadable))
+        return;
+    if (!ARRAY_HAS_ROOM(results->items, results->count, results->capacity))
+        return;
+    results->items[results->count++] = (struct guard_result){
+        journal, build->place.position, order.replaced, order.first_replaced, order.unreadable,
+        false};
+}
+
+static bool is_about_references(enum rule rule)
+{
+    return rule == RULE_instance_references_are_zero_or_a_blas ||
+           rule == RULE_instances_are_backed_by_memory ||
+           rule == RULE_nv_instance_references_are_blas_handles ||
+           rule == RULE_nv_instance_references_are_of_live_structures;
+}
+
+uint32_t guard_results_explain(struct guard_results *results, const struct journal *journal,
+                               uint32_t position, enum rule rule)
+{
+    for (uint32_t i = 0; i < results->count && is_about_references(rule); i++) {
+        struct guard_result *result = &results->items[i];
+        if (result->journal != journal || result->position != position || !result->replaced)
+            continue;
+        result->is_reported = true;
+        return result->replaced;
+    }
+    return 0;
+}
+
+static void warn(const struct guard_result *result, const struct layer_device *device)
+{
+    char line[512];
+    struct text_buffer text;
+    text_begin(&text, line, sizeof(line));
+    text_append(&text,
+                "assay_validation.guard = references: in build %" PRIu32
+                " of VkCommandBuffer 0x%" PRIx64 " the layer replaced ",
+                result->position, (uint64_t)(uintptr_t)result->journal->command_buffer);
+    if (result->replaced) {
+        text_append_count(&text, result->replaced, "reference");
+        text_append(&text,
+                    " by 0 to what is not a live, built bottom-level acceleration structure. The "
+                    "first is that of instance %" PRIu32,
+                    result->first_replaced);
+    }
+    if (result->unreadable) {
+        text_append(&text, result->replaced ? "; also " : "");
+        text_append_count(&text, result->unreadable, "instance");
+        text_append(&text, " in memory that cannot be read by inactive ones");
+    }
+    text_append(&text, ".");
+    reporter_warn(device->instance->reporter, line);
+}
+
+void guard_results_end(struct guard_results *results, const struct layer_device *device)
+{
+    for (uint32_t i = 0; i < results->count; i++)
+        if (!results->items[i].is_reported)
+            warn(&results->items[i], device);
+    free(results->items);
+    *results = (struct guard_results){0};
 }

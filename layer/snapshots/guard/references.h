@@ -11,6 +11,7 @@
 #define ASSAY_LAYER_SNAPSHOTS_GUARD_REFERENCES_H
 
 #include "layer/layer.h"
+#include "layer/snapshots/snapshots.h"
 #include "src/state/order/clock.h"
 
 struct guard;
@@ -45,5 +46,13 @@ struct execution_clock *guard_clock(struct guard *guard);
 #define GUARD_LACKS_MEMORY "there was no memory for copies of them (content_budget_mib)"
 /* Sends one warning for a device: builds are not guarded, for this reason. Accepts NULL. */
 void guard_warn_unguarded(struct guard *guard, const char *reason);
+
+/* ---- called when what instances may refer to has changed, and before a submission */
+
+static inline void guard_follow(const struct layer_device *device)
+{
+    if (device->snapshots && device->snapshots->guard)
+        guard_update(device->snapshots->guard);
+}
 
 #endif

@@ -2,7 +2,7 @@
 /* Decodes dense geometry. A block has 128 bytes: vertices on a grid, a generalized strip of
  * triangles that reuses edges and vertices, and the numbers of the triangles. Positions below are
  * in bits. */
-#include "src/bvh/input/dense.h"
+#include "src/bvh/input/input.h"
 
 #include <math.h>
 #include <vulkan/vulkan_beta.h>

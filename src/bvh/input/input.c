@@ -2,8 +2,6 @@
 /* The input of a build as a whole. */
 #include "src/bvh/input/input.h"
 
-#include "src/bvh/input/dense.h"
-
 static bool displacement_is_known(const struct builder_displacement *displacement)
 {
     return source_index_is_known(displacement->index_type) &&

@@ -4,6 +4,7 @@
 #define ASSAY_BVH_INPUT_INPUT_H
 
 #include "src/bvh/input/displaced.h"
+#include "src/bvh/input/source.h"
 
 /* Returns BUILDER_UNKNOWN_FORMAT if the builder does not support a type or format. */
 enum builder_result input_kind(const struct builder_input *input, enum structure_kind *kind);
@@ -49,5 +50,11 @@ enum builder_result input_open(const struct builder_input *input, enum structure
  * references. */
 bool input_has_micromaps(const struct builder_input *input);
 void input_write_micromaps(const struct builder_input *input, struct structure_header *header);
+
+/* ---- decodes dense geometry (VK_AMDX_dense_geometry_format, "Dense Geometry Format Version 1") */
+
+/* Decodes the triangles of the blocks in order into `count` elements. Marks missing and malformed
+ * triangles in `found`. */
+void dense_decode(const struct builder_dense *dense, uint32_t count, struct dense_triangle *to);
 
 #endif

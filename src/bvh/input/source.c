@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "src/bvh/input/indices.h"
+#include "src/bvh/input/formats.h"
 
 uint64_t source_elements_in(uint64_t room, uint64_t size, uint64_t stride)
 {

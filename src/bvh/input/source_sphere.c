@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "src/bvh/input/indices.h"
+#include "src/bvh/input/formats.h"
 #include "src/bvh/input/source.h"
 
 bool sphere_formats_are_known(const struct builder_spheres *spheres)

@@ -1,6 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Prepares rays, and transforms them into the space of an instance. */
+/* Prepares rays, transforms them into the space of an instance, and processes what they meet. */
 #include "src/bvh/trace/ray.h"
+
+/* The distance of a plane is (plane - origin) * scale. Near and far planes have separate origins
+ * and scales, padded so that no box is missed. Distances are scaled by 2^24, so that small ones do
+ * not become subnormal, where rounding is no longer relative. */
+#define SLAB_UNITS 0x1p24
 
 /* The rounding error per plane of a box: the difference, the scale and the product each err by
  * 2^-24 of their value (subtraction is exact if the result is subnormal), together less than 3.1 *
@@ -150,4 +155,136 @@ bool ray_enter(struct local_ray *local, const struct trace_ray *ray, enum trace_
         local->direction[i] = rounded_to(local->direction[i], 0x1p-150);
     finish(local, ray, accuracy, 0);
     return true;
+}
+
+/* ---- AABBs as primitives: all intervals include their ends */
+
+/* The relative error of the difference, the division and both sides of the comparison is below 4 *
+ * 2^-53. The specification allows candidates outside the box; the pad can produce some. */
+#define AABB_PAD (8 * 0x1p-53)
+
+bool aabb_hit(const struct local_ray *ray, const struct aabb_record *box, double t_max, double *t)
+{
+    double enter = ray->t_min, leave = t_max;
+    for (int axis = 0; axis < 3; axis++) {
+        double direction = ray->direction[axis], origin = ray->origin[axis];
+        double lower = box->lower[axis] - origin, upper = box->upper[axis] - origin;
+        if (direction == 0) {
+            if (lower > 0 || upper < 0)
+                return false;
+            continue;
+        }
+        double near = (direction > 0 ? lower : upper) / direction;
+        double far = (direction > 0 ? upper : lower) / direction;
+        enter = fmax(enter, near - fabs(near) * AABB_PAD);
+        leave = fmin(leave, far + fabs(far) * AABB_PAD);
+    }
+    *t = enter;
+    return enter <= leave;
+}
+
+/* ---- processes a candidate: opacity, culling, visitor */
+
+static bool is_opaque(uint32_t ray_flags, const struct instance_record *instance, bool opaque)
+{
+    uint32_t flags = instance ? instance->instance.flags : 0;
+    if (flags & VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR)
+        opaque = true;
+    else if (flags & VK_GEOMETRY_INSTANCE_FORCE_NO_OPAQUE_BIT_KHR)
+        opaque = false;
+    if (ray_flags & TRACE_OPAQUE)
+        opaque = true;
+    else if (ray_flags & TRACE_NO_OPAQUE)
+        opaque = false;
+    return opaque;
+}
+
+static bool is_culled(uint32_t ray_flags, const struct instance_record *instance,
+                      const struct trace_hit *hit)
+{
+    if (ray_flags & (hit->opaque ? TRACE_CULL_OPAQUE : TRACE_CULL_NO_OPAQUE))
+        return true;
+    bool has_faces = !hit->is_aabb && !hit->is_sphere && !hit->is_swept;
+    if (!has_faces || (instance && instance->instance.flags &
+                                       VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR))
+        return false;
+    return ray_flags & (hit->front_face ? TRACE_CULL_FRONT_FACING : TRACE_CULL_BACK_FACING);
+}
+
+/* Facing is defined in object space. The transform of an instance does not change it; the
+ * instance's flip flag does. */
+static void set_instance(const struct instance_record *instance, struct trace_hit *hit)
+{
+    if (!instance)
+        return;
+    hit->instance = instance->primitive;
+    hit->custom_index = instance->instance.instanceCustomIndex;
+    hit->sbt_offset = instance->instance.instanceShaderBindingTableRecordOffset;
+    if (instance->instance.flags & VK_GEOMETRY_INSTANCE_TRIANGLE_FLIP_FACING_BIT_KHR)
+        hit->front_face = !hit->front_face;
+}
+
+/* Returns MICROMAP_NONE if no micromap defines the opacity. */
+static enum micromap_state find_state(struct walk *walk, const struct view *view,
+                                      const struct triangle_record *triangle,
+                                      const struct local_hit *local)
+{
+    const struct builder_resolver *micromaps = &walk->scene->micromaps;
+    uint32_t flags = view->instance ? view->instance->instance.flags : 0;
+    if (flags & VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR)
+        return MICROMAP_NONE;
+    if (triangle->opacity >= OPACITY_SPECIAL)
+        return (enum micromap_state) ~triangle->opacity;
+    if (!micromaps->find || view->blas->micromap_count == 0)
+        return MICROMAP_NONE;
+    const void *micromap =
+        micromaps->find(micromaps->context, structure_micromaps(view->blas)[triangle->geometry]);
+    if (!micromap)
+        return MICROMAP_NONE;
+    walk->counters.micromaps++;
+    return micromap_opacity(micromap, triangle->opacity - 1, local->u, local->v);
+}
+
+bool candidate_opacity(struct walk *walk, const struct view *view,
+                       const struct triangle_record *triangle, const struct local_hit *local,
+                       bool *opaque)
+{
+    enum micromap_state state = find_state(walk, view, triangle, local);
+    bool has_two_states =
+        walk->ray->flags & TRACE_FORCE_2_STATE ||
+        (view->instance && view->instance->instance.flags &
+                               VK_GEOMETRY_INSTANCE_FORCE_OPACITY_MICROMAP_2_STATE_BIT_KHR);
+    switch (state) {
+    case MICROMAP_TRANSPARENT:
+        return false;
+    case MICROMAP_OPAQUE:
+        *opaque = true;
+        return true;
+    case MICROMAP_UNKNOWN_TRANSPARENT:
+        *opaque = false;
+        return !has_two_states;
+    case MICROMAP_UNKNOWN_OPAQUE:
+        *opaque = has_two_states;
+        return true;
+    case MICROMAP_NONE:
+        return true;
+    }
+    return true;
+}
+
+void candidate_visit(struct walk *walk, struct view *view, struct trace_hit *hit, double t)
+{
+    uint32_t flags = walk->ray->flags;
+    set_instance(view->instance, hit);
+    hit->opaque = is_opaque(flags, view->instance, hit->opaque);
+    if (is_culled(flags, view->instance, hit))
+        return;
+    float before = hit->t = (float)t;
+    enum trace_answer answer = walk->visitor->visit(walk->visitor->context, hit);
+    if (answer == TRACE_ACCEPT) {
+        walk->t_max = hit->t == before ? t : hit->t;
+        ray_limit(&view->ray, walk->t_max);
+    }
+    if (answer == TRACE_STOP || (answer == TRACE_ACCEPT && flags & TRACE_TERMINATE_ON_FIRST_HIT))
+        walk->is_stopped = true;
 }

@@ -8,10 +8,6 @@
 #include "src/bvh/trace.h"
 #include "src/bvh/vector.h"
 
-/* The distance of a plane is (plane - origin) * scale. Near and far planes have separate origins
- * and scales, padded so that no box is missed. Distances are scaled by 2^24, so that small ones do
- * not become subnormal, where rounding is no longer relative. */
-#define SLAB_UNITS 0x1p24
 struct slab {
     float4 near_origin[3], far_origin[3], near_scale[3], far_scale[3];
     uint32_t near_plane[3], far_plane[3]; /* offsets within a node, in floats */
@@ -83,5 +79,34 @@ static inline unsigned slab_test(const struct slab *slab, const struct wide_node
     *enter = near;
     return int4_mask(near <= far);
 }
+
+/* ---- Processes a candidate: opacity, culling, and the visitor's answer ("Ray Intersection
+ * Culling"). */
+
+struct walk {
+    const struct trace_scene *scene;
+    const struct trace_ray *ray;
+    const struct trace_visitor *visitor;
+    struct trace_counters counters;
+    double t_max; /* in the caller's distances; an accepted hit reduces it */
+    bool is_stopped;
+};
+
+/* A BLAS and the instance that refers to it; NULL if the BLAS is traced directly. */
+struct view {
+    const struct structure_header *blas;
+    const struct instance_record *instance;
+    struct local_ray ray;
+};
+
+/* "Ray Opacity Micromap": sets `opaque`, which the instance and the ray may then override. Returns
+ * false if the candidate is ignored. */
+bool candidate_opacity(struct walk *walk, const struct view *view,
+                       const struct triangle_record *triangle, const struct local_hit *local,
+                       bool *opaque);
+
+/* Passes a candidate to the visitor. `opaque` in the hit is the value of its geometry or micromap;
+ * `t` is in the caller's distances. */
+void candidate_visit(struct walk *walk, struct view *view, struct trace_hit *hit, double t);
 
 #endif

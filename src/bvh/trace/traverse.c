@@ -4,7 +4,7 @@
  * and "Ray Intersection Culling" define the candidates. */
 #include "src/bvh/input/displaced.h"
 #include "src/bvh/motion.h"
-#include "src/bvh/trace/candidate.h"
+#include "src/bvh/trace/ray.h"
 
 struct waiting_child {
     uint32_t child;

@@ -3,10 +3,9 @@
  * from the leaves up. Equal input gives bit-identical bounds in every pass, so repeated refits do
  * not drift. */
 #include "src/base/float_environment.h"
-#include "src/bvh/bounds.h"
 #include "src/bvh/input/input.h"
-#include "src/bvh/input/report.h"
 #include "src/bvh/records.h"
+#include "src/bvh/tree/tree.h"
 
 static bool shape_is_same(const struct builder_input *input, const struct structure_header *header)
 {

@@ -13,11 +13,6 @@
 #include "src/bvh/vector.h"
 #include "src/bvh/workers.h"
 
-/* Bounds are clamped to this magnitude, so that sums and differences of two coordinates stay
- * finite. If clamping changed any bounds, the bounds of the tree are recomputed from the records
- * (`has_clamped`). */
-#define TREE_COORDINATE_LIMIT 4e37f
-
 /* Lane 3 of `lower` holds the primitive's number; the mark keeps the lane from being a subnormal
  * float, which slows down arithmetic. Lane 3 of `upper` is 0. */
 #define REF_MARK 0x40000000u
@@ -114,7 +109,6 @@ struct build_state {
 
 /* prepare.c: reads every primitive; fills the refs, the bounds and the report. */
 enum builder_result tree_prepare(struct build_state *state, struct builder_report *report);
-uint32_t tree_geometry_of(const struct build_state *state, uint32_t primitive);
 
 /* split_tasks.c: builds the whole tree from the root down. A split must not depend on the order
  * of refs, unless only preceding splits determine that order. Ranges of at least `shared`
@@ -135,14 +129,12 @@ void tree_build_morton(struct build_state *state);
 void tree_build_binned(struct build_state *state);
 void tree_build_sweep(struct build_state *state);
 
-/* sort.c: sorts by key, stable. */
+/* split_sorted.c: sorts by key, stable. */
 void sort_pairs(struct sort_pair *pairs, struct sort_pair *spare, uint32_t count);
 /* As sort_pairs(), on all threads. `tallies` has SORT_TALLIES elements. */
 #define SORT_PIECES 64u
 #define SORT_DIGITS 256u
 #define SORT_TALLIES (SORT_PIECES * SORT_DIGITS)
-void sort_pairs_shared(struct workers *workers, struct sort_pair *pairs, struct sort_pair *spare,
-                       uint32_t count, uint32_t *tallies);
 
 /* The cost of a split in units of testing a primitive. It is half the cost of a node of four, since
  * such a node replaces up to three splits. */
@@ -153,7 +145,7 @@ void tree_split_numbers(struct build_state *state, const struct tree_task *task,
 /* records.c: writes the records of the structure. */
 void tree_write_records(struct build_state *state);
 
-/* collapse.c: chooses which nodes of the binary tree become nodes of four and which become leaves.
+/* emit.c: chooses which nodes of the binary tree become nodes of four and which become leaves.
  * The choice minimizes the SAH cost if each node costs `node_price` (an area) in addition to its
  * own area. */
 struct collapse_cost {
@@ -164,12 +156,16 @@ struct collapse_cost {
  * already. */
 void collapse_compute_costs(struct build_state *state, uint32_t begin, uint32_t end,
                             float node_price);
-bool collapse_is_leaf(const struct build_state *state, uint32_t slot);
-/* Returns the number of roots, and the roots, of the subtree below a node that becomes a node of
- * four. */
-uint32_t collapse_open(const struct build_state *state, uint32_t slot, uint32_t roots[NODE_WIDTH]);
 
 /* emit.c: writes the nodes, with their bounds if the tree has them. */
 void tree_emit(struct build_state *state);
+
+/* ---- counts the findings of reading primitives */
+
+/* Primitives may be reported in any order; `first` becomes the lowest place. */
+void report_place(uint64_t *count, struct builder_place *first, struct builder_place place);
+void report_state(struct builder_report *report, enum source_state found,
+                  struct builder_place place);
+void report_merge(struct builder_report *report, const struct builder_report *more);
 
 #endif

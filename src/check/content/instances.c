@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "src/base/array.h"
-#include "src/bvh/determinant.h"
+#include "src/bvh/expansion.h"
 #include "src/bvh/input/source.h"
 #include "src/check/content/content.h"
 #include "src/state/builds/structures.h"

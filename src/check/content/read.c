@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "src/base/recording_path.h"
-#include "src/bvh/input/indices.h"
+#include "src/bvh/input/formats.h"
 #include "src/check/content/micromap.h"
 #include "src/check/walk/rows.h"
 #include "src/rules/input.h"

@@ -7,7 +7,11 @@ static bool report(void *user, enum rule rule, const struct location *location,
 {
     const struct judge *judge = user;
     struct replay *replay = judge->replay;
-    return replay->found(replay->user, judge->journal, judge->first_build, rule, location, finding);
+    uint32_t origin = location->subject == SUBJECT_ARGUMENT
+                          ? judge->origin
+                          : journal_origin_at(judge->journal, judge->first_build + location->build);
+    return replay->found(replay->user, judge->journal, judge->first_build, origin, rule, location,
+                         finding);
 }
 
 static const struct check_hooks hooks = {.found = report};
@@ -18,12 +22,29 @@ void judge_begin(struct judge *judge, struct replay *replay, const struct journa
     judge->replay = replay;
     judge->journal = journal;
     judge->first_build = position - location->build;
+    judge->origin = 0;
     judge->location = *location;
     judge->context = (struct check_context){.hooks = &hooks,
                                             .user = judge,
                                             .level = LEVEL_EXECUTION,
                                             .active = replay->active[location->command]};
     walk_start(&judge->walk, &judge->context);
+}
+
+static struct location location_of_read(const struct journal_entry *entry)
+{
+    struct location location = {
+        .command = (enum build_command)entry->command,
+        .subject = SUBJECT_ARGUMENT,
+        .argument = entry->command == COMMAND_CmdCopyAccelerationStructureNV ? NULL : "pInfo",
+    };
+    if (entry->kind == JOURNAL_READ && entry->read.query != VK_QUERY_TYPE_MAX_ENUM) {
+        location.argument =
+            journal_entry_reads_micromap(entry) ? "pMicromaps" : "pAccelerationStructures";
+        location.is_element = true;
+        location.build = entry->info;
+    }
+    return location;
 }
 
 static struct location location_of(const struct journal_entry *entry)
@@ -48,6 +69,14 @@ void judge_begin_entry(struct judge *judge, struct replay *replay, const struct 
         entry->kind == JOURNAL_USE_MICROMAP ? entry->micromap.position : entry->built.position;
     const struct location location = location_of(entry);
     judge_begin(judge, replay, journal, position, &location);
+}
+
+void judge_begin_read(struct judge *judge, struct replay *replay, const struct journal *journal,
+                      const struct journal_entry *entry)
+{
+    const struct location location = location_of_read(entry);
+    judge_begin(judge, replay, journal, location.build, &location);
+    judge->origin = entry->origin;
 }
 
 void judge_report(struct judge *judge, enum rule rule, const struct finding *finding)

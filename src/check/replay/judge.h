@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The judge of a replay: validates one build that a journal holds and reports findings with the
  * command buffer and the build that they are about. All findings of a replay are reported by it:
- * those about updates, micromaps, sparse buffers and destroyed objects. */
+ * those about updates, micromaps, copies, queries, sparse buffers and destroyed objects. */
 #ifndef ASSAY_CHECK_REPLAY_JUDGE_H
 #define ASSAY_CHECK_REPLAY_JUDGE_H
 
@@ -14,7 +14,8 @@ struct judge {
     struct replay *replay;
     const struct journal *journal;
     uint32_t first_build;     /* the position of the call's first build in the command buffer */
-    struct location location; /* of the judged build or geometry in the call */
+    struct location location; /* of the judged build, geometry or argument in the call */
+    uint32_t origin;          /* of an argument, see journal_note_origin() */
     struct check_context context;
     struct walk walk; /* evaluates all active rules of the command */
 };
@@ -27,6 +28,10 @@ void judge_begin(struct judge *judge, struct replay *replay, const struct journa
 /* Begins to judge an entry of kind JOURNAL_BUILD, JOURNAL_UPDATE or JOURNAL_USE_MICROMAP. */
 void judge_begin_entry(struct judge *judge, struct replay *replay, const struct journal *journal,
                        const struct journal_entry *entry);
+
+/* Begins to judge an entry of JOURNAL_READS. */
+void judge_begin_read(struct judge *judge, struct replay *replay, const struct journal *journal,
+                      const struct journal_entry *entry);
 
 /* Reports a finding about the judge's location if `rule` is active, and the message of no other
  * active rule names it. */

@@ -24,6 +24,8 @@ static struct compacted_size *compacted_size_of(struct replay *replay,
 
 void replay_query(struct replay *replay, const struct journal_entry *entry)
 {
+    if (!entry->dst_id)
+        return;
     struct built query = {
         .state = BUILT_UNKNOWN,
         .queried = entry->src,

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "src/check/replay/micromap.h"
+#include "src/check/replay/reads.h"
 #include "src/check/replay/states.h"
 #include "src/check/replay/update_inputs.h"
 #include "src/check/replay/updates.h"
@@ -16,7 +17,7 @@
 /* What a submission or host command replays. */
 #define REPLAYED_KINDS                                                                             \
     (STATE_KINDS | JOURNAL_BIT(JOURNAL_USE_MICROMAP) | JOURNAL_BIT(JOURNAL_RANGES) |               \
-     JOURNAL_BIT(JOURNAL_BIND) | JOURNAL_BIT(JOURNAL_QUERY) | JOURNAL_BIT(JOURNAL_RESET_QUERIES) | \
+     JOURNAL_BIT(JOURNAL_BIND) | JOURNAL_BIT(JOURNAL_READ) | JOURNAL_BIT(JOURNAL_RESET_QUERIES) |  \
      JOURNAL_BIT(JOURNAL_ANSWER))
 
 /* Applies a copy or update to the states that the command buffer knows by itself. If it doesn't
@@ -37,6 +38,11 @@ static void apply_copy(struct structures *known, const struct journal_entry *ent
     structures_set(known, entry->dst_id, &copy, timestamp_never());
 }
 
+static const struct built *filled_by(const struct journal_entry *entry)
+{
+    return entry->info == FILL_BUILDS_MICROMAP ? &entry->built : &built_filled;
+}
+
 static void apply_entries(struct structures *known, struct journal_cursor cursor);
 
 static void apply_entry(struct structures *known, const struct journal_entry *entry)
@@ -51,7 +57,7 @@ static void apply_entry(struct structures *known, const struct journal_entry *en
         apply_copy(known, entry);
         break;
     case JOURNAL_FILL:
-        structures_set(known, entry->dst_id, &built_filled, timestamp_never());
+        structures_set(known, entry->dst_id, filled_by(entry), timestamp_never());
         break;
     case JOURNAL_EXECUTE:
         apply_entries(known, journal_start(entry->secondary, STATE_KINDS));
@@ -84,6 +90,19 @@ static void find_known_states(struct command_buffer *command_buffer)
     command_buffer->has_known_states = true;
 }
 
+static void judge_by_known_state(struct replay *replay, const struct structures *known,
+                                 const struct journal *journal, struct journal_entry *entry)
+{
+    const struct structure *source = structures_find(known, entry->src_id);
+    if (!source)
+        return;
+    entry->judged = true;
+    if (entry->kind == JOURNAL_UPDATE)
+        judge_update(replay, journal, entry, &source->built);
+    else
+        judge_read(replay, journal, entry, &source->built);
+}
+
 void replay_recorded(struct replay *replay, struct command_buffer *command_buffer)
 {
     struct journal *journal = command_buffer->journal;
@@ -93,13 +112,8 @@ void replay_recorded(struct replay *replay, struct command_buffer *command_buffe
             find_known_states(command_buffer);
         if (entry->kind == JOURNAL_USE_MICROMAP && !journal->incomplete)
             replay_record_micromap(replay, &command_buffer->known, journal, entry);
-        if (entry->kind != JOURNAL_UPDATE || journal->incomplete)
-            continue;
-        const struct structure *source = structures_find(&command_buffer->known, entry->src_id);
-        if (!source)
-            continue;
-        entry->judged = true;
-        judge_update(replay, journal, entry, &source->built);
+        else if (journal_entry_has_source_to_check(entry) && !journal->incomplete)
+            judge_by_known_state(replay, &command_buffer->known, journal, entry);
     }
 }
 
@@ -151,7 +165,7 @@ static void write_entry(struct replay *replay, const struct journal *journal,
         structures_copy_input(replay->structures, entry->dst_id, entry->src_id);
         break;
     case JOURNAL_FILL:
-        replay_write(replay, entry->dst_id, &built_filled);
+        replay_write(replay, entry->dst_id, filled_by(entry));
         break;
     case JOURNAL_USE_MICROMAP:
         replay_note_micromap(replay, journal, entry);
@@ -162,7 +176,7 @@ static void write_entry(struct replay *replay, const struct journal *journal,
     case JOURNAL_EXECUTE:
         replay_submitted(replay, entry->secondary);
         break;
-    case JOURNAL_QUERY:
+    case JOURNAL_READ:
         replay_query(replay, entry);
         break;
     case JOURNAL_RESET_QUERIES:
@@ -193,6 +207,8 @@ static void judge_by_live_states(struct replay *replay, const struct journal *jo
         judge_update(replay, journal, entry, replay_read(replay, entry));
     if (entry->kind == JOURNAL_USE_MICROMAP)
         replay_submit_micromap(replay, journal, entry);
+    if (JOURNAL_READS & JOURNAL_BIT(entry->kind))
+        judge_read(replay, journal, entry, replay_read(replay, entry));
 }
 
 static void submit_entry(struct replay *replay, const struct journal *journal,
@@ -200,6 +216,8 @@ static void submit_entry(struct replay *replay, const struct journal *journal,
 {
     if (!entry->judged)
         judge_by_live_states(replay, journal, entry);
+    if (JOURNAL_BIT(entry->kind) & JOURNAL_READS)
+        judge_copy_size(replay, journal, entry, replay_read(replay, entry));
     judge_sparse(replay, journal, entry);
     write_entry(replay, journal, entry);
 }
@@ -244,6 +262,8 @@ void replay_judge_work(struct replay *replay, const struct journal *journal)
     struct journal_cursor cursor = journal_start(journal, REPLAYED_KINDS);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         judge_by_live_states(replay, journal, entry);
+        if (JOURNAL_BIT(entry->kind) & JOURNAL_READS)
+            judge_copy_size(replay, journal, entry, replay_read(replay, entry));
         judge_sparse(replay, journal, entry);
     }
 }

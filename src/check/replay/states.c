@@ -18,9 +18,9 @@ static bool is_visible(const struct replay *replay, struct timestamp written)
 
 static enum resource_kind kind_of_source(const struct journal_entry *entry)
 {
-    if (entry->kind == JOURNAL_USE_MICROMAP && entry->micromap.is_ext)
+    if (journal_entry_reads_micromap(entry))
         return RESOURCE_MICROMAP;
-    return entry->command == COMMAND_NV ? RESOURCE_ACCEL_NV : RESOURCE_ACCEL;
+    return journal_entry_is_nv(entry) ? RESOURCE_ACCEL_NV : RESOURCE_ACCEL;
 }
 
 static bool source_is_alive(struct replay *replay, const struct journal_entry *entry)

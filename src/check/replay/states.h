@@ -25,10 +25,10 @@ struct replay {
     bool out_of_memory;        /* set if a write could not be tracked */
 
     /* Reports a finding about a call that `journal` holds, whose first build is at `first_build` in
-     * the command buffer. Returns false if it needs no more findings of the rule. Only the judge
-     * calls it. */
-    bool (*found)(void *user, const struct journal *journal, uint32_t first_build, enum rule rule,
-                  const struct location *location, const struct finding *finding);
+     * the command buffer, and whose labels and call site are those of `origin`. Returns false if it
+     * needs no more findings of the rule. Only the judge calls it. */
+    bool (*found)(void *user, const struct journal *journal, uint32_t first_build, uint32_t origin,
+                  enum rule rule, const struct location *location, const struct finding *finding);
     /* Receives each compacted size that the host reads, with the structure's handle; or NULL. */
     void (*compacted)(void *user, uint64_t structure, VkDeviceSize size);
     void *user;

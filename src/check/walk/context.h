@@ -14,6 +14,8 @@
 #include "src/view/nv_view.h"
 #include "src/view/view.h"
 
+struct query_pools;
+struct pending_use;
 struct structures;
 struct sweep;
 
@@ -41,6 +43,9 @@ struct check_hooks {
                     uint32_t largest);
     /* Returns whether another device of the process has such an object with that handle. */
     bool (*of_another_device)(void *user, enum resource_kind kind, uint64_t handle);
+    /* Finds a command that is not complete and uses the structure or micromap with this id. Returns
+     * false if none is certain. */
+    bool (*find_use)(void *user, uint64_t id, struct pending_use *use);
 };
 
 /* Functions that record the builds of a call for its journal. They are called like check_hooks. */
@@ -71,7 +76,8 @@ struct check_context {
     struct readable_cache *readable;
     struct aligned_copies *copies; /* copies of misaligned parameters; filled during a call */
     struct resources *resources;
-    struct sweep *sweep; /* memory kept between calls, see check_make_sweep; or NULL */
+    struct query_pools *query_pools; /* of commands that name pools; or NULL */
+    struct sweep *sweep;             /* memory kept between calls, see check_make_sweep; or NULL */
     const struct structures *structures; /* those that builds refer to; or NULL */
     const struct execution_point *point; /* of a host command; NULL: unknown */
     uint64_t destroy_count; /* resources_destroy_count() at submission of the builds that are

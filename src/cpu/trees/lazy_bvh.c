@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "src/bvh/micromap.h"
-#include "src/cpu/trees/blas_references.h"
 #include "src/cpu/trees/make.h"
+#include "src/cpu/trees/scene.h"
 #include "src/platform/threads.h"
 
 /* A displacement micromap, as it was when the build executed. */

@@ -3,8 +3,7 @@
 #include "src/cpu/trees/make.h"
 
 #include "src/cpu/device.h"
-#include "src/cpu/scratch.h"
-#include "src/cpu/trees/bytes.h"
+#include "src/cpu/trees/tree.h"
 #include "src/snapshots/build_input.h"
 
 VkResult cpu_result(enum builder_result result)

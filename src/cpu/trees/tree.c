@@ -1,14 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reference counts of trees, and the work of lazy trees. */
+/* Reference counts of trees, the work of lazy trees, and properties by query type. */
 #include "src/cpu/trees/tree.h"
 
 #include <stdatomic.h>
-#include <stdbool.h>
 #include <stdlib.h>
 
-#include "src/cpu/trees/bytes.h"
 #include "src/platform/aligned.h"
 #include "src/platform/threads.h"
+
+static inline uint64_t bytes_reference_count(const void *bytes)
+{
+    return micromap_is(bytes) ? 0 : builder_reference_count(bytes);
+}
 
 struct cpu_tree {
     atomic_uint references;
@@ -112,4 +115,29 @@ bool cpu_tree_is_top_level(const struct cpu_tree *tree)
         return tree->is_top_level;
     return tree->bytes &&
            bytes_are_of_level(tree->bytes, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
+}
+
+/* ---- properties */
+
+bool cpu_property(const void *tree, VkQueryType type, uint64_t *value)
+{
+    switch (type) {
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR:
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV:
+    case VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT:
+        *value = bytes_compacted_size(tree);
+        return true;
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR:
+    case VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT:
+        *value = bytes_serialized_size(tree);
+        return true;
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR:
+        *value = bytes_reference_count(tree);
+        return true;
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR:
+        *value = bytes_size(tree);
+        return true;
+    default:
+        return false;
+    }
 }

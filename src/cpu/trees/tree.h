@@ -11,6 +11,8 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
+#include "src/bvh/micromap.h"
+
 struct cpu_tree;
 
 /* The work of a lazy tree. `make` runs at most once, on the first thread that reads the tree, and
@@ -46,5 +48,51 @@ void *cpu_tree_allocate(struct cpu_tree *tree, uint64_t size);
 
 /* Returns the tree's bytes; makes a lazy tree first. Returns NULL if making it has failed. */
 const void *cpu_tree_read(struct cpu_tree *tree);
+
+/* Sets `value` to the tree's property of a query type. Returns false if the type is unknown. */
+bool cpu_property(const void *tree, VkQueryType type, uint64_t *value);
+
+/* ---- The builder's functions for the bytes of a tree, which are those of an acceleration
+ * structure or of a micromap. */
+
+static inline uint64_t bytes_size(const void *bytes)
+{
+    return micromap_is(bytes) ? micromap_size(bytes) : builder_size(bytes);
+}
+
+static inline uint64_t bytes_compacted_size(const void *bytes)
+{
+    return micromap_is(bytes) ? micromap_compacted_size(bytes) : builder_compacted_size(bytes);
+}
+
+static inline enum builder_result bytes_clone(const void *bytes, void *target, uint64_t size)
+{
+    return micromap_is(bytes) ? micromap_clone(bytes, target, size)
+                              : builder_clone(bytes, target, size);
+}
+
+static inline enum builder_result bytes_compact(const void *bytes, void *target, uint64_t size)
+{
+    return micromap_is(bytes) ? micromap_compact(bytes, target, size)
+                              : builder_compact(bytes, target, size);
+}
+
+static inline uint64_t bytes_serialized_size(const void *bytes)
+{
+    return micromap_is(bytes) ? micromap_serialized_size(bytes) : builder_serialized_size(bytes);
+}
+
+static inline enum builder_result
+bytes_serialize(const void *bytes, const struct builder_uuids *uuids, void *to, uint64_t size)
+{
+    return micromap_is(bytes) ? micromap_serialize(bytes, uuids, to, size)
+                              : builder_serialize(bytes, uuids, to, size);
+}
+
+/* Whether the bytes are those of a bottom-level, or top-level, structure (`type`). */
+static inline bool bytes_are_of_level(const void *bytes, VkAccelerationStructureTypeKHR type)
+{
+    return !micromap_is(bytes) && builder_type(bytes) == type;
+}
 
 #endif

@@ -1,20 +1,23 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Finds the messages that an entry of message_id_filter names. */
+/* Patterns of names, as fnmatch of Python has them: * stands for any characters, ? for one, [abc],
+ * [a-c] and [!abc] for one of or not of a set. A backslash stands for itself. */
 #ifndef ASSAY_REPORT_IDS_MESSAGE_FILTER_H
 #define ASSAY_REPORT_IDS_MESSAGE_FILTER_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "src/report/ids/other_id.h"
+#include "src/report/ids/message_id.h"
 #include "vuid-tables/rules.h"
+
+/* Both texts are UTF-8; a byte that is not counts as a character. */
+bool glob_matches(const char *glob, const char *text);
+
+/* ---- finds the messages that an entry of message_id_filter names */
 
 /* Sets `muted` of each id that `entry` names: by VUID, by message number, or by the last digits of
  * a VUID. A retired id names the ids that replaced it. Returns false if `entry` names no id. */
 bool message_filter_add(bool muted[MESSAGE_ID_COUNT], const char *entry);
-
-/* Does the same for other ids (other_id.h), which `entry` names by id or message number. */
-bool message_filter_add_other(bool muted[OTHER_ID_COUNT], const char *entry);
 
 /* An entry ID@GLOB: mutes the messages of the id with an object whose debug name matches the
  * pattern, or a label that does. */

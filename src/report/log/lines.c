@@ -1,17 +1,50 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Composes the lines of log_format = json. */
+/* Composes the lines of log_format = json and of record_builds = true. */
 #include "src/report/log/lines.h"
 
 #include <inttypes.h>
+#include <stdio.h>
 #include <string.h>
 
+#include "src/base/text_buffer.h"
 #include "src/platform/clock.h"
 #include "src/platform/process.h"
-#include "src/report/log/filename.h"
-#include "src/report/specification.h"
+#include "src/report/finding_message.h"
 #include "src/state/commands/call_sites.h"
 #include "src/state/commands/object_names.h"
+#include "src/state/order/order.h"
 #include "vuid-tables/registry.h"
+
+static void append_executable(struct text_buffer *text)
+{
+    char path[LOG_PATH_SIZE];
+    process_executable(path, sizeof(path));
+    const char *slash = strrchr(path, '/');
+    text_append(text, "%s", slash ? slash + 1 : path);
+}
+
+bool log_filename_expand(const char *pattern, char path[LOG_PATH_SIZE])
+{
+    struct text_buffer text;
+    text_begin(&text, path, LOG_PATH_SIZE);
+    for (const char *rest = pattern; *rest;) {
+        size_t plain = strcspn(rest, "%");
+        text_append(&text, "%.*s", (int)plain, rest);
+        rest += plain;
+        if (!*rest)
+            break;
+        if (rest[1] == 'p')
+            text_append_decimal(&text, process_id());
+        else if (rest[1] == 'e')
+            append_executable(&text);
+        else
+            text_append(&text, "%%");
+        rest += rest[1] == 'p' || rest[1] == 'e' || rest[1] == '%' ? 2 : 1;
+    }
+    return !text.cut;
+}
+
+/* ---- composes the lines of log_format = json */
 
 enum {
     TIME_SIZE = 64,
@@ -21,7 +54,8 @@ enum {
     NAME_SHOWN = MESSAGE_NAME_SIZE - 1,
 };
 
-void line_begin(struct json *json, const char *type)
+/* Begins a line with the members that all lines have. The other functions call it. */
+static void line_begin(struct json *json, const char *type)
 {
     char time[TIME_SIZE];
     struct text_buffer text;
@@ -191,7 +225,7 @@ static void write_origin(struct json *json, const struct message *message)
         json_number(json, "submission", origin->submission);
     if (origin->when)
         json_text(json, "when", origin->when);
-    if (origin->command_buffer && message->location.subject != SUBJECT_CALL)
+    if (origin->command_buffer && location_is_of_build(&message->location))
         json_number(json, "build", (uint64_t)origin->build_index + message->location.build);
 }
 
@@ -263,5 +297,98 @@ bool line_of_summary(struct json *json, const struct settings *settings,
             json_text(json, NULL, reason);
     }
     json_end_array(json);
+    return json_end(json);
+}
+
+/* ---- composes the lines of record_builds = true */
+
+/* More do not fit into a line for certain. */
+enum { COMMAND_BUFFERS_SHOWN = 4096 };
+
+static void write_name(struct json *json, const char *key, const struct log_record *record,
+                       VkObjectType type, uint64_t handle)
+{
+    char name[MESSAGE_NAME_SIZE];
+    if (record->names && object_names_get(record->names, type, handle, name, sizeof(name)))
+        json_text(json, key, name);
+}
+
+static void write_object(struct json *json, const char *key, const char *name_key,
+                         const struct log_record *record, VkObjectType type, uint64_t handle)
+{
+    if (!handle)
+        return;
+    json_hex(json, key, handle);
+    write_name(json, name_key, record, type, handle);
+}
+
+static void write_queue(struct json *json, const struct log_record *record)
+{
+    json_hex(json, "device", (uint64_t)(uintptr_t)record->device);
+    if (!record->queue)
+        return;
+    json_hex(json, "queue", (uint64_t)(uintptr_t)record->queue);
+    if (record->submission)
+        json_number(json, "submission", record->submission);
+}
+
+static void write_command_buffers(struct json *json, const struct log_record *record)
+{
+    json_begin_array(json, "command_buffers");
+    for (uint32_t i = 0; i < record->command_count && i < COMMAND_BUFFERS_SHOWN; i++)
+        json_hex(json, NULL, (uint64_t)(uintptr_t)record->commands[i].handle);
+    json_end_array(json);
+}
+
+static void write_structure(struct json *json, const struct log_record *record)
+{
+    write_object(json, "dst", "dst_name", record, record->object_type, record->dst);
+    write_object(json, "src", "src_name", record, record->object_type, record->src);
+}
+
+static void write_command(struct json *json, const struct log_record *record)
+{
+    write_object(json, "command_buffer", "command_buffer_name", record,
+                 VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)record->command_buffer);
+    if (record->has_position)
+        json_number(json, "build", record->position);
+    json_text(json, "mode", record->mode);
+    json_text(json, "type", record->type);
+    write_structure(json, record);
+    if (record->has_geometries)
+        json_number(json, "geometries", record->geometries);
+    if (record->has_primitives)
+        json_number(json, "primitives", record->primitives);
+    if (record->size)
+        json_number(json, "size", record->size);
+    if (record->memory) {
+        json_hex(json, "memory", (uint64_t)(uintptr_t)record->memory);
+        json_number(json, "memory_offset", record->memory_offset);
+    }
+}
+
+bool line_of_record(struct json *json, const struct log_record *record)
+{
+    static const char *const types[] = {
+        [RECORD_SUBMISSION] = "Submission",
+        [RECORD_BUILD] = "Build",
+        [RECORD_COPY] = "Copy",
+        [RECORD_SIZE] = "CompactedSize",
+    };
+    line_begin(json, types[record->kind]);
+    write_queue(json, record);
+    switch (record->kind) {
+    case RECORD_SUBMISSION:
+        write_command_buffers(json, record);
+        break;
+    case RECORD_BUILD:
+    case RECORD_COPY:
+        write_command(json, record);
+        break;
+    case RECORD_SIZE:
+        write_structure(json, record);
+        json_number(json, "compacted_size", record->compacted_size);
+        break;
+    }
     return json_end(json);
 }

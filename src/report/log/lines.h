@@ -6,13 +6,15 @@
 #ifndef ASSAY_REPORT_LOG_LINES_H
 #define ASSAY_REPORT_LOG_LINES_H
 
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <vulkan/vulkan_core.h>
+
 #include "src/report/log/json.h"
 #include "src/report/message.h"
 #include "src/report/settings.h"
 #include "src/report/summary.h"
-
-/* Begins a line with the members that all lines have. The other functions call it. */
-void line_begin(struct json *json, const char *type);
 
 /* `application` may be NULL. */
 bool line_of_header(struct json *json, const VkApplicationInfo *application,
@@ -23,5 +25,61 @@ bool line_of_device(struct json *json, VkDevice device, const char *name,
 bool line_of_message(struct json *json, const struct message *message, enum spec_text spec_text);
 bool line_of_summary(struct json *json, const struct settings *settings,
                      const struct duplicates *duplicates, struct unchecked_counts *unchecked);
+
+/* ---- the name of the log file, with the words that stand for the process */
+
+enum { LOG_PATH_SIZE = 4096 };
+
+/* Writes `pattern` with the process id instead of %p, the executable's name without folder instead
+ * of %e, and % instead of %%. Other uses of % stay as they are. Returns false if the result does
+ * not fit. */
+bool log_filename_expand(const char *pattern, char path[LOG_PATH_SIZE]);
+
+/* ---- What setting record_builds adds to the log: one record, and one line, for each submission,
+ * build and copy when it executes, and for each compacted size that the application reads. */
+
+struct object_names;
+struct submitted_commands;
+
+enum record_kind {
+    RECORD_SUBMISSION, /* a batch of a submission */
+    RECORD_BUILD,      /* a build or an update */
+    RECORD_COPY,       /* a clone, a compacting copy, or a deserialization */
+    RECORD_SIZE,       /* the application has read a compacted size */
+};
+
+/* Members that do not apply are null or 0. */
+struct log_record {
+    enum record_kind kind;
+    VkDevice device;
+    VkQueue queue; /* VK_NULL_HANDLE: the host */
+    uint64_t submission;
+    const struct object_names *names;
+
+    /* RECORD_SUBMISSION. */
+    const struct submitted_commands *commands;
+    uint32_t command_count;
+
+    /* The others. */
+    VkObjectType object_type; /* of `dst` and `src` */
+    uint64_t dst, src;
+    VkDeviceSize compacted_size;
+
+    /* RECORD_BUILD and RECORD_COPY. */
+    const char *mode, *type; /* as in json/findings.schema.json */
+    VkCommandBuffer command_buffer;
+    VkDeviceSize size; /* of the structure `dst`; 0: unknown */
+    VkDeviceMemory memory;
+    VkDeviceSize memory_offset;
+
+    /* RECORD_BUILD. */
+    bool has_position, has_geometries, has_primitives;
+    uint32_t position; /* in the command buffer, or of a host build in pInfos */
+    uint32_t geometries;
+    uint64_t primitives;
+};
+
+/* Begins and ends a line. Returns false if the line is not complete. */
+bool line_of_record(struct json *json, const struct log_record *record);
 
 #endif

@@ -9,7 +9,7 @@
 #include "src/base/letter_case.h"
 #include "src/platform/files.h"
 #include "src/platform/process.h"
-#include "src/report/log/filename.h"
+#include "src/report/log/lines.h"
 
 enum { LINE_SIZE = 1024, FILENAME_SHOWN = 200 };
 

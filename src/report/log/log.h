@@ -11,7 +11,6 @@
 
 #include "src/platform/threads.h"
 #include "src/report/log/lines.h"
-#include "src/report/log/records.h"
 
 struct log {
     FILE *file;

@@ -1,20 +1,50 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The command pools and command buffers of one device, and the recording state of each.
+/* Tracks recordings of primary command buffers that become invalid because a secondary command
+ * buffer that they execute is recorded again, reset or freed.
+ *
+ * The secondary marks the recordings that depend on it. So the check at each build is one atomic
+ * load, however many secondaries the primary executes. The list of each secondary has its own lock;
+ * all else is atomic. */
+#ifndef ASSAY_STATE_COMMANDS_COMMAND_BUFFERS_H
+#define ASSAY_STATE_COMMANDS_COMMAND_BUFFERS_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <vulkan/vulkan_core.h>
+
+#include "src/platform/threads.h"
+#include "src/state/builds/structures.h"
+#include "src/state/commands/journal.h"
+#include "src/state/commands/object_names.h"
+#include "src/state/facts.h"
+
+/* The validity of one recording. The recording and the secondaries that it executes share it. */
+struct validity {
+    atomic_uint references;
+    atomic_bool invalidated;
+};
+
+struct validity *validity_create(void); /* with one reference; NULL if memory runs out */
+void validity_release(struct validity *validity);
+
+/* The recordings that depend on a command buffer. */
+struct dependents {
+    pthread_mutex_t lock; /* guards the rest, but `count` may be read without it */
+    struct validity **items;
+    atomic_uint count;
+    uint32_t capacity;
+};
+
+/* If memory runs out, `validity` will not be invalidated. */
+void dependents_add(struct dependents *dependents, struct validity *validity);
+void dependents_invalidate(struct dependents *dependents);
+
+/* ---- The command pools and command buffers of one device, and the recording state of each.
  *
  * The table has its own lock. A record has none, because the application synchronizes access to a
  * command buffer and its pool. A found record is valid until the application frees the command
  * buffer. */
-#ifndef ASSAY_STATE_COMMANDS_COMMAND_BUFFERS_H
-#define ASSAY_STATE_COMMANDS_COMMAND_BUFFERS_H
-
-#include <stdbool.h>
-#include <vulkan/vulkan_core.h>
-
-#include "src/state/builds/structures.h"
-#include "src/state/commands/journal.h"
-#include "src/state/commands/object_names.h"
-#include "src/state/commands/validity.h"
-#include "src/state/facts.h"
 
 struct command_buffers;
 

@@ -14,7 +14,7 @@
 #ifndef ASSAY_STATE_COMMANDS_JOURNAL_H
 #define ASSAY_STATE_COMMANDS_JOURNAL_H
 
-#include "src/base/chunk_list.h"
+#include "src/base/array.h"
 #include "src/state/builds/built.h"
 #include "src/state/commands/label_stack.h"
 #include "src/state/commands/used_range.h"
@@ -39,8 +39,11 @@ enum journal_kind {
     JOURNAL_USE_MICROMAP, /* the build of a later entry reads the micromap src */
     JOURNAL_RANGES,       /* the ranges of a call that uses sparse buffers; after its builds */
     JOURNAL_BIND,         /* dst: a sparse buffer, src: memory */
+    /* A command reads the structure src and writes none: a query of a property, a serialization, or
+     * the reading half of a copy of a VkMicromapEXT. dst_id: the query of a compacted size, or 0.
+     */
+    JOURNAL_READ,
     /* Queries of compacted sizes, with the ids of query_pools.h. */
-    JOURNAL_QUERY,         /* dst_id: the query, src: the structure */
     JOURNAL_RESET_QUERIES, /* by the host; dst_id: the first query, info: the number of queries */
     JOURNAL_ANSWER,        /* the host read `number`; src: the structure, or src_id: the query */
     /* dst: a VkEvent. Only waits that may have to wait for the host have an entry (events.h). */
@@ -80,6 +83,9 @@ _Static_assert(JOURNAL_KINDS <= 32, "a set of kinds is a word");
 #define JOURNAL_WRITES                                                                             \
     (JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT) |                   \
      JOURNAL_BIT(JOURNAL_FILL))
+/* What reads a structure and is no build. */
+#define JOURNAL_READS                                                                              \
+    (JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT) | JOURNAL_BIT(JOURNAL_READ))
 /* What the hazard check walks, besides secondary command buffers. */
 #define JOURNAL_HAZARDS                                                                            \
     (JOURNAL_BIT(HAZARD_COMMAND) | JOURNAL_BIT(HAZARD_ACCESS) | JOURNAL_BIT(HAZARD_INDEXED) |      \
@@ -110,6 +116,13 @@ struct journal_micromap {
     uint64_t updated, updated_id; /* src of the update; 0: the build is no update */
 };
 
+/* What a command does with src: in entries of JOURNAL_READS. */
+struct journal_read {
+    bool compacts;
+    VkQueryType query;     /* VK_QUERY_TYPE_MAX_ENUM: it is no query */
+    VkDeviceSize dst_size; /* of a copy, in bytes: the size that dst was created with; 0: unknown */
+};
+
 /* Where builds were recorded, for messages. */
 struct journal_origin {
     struct label_stack labels;    /* a copy */
@@ -125,27 +138,52 @@ enum journal_backing {
 struct journal_entry {
     unsigned char kind;    /* enum journal_kind */
     unsigned char size;    /* in units of JOURNAL_UNIT bytes; set by the journal */
-    unsigned char command; /* enum build_command; a copy only distinguishes COMMAND_NV */
-    bool judged;           /* an update, or use of a micromap, that was validated at recording */
+    unsigned char command; /* enum build_command */
+    bool judged;           /* has a source to check, and was validated at recording */
     unsigned char dst_backing, src_backing; /* of enum journal_backing */
     bool geometry_by_pointer;               /* the geometry is in ppGeometries */
-    uint32_t info;   /* builds and updates: index in pInfos; JOURNAL_FILL: enum journal_fill */
+    uint32_t info;   /* builds and updates: index in pInfos; JOURNAL_FILL: enum journal_fill;
+                      * JOURNAL_READ: index of the structure in the query */
     uint32_t origin; /* see journal_note_origin() */
-    /* Structures by handle (VkAccelerationStructureNV for COMMAND_NV) and by id; the id changes if
-     * the handle is reused. */
+    /* Structures by handle (see journal_entry_is_nv) and by id; the id changes if the handle is
+     * reused. */
     uint64_t dst, src;
     uint64_t dst_id, src_id;
     union {
-        struct built built; /* a build: the new state of dst; an update: its parameters */
+        /* A build, also FILL_BUILDS_MICROMAP: the new state of dst. An update: its parameters. */
+        struct built built;
         struct journal *secondary;
         struct noted_ranges *ranges; /* owned */
         struct {
             VkDeviceSize offset, size, memory_offset;
         } binding;
         struct journal_micromap micromap;
+        struct journal_read read;
         VkDeviceSize number;
     };
 };
+
+/* Whether the structures of the entry are VkAccelerationStructureNV, or src is a VkMicromapEXT. */
+static inline bool journal_entry_is_nv(const struct journal_entry *entry)
+{
+    return entry->command == COMMAND_NV ||
+           entry->command == COMMAND_CmdCopyAccelerationStructureNV ||
+           entry->command == COMMAND_CmdWriteAccelerationStructuresPropertiesNV;
+}
+static inline bool journal_entry_reads_micromap(const struct journal_entry *entry)
+{
+    switch (entry->command) {
+    case COMMAND_CmdCopyMicromapEXT:
+    case COMMAND_CmdCopyMicromapToMemoryEXT:
+    case COMMAND_CmdWriteMicromapsPropertiesEXT:
+    case COMMAND_CopyMicromapEXT:
+    case COMMAND_CopyMicromapToMemoryEXT:
+    case COMMAND_WriteMicromapsPropertiesEXT:
+        return true;
+    default:
+        return entry->kind == JOURNAL_USE_MICROMAP && entry->micromap.is_ext;
+    }
+}
 
 /* If inputs of builds are copied, an entry of JOURNAL_COPIED_BUILDS has room for a pointer behind
  * it. */
@@ -249,8 +287,8 @@ bool journal_contains(const struct journal *journal, const struct journal *other
 /* Whether the validation of an entry depends on the build of its source. */
 static inline bool journal_entry_has_source_to_check(const struct journal_entry *entry)
 {
-    return entry->kind == JOURNAL_UPDATE || entry->kind == JOURNAL_COPY ||
-           entry->kind == JOURNAL_COMPACT || entry->kind == JOURNAL_USE_MICROMAP;
+    return JOURNAL_BIT(entry->kind) &
+           (JOURNAL_READS | JOURNAL_BIT(JOURNAL_UPDATE) | JOURNAL_BIT(JOURNAL_USE_MICROMAP));
 }
 
 static inline bool journal_entry_has_references(const struct journal_entry *entry)

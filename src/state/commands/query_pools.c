@@ -11,11 +11,17 @@
 /* Ids of queries never equal ids of structures, which count from 1. */
 #define FIRST_QUERY_ID ((uint64_t)1 << 63)
 
+struct pool_record {
+    struct query_pool pool; /* first_id: 0 if the queries have no ids */
+    VkQueryType type;
+};
+
 struct query_pools {
     atomic_uint count; /* of pools; most applications have none */
     struct reader_lock lock;
     struct handle_table by_handle;
     uint64_t next_id;
+    bool incomplete; /* memory ran out for a record */
 };
 
 VkResult query_pools_create(struct query_pools **pools)
@@ -35,28 +41,60 @@ void query_pools_destroy(struct query_pools *pools)
     free(pools);
 }
 
-static struct query_pool *take_out(struct query_pools *pools, VkQueryPool handle)
+static struct pool_record *take_out(struct query_pools *pools, VkQueryPool handle)
 {
-    struct query_pool *record = handle_table_remove(&pools->by_handle, (uint64_t)(uintptr_t)handle);
+    struct pool_record *record =
+        handle_table_remove(&pools->by_handle, (uint64_t)(uintptr_t)handle);
     if (record)
         atomic_fetch_sub_explicit(&pools->count, 1, memory_order_relaxed);
     return record;
 }
 
-void query_pools_add(struct query_pools *pools, VkQueryPool handle, uint32_t count)
+static void add_pool(struct query_pools *pools, VkQueryPool handle, VkQueryType type,
+                     uint32_t count, bool has_ids)
 {
-    struct query_pool *record = malloc(sizeof(*record));
+    struct pool_record *record = malloc(sizeof(*record));
     reader_lock_write(&pools->lock);
     free(take_out(pools, handle));
     if (record) {
-        *record = (struct query_pool){.first_id = pools->next_id, .count = count};
-        pools->next_id += count;
+        *record = (struct pool_record){{has_ids ? pools->next_id : 0, count}, type};
+        pools->next_id += has_ids ? count : 0;
     }
-    if (record && handle_table_set(&pools->by_handle, (uint64_t)(uintptr_t)handle, record))
+    if (record && handle_table_set(&pools->by_handle, (uint64_t)(uintptr_t)handle, record)) {
         atomic_fetch_add_explicit(&pools->count, 1, memory_order_relaxed);
-    else
+    } else {
         free(record);
+        pools->incomplete = true;
+    }
     reader_lock_write_done(&pools->lock);
+}
+
+void query_pools_add(struct query_pools *pools, VkQueryPool handle, uint32_t count)
+{
+    add_pool(pools, handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, count, true);
+}
+
+void query_pools_add_plain(struct query_pools *pools, VkQueryPool handle, VkQueryType type,
+                           uint32_t count)
+{
+    add_pool(pools, handle, type, count, false);
+}
+
+void query_pools_facts(struct query_pools *pools, VkQueryPool handle,
+                       struct query_pool_facts *facts)
+{
+    *facts = (struct query_pool_facts){.handle = handle};
+    if (!handle)
+        return;
+    unsigned stripe = reader_lock_enter(&pools->lock);
+    const struct pool_record *record =
+        handle_table_find(&pools->by_handle, (uint64_t)(uintptr_t)handle);
+    facts->alive = record ? YES : pools->incomplete ? UNKNOWN : NO;
+    if (record) {
+        facts->type = record->type;
+        facts->count = record->pool.count;
+    }
+    reader_lock_leave(&pools->lock, stripe);
 }
 
 static bool has_pools(struct query_pools *pools)
@@ -69,12 +107,13 @@ bool query_pools_remove(struct query_pools *pools, VkQueryPool handle, struct qu
     if (!has_pools(pools))
         return false;
     reader_lock_write(&pools->lock);
-    struct query_pool *record = take_out(pools, handle);
+    struct pool_record *record = take_out(pools, handle);
     reader_lock_write_done(&pools->lock);
-    if (record)
-        *pool = *record;
+    bool has_ids = record && record->pool.first_id;
+    if (has_ids)
+        *pool = record->pool;
     free(record);
-    return record != NULL;
+    return has_ids;
 }
 
 bool query_pools_find(struct query_pools *pools, VkQueryPool handle, struct query_pool *pool)
@@ -82,12 +121,13 @@ bool query_pools_find(struct query_pools *pools, VkQueryPool handle, struct quer
     if (!has_pools(pools))
         return false;
     unsigned stripe = reader_lock_enter(&pools->lock);
-    const struct query_pool *record =
+    const struct pool_record *record =
         handle_table_find(&pools->by_handle, (uint64_t)(uintptr_t)handle);
-    if (record)
-        *pool = *record;
+    bool has_ids = record && record->pool.first_id;
+    if (has_ids)
+        *pool = record->pool;
     reader_lock_leave(&pools->lock, stripe);
-    return record != NULL;
+    return has_ids;
 }
 
 uint32_t query_pool_clamp(const struct query_pool *pool, uint32_t first, uint32_t count)

@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The query pools of one device that hold compacted sizes of acceleration structures. Each query
- * has an id that is never reused, even if the handle of its pool is. The table has its own lock. */
+/* The query pools of one device. Each query that may hold a compacted size of an acceleration
+ * structure has an id that is never reused, even if the handle of its pool is. The table has its
+ * own lock. */
 #ifndef ASSAY_STATE_COMMANDS_QUERY_POOLS_H
 #define ASSAY_STATE_COMMANDS_QUERY_POOLS_H
 
 #include <stdbool.h>
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
+
+#include "src/state/facts.h"
 
 struct query_pools;
 
@@ -18,9 +21,15 @@ struct query_pool {
     uint32_t count;    /* number of queries */
 };
 
-/* If memory runs out, the pool is unknown. */
+/* If memory runs out, the pool is unknown. The queries of query_pools_add() are of type
+ * VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR and have ids. */
 void query_pools_add(struct query_pools *pools, VkQueryPool handle, uint32_t count);
-/* Both return false if the pool is unknown. Pools of other query types are always unknown. */
+void query_pools_add_plain(struct query_pools *pools, VkQueryPool handle, VkQueryType type,
+                           uint32_t count);
+/* For any pool. */
+void query_pools_facts(struct query_pools *pools, VkQueryPool handle,
+                       struct query_pool_facts *facts);
+/* Both return false if the pool is unknown, or its queries have no ids. */
 bool query_pools_remove(struct query_pools *pools, VkQueryPool handle, struct query_pool *pool);
 bool query_pools_find(struct query_pools *pools, VkQueryPool handle, struct query_pool *pool);
 

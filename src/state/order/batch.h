@@ -27,7 +27,7 @@
 #include <vulkan/vulkan_core.h>
 
 #include "src/platform/threads.h"
-#include "src/state/commands/queue_labels.h"
+#include "src/state/commands/label_stack.h"
 #include "src/state/order/clock.h"
 
 struct execution;

@@ -201,6 +201,7 @@ void execution_order_observe_fence(struct execution_order *order, VkFence handle
         else if (!order->in_flight)
             execution_order_set_unknown_locked(order, ORDER_UNKNOWN_UNTRACKED_SIGNAL);
     } else if (fence && !fence->seen) {
+        order->untracked++;
         execution_order_add_host_wait(order, VK_NULL_HANDLE, 0);
     }
     if (fence)
@@ -239,8 +240,25 @@ void execution_order_observe_unknown(struct execution_order *order)
 {
     if (!enter(order))
         return;
+    order->untracked++;
     execution_order_add_host_wait(order, VK_NULL_HANDLE, 0);
     leave(order);
+}
+
+void execution_order_note_results(struct execution_order *order)
+{
+    if (!enter(order))
+        return;
+    order->untracked++;
+    pthread_mutex_unlock(&order->lock);
+}
+
+void execution_order_note_acquisition(struct execution_order *order)
+{
+    if (!enter(order))
+        return;
+    order->untracked += order->queue_count > EXECUTION_HOST + 2; /* two queues or more */
+    pthread_mutex_unlock(&order->lock);
 }
 
 void execution_order_start_idle(struct execution_order *order, VkQueue handle,
@@ -283,6 +301,18 @@ void execution_order_host_clock(struct execution_order *order, struct execution_
         return;
     execution_clock_copy(clock, &order->host);
     leave(order);
+}
+
+bool execution_order_find_observed(struct execution_order *order, struct execution_clock *clock,
+                                   uint64_t *untracked)
+{
+    if (!enter(order))
+        return false;
+    bool is_known = !order->is_exposed;
+    execution_clock_copy(clock, &order->host);
+    *untracked = order->untracked;
+    pthread_mutex_unlock(&order->lock);
+    return is_known;
 }
 
 bool execution_order_host_is_current(struct execution_order *order, struct execution_clock *clock)

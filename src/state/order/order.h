@@ -226,6 +226,17 @@ void execution_order_set_unknown(struct execution_order *order, enum order_unkno
 
 /* Sets `clock` to all work that has certainly executed before a host command that begins now. */
 void execution_order_host_clock(struct execution_order *order, struct execution_clock *clock);
+/* The host has read what commands wrote as they completed. Unlike execution_order_observe_unknown()
+ * it orders nothing. */
+void execution_order_note_results(struct execution_order *order);
+/* The presentation engine has given an image back. What waits for it may come behind work of other
+ * queues without a semaphore that the order knows. */
+void execution_order_note_acquisition(struct execution_order *order);
+/* Sets `clock` likewise, and `untracked` to a number that changes when the host may have observed
+ * completions that the clock lacks. Returns false if the order is unknown, or if a submission has
+ * signalled an object by which the application may observe completions without the layer. */
+bool execution_order_find_observed(struct execution_order *order, struct execution_clock *clock,
+                                   uint64_t *untracked);
 /* Sets `clock` likewise. Returns false if the order has not yet run a part of that work. */
 bool execution_order_host_is_current(struct execution_order *order, struct execution_clock *clock);
 

@@ -1,14 +1,101 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The records behind order.h, private to src/state/order. The lock of struct execution_order guards
- * them, except for a submission that is being collected: that belongs to its thread. */
+/* The clocks that the signals of one semaphore carry, sorted by value. Guarded by the lock of the
+ * struct execution_order that owns it.
+ *
+ * A binary semaphore is treated as a timeline semaphore: the values of its signals are their
+ * numbers, and a wait waits for the last one. If no signal is outstanding, what the wait follows is
+ * unknown.
+ *
+ * A signal is announced before the call that submits it goes down. It gets its clock when all work
+ * before it is resolved. It is published when the call has succeeded; before that, only its own
+ * submission uses the clock. A signal is dropped when the host has observed it, because every later
+ * submission follows it anyway. The oldest signals are also dropped if there are too many: what a
+ * wait for such an old value follows is unknown. */
 #ifndef ASSAY_STATE_ORDER_RECORDS_H
 #define ASSAY_STATE_ORDER_RECORDS_H
+
+#include <stdbool.h>
+#include <stdint.h>
 
 #include "src/base/drain.h"
 #include "src/base/handle_table.h"
 #include "src/platform/threads.h"
+#include "src/state/order/clock.h"
 #include "src/state/order/order.h"
-#include "src/state/order/semaphore_clock.h"
+
+enum { SEMAPHORE_SIGNALS = 64 }; /* kept signals; unpublished ones may exceed this limit */
+
+struct semaphore_signal {
+    uint64_t value, number; /* see struct semaphore_operation */
+    const void *owner;      /* the submission that announced it; NULL: published */
+    bool has_clock;
+    struct execution_clock clock;
+    struct timestamp timestamp; /* of its batch */
+};
+
+struct semaphore_clock {
+    uint64_t id; /* unique within the device, though the handle may be reused */
+    bool timeline;
+    bool foreign;     /* operations that the layer does not intercept may signal it */
+    uint64_t initial; /* timeline: its value from the start */
+    uint64_t reached; /* signals of this value or less were dropped, if there were any; */
+    uint64_t met;     /* of this value or less, because the host had observed them */
+
+    uint64_t seen; /* the host has observed this value or a larger one */
+
+    uint64_t last_wait; /* binary semaphore: the last signal that was waited for */
+
+    struct semaphore_signal *signals; /* sorted by value */
+    uint32_t count, capacity;
+};
+
+enum semaphore_wait_status {
+    SEMAPHORE_MET,     /* the wait orders nothing: see struct semaphore_operation */
+    SEMAPHORE_REACHED, /* the wait follows the signal; NULL: it is unknown */
+    SEMAPHORE_NOT_YET, /* the signal that ends the wait is not announced or not published */
+    SEMAPHORE_OPEN,    /* an untracked signal may end the wait: work before it is unknown */
+};
+
+/* Returns the status of a wait for `value` by the submission `owner`, whose own unpublished signals
+ * count. `signal` is the one with which the wait ends, or NULL; it lives until the signals change.
+ */
+enum semaphore_wait_status semaphore_clock_wait(const struct semaphore_clock *semaphore,
+                                                uint64_t value, const void *owner,
+                                                const struct semaphore_signal **signal);
+
+/* Returns false if memory runs out. */
+bool semaphore_clock_announce(struct semaphore_clock *semaphore, uint64_t value, uint64_t number,
+                              const void *owner);
+/* Gives a signal its clock. Returns the number of the one before, see struct semaphore_operation.
+ */
+uint64_t semaphore_clock_set(struct semaphore_clock *semaphore, uint64_t value, const void *owner,
+                             const struct execution_clock *clock, struct timestamp timestamp);
+void semaphore_clock_publish(struct semaphore_clock *semaphore, uint64_t value, const void *owner);
+void semaphore_clock_retract(struct semaphore_clock *semaphore, uint64_t value, const void *owner);
+
+/* The largest value that was announced, and not retracted. */
+static inline uint64_t semaphore_clock_last(const struct semaphore_clock *semaphore)
+{
+    return semaphore->count ? semaphore->signals[semaphore->count - 1].value : semaphore->reached;
+}
+
+/* The host has observed that the semaphore's value is `value` (`exact`), or at least `value`. Call
+ * semaphore_clock_catch_up next. If no announced signal explains the value, the semaphore becomes
+ * foreign. */
+void semaphore_clock_observe(struct semaphore_clock *semaphore, uint64_t value, bool exact);
+
+/* Joins `host` with the clocks of the published signals that the host has observed. Returns false
+ * if one of the observed signals is not published. */
+bool semaphore_clock_catch_up(struct semaphore_clock *semaphore, struct execution_clock *host);
+
+/* Drops leading signals if the host has observed their values or their batches. `host` covers what
+ * the host has observed. */
+void semaphore_clock_prune(struct semaphore_clock *semaphore, const struct execution_clock *host);
+
+void semaphore_clock_release(struct semaphore_clock *semaphore);
+
+/* ---- The records behind order.h, private to src/state/order. The lock of struct execution_order
+ * guards them, except for a submission that is being collected: that belongs to its thread. */
 
 enum { EXECUTION_HELD_BATCHES = 4096 }; /* with more held batches the order becomes unknown */
 
@@ -84,6 +171,8 @@ struct execution_order {
     struct order_queue queues[EXECUTION_QUEUES]; /* [EXECUTION_HOST] stands for the host */
     uint32_t queue_count;
     struct execution_clock host; /* covers all work whose completion the host has observed */
+    uint64_t untracked;          /* see execution_order_find_observed() */
+    bool is_exposed;             /* a submission was, see struct order_batch */
     uint64_t host_count;         /* host work that has ended */
     uint64_t last_serial, last_semaphore, last_signal;
     uint32_t in_flight;  /* calls under way that may release held batches */
@@ -97,7 +186,7 @@ struct execution_order {
     struct submission *spare;
 };
 
-/* Hold the lock for all functions below. Functions of run.c may release and reacquire it. */
+/* Hold the lock for all functions below. Functions of batches.c may release and reacquire it. */
 
 /* Both return NULL if the handle is unknown. */
 struct semaphore_clock *execution_order_semaphore(const struct execution_order *order,
@@ -124,12 +213,7 @@ void submission_retract(struct submission *submission);
 /* Resolves held batches until all that remain must be held. */
 void execution_order_release_held(struct execution_order *order);
 
-/* bindings.c */
-void order_batch_resolve_bindings(struct order_batch *batch, struct queue_clocks *clocks);
-/* Joins all work that has executed when the queue is idle. */
-void execution_order_join_all(struct execution_clock *clock, const struct order_queue *queue);
-
-/* run.c */
+/* batches.c */
 void execution_order_append_run(struct execution_order *order, struct order_batch *batch);
 void execution_order_set_unknown_locked(struct execution_order *order,
                                         enum order_unknown_reason why);
@@ -143,14 +227,11 @@ void submission_check(struct submission *submission);
 void submission_withdraw(struct submission *submission);
 /* Calls `fail` for all batches. */
 void submission_report_failure(struct submission *submission);
-
-/* batches.c */
 void submission_reference(struct submission *submission);
 /* Retires the batches of the submission, without the lock, if it was the last reference. */
 void submission_unreference(struct submission *submission);
 /* These two take the lock of the list. */
 void batch_list_append_submission(struct batch_list *list, struct submission *submission);
-void batch_list_append_run(struct batch_list *list, struct order_batch *batch);
 
 /* submission.c. Returns NULL if memory runs out; the order is unknown then. */
 struct submission *submission_create(struct execution_order *order, enum submission_kind kind,
@@ -158,6 +239,9 @@ struct submission *submission_create(struct execution_order *order, enum submiss
 void submission_free(struct submission *submission);
 /* Sets the members of the batches that are constant from now on. */
 void submission_describe(struct submission *submission);
+void order_batch_resolve_bindings(struct order_batch *batch, struct queue_clocks *clocks);
+/* Joins all work that has executed when the queue is idle. */
+void execution_order_join_all(struct execution_clock *clock, const struct order_queue *queue);
 
 /* queues.c: the batch of the host ends, so all work that begins from now on follows it: the host's
  * own, and submissions, because the host makes them. */

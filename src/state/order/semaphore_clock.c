@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The signals of one semaphore. */
-#include "src/state/order/semaphore_clock.h"
+#include "src/state/order/records.h"
 
 #include <stdlib.h>
 

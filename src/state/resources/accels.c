@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The records of acceleration structures: creation and destruction. */
+/* The records of acceleration structures and of micromaps: creation and destruction. */
 #include <stdlib.h>
 
 #include "src/platform/aligned.h"
@@ -107,8 +107,9 @@ static void note_containing_buffer(const struct address_facts *place, void *cont
     search->matches++;
 }
 
-/* Several buffers may contain the range. Their bytes are the same, but the buffer whose destruction
- * ends the structure is ambiguous, so the buffer then counts as unknown. */
+/* Several buffers may contain the range, and one of them may be unknown for lack of memory. Their
+ * bytes are the same, but the buffer whose destruction ends the structure is ambiguous, so the
+ * buffer then counts as unknown. */
 void resources_add_accel_at(struct resources *resources, VkAccelerationStructureKHR handle,
                             const VkAccelerationStructureCreateInfo2KHR *create_info)
 {
@@ -120,8 +121,8 @@ void resources_add_accel_at(struct resources *resources, VkAccelerationStructure
     struct buffer_search search = {.begin = create_info->addressRange.address,
                                    .size = create_info->addressRange.size};
     address_map_find(&resources->addresses, search.begin, note_containing_buffer, &search);
-    struct buffer_record *buffer =
-        search.matches == 1 ? resources_buffer(resources, search.found) : NULL;
+    const bool is_certain = search.matches == 1 && !resources->incomplete;
+    struct buffer_record *buffer = is_certain ? resources_buffer(resources, search.found) : NULL;
     if (accel && buffer)
         accel->offset = search.begin - buffer->where.address;
     add_accel(resources, accel, handle, buffer);
@@ -134,4 +135,94 @@ uint64_t resources_remove_accel(struct resources *resources, VkAccelerationStruc
     uint64_t id = remove_accel(resources, handle);
     reader_lock_write_done(&resources->lock);
     return id;
+}
+
+/* ---- the records of micromaps of VK_EXT_opacity_micromap */
+
+/* Returns the id of the removed record, or 0. */
+static uint64_t remove_micromap(struct resources *resources, VkMicromapEXT handle)
+{
+    struct micromap_record *micromap =
+        handle_table_remove(&resources->micromaps, (uint64_t)(uintptr_t)handle);
+    if (!micromap)
+        return 0;
+    uint64_t id = micromap->id;
+    resources_count_destroyed(resources);
+    free(micromap);
+    return id;
+}
+
+void resources_add_micromap(struct resources *resources, VkMicromapEXT handle,
+                            const VkMicromapCreateInfoEXT *create_info)
+{
+    struct micromap_record *micromap = malloc(sizeof(*micromap));
+    reader_lock_write(&resources->lock);
+    remove_micromap(resources, handle);
+    const struct buffer_record *buffer = resources_buffer(resources, create_info->buffer);
+    if (micromap)
+        *micromap = (struct micromap_record){.id = ++resources->last_id,
+                                             .type = create_info->type,
+                                             .create_flags = create_info->createFlags,
+                                             .buffer = create_info->buffer,
+                                             .buffer_id = buffer ? buffer->where.buffer_id : 0,
+                                             .offset = create_info->offset,
+                                             .size = create_info->size};
+    if (!resources_publish(resources, &resources->micromaps, (uint64_t)(uintptr_t)handle, micromap))
+        free(micromap);
+    reader_lock_write_done(&resources->lock);
+}
+
+uint64_t resources_remove_micromap(struct resources *resources, VkMicromapEXT handle)
+{
+    reader_lock_write(&resources->lock);
+    uint64_t id = remove_micromap(resources, handle);
+    reader_lock_write_done(&resources->lock);
+    return id;
+}
+
+static enum tristate tristate_of(bool is_known, bool value)
+{
+    return !is_known ? UNKNOWN : value ? YES : NO;
+}
+
+/* As resources_refresh_accel(). The record of a destroyed buffer is gone. */
+static void find_memory(const struct resources *resources, const struct micromap_record *micromap,
+                        struct micromap_facts *facts)
+{
+    const struct buffer_record *buffer = resources_buffer(resources, micromap->buffer);
+    if (!buffer || buffer->where.buffer_id != micromap->buffer_id) {
+        facts->backed = tristate_of(micromap->buffer_id && !resources->incomplete, false);
+        return;
+    }
+    facts->is_sparse = buffer->where.is_sparse;
+    facts->backed = facts->is_sparse ? UNKNOWN : buffer->backed;
+    const struct memory_record *memory = facts->backed == YES ? buffer->memory : NULL;
+    facts->host_visible =
+        tristate_of(memory, memory && memory->properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT);
+    facts->multi_instance = tristate_of(memory, memory && memory->multi_instance);
+    facts->span = memory_span_of(buffer->where.memory, buffer->where.begin + micromap->offset,
+                                 micromap->size);
+}
+
+void resources_find_micromap(struct resources *resources, VkMicromapEXT handle,
+                             struct micromap_facts *facts)
+{
+    *facts = (struct micromap_facts){.handle = handle};
+    if (!handle)
+        return;
+    unsigned token = resources_begin_reading(resources);
+    const struct micromap_record *micromap =
+        handle_table_find(&resources->micromaps, (uint64_t)(uintptr_t)handle);
+    if (micromap) {
+        facts->alive = YES;
+        facts->id = micromap->id;
+        facts->type = micromap->type;
+        facts->create_flags = micromap->create_flags;
+        facts->size = micromap->size;
+        facts->buffer = micromap->buffer;
+        find_memory(resources, micromap, facts);
+    } else {
+        facts->alive = resources->incomplete ? UNKNOWN : NO;
+    }
+    resources_end_reading(resources, token);
 }

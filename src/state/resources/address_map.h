@@ -4,7 +4,7 @@
  *
  * A buffer range is stored as the facts about its first address; the facts about another address
  * follow from the offset. Each range is one cache line, in a slot. A look-up in a large scene
- * mostly waits for memory, so it reads one slot, which is guessed (address_guesses.h). The ordered
+ * mostly waits for memory, so it reads one slot, which is guessed (address_slots.h). The ordered
  * set is searched only if the guess is wrong or if buffers overlap: slot numbers sorted by address,
  * in chunks, so that an insertion moves one chunk at most. Each chunk stores the largest end of its
  * ranges and of all ranges before it, which bounds the backward search. */

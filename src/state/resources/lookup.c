@@ -115,6 +115,7 @@ void resources_find_buffer(const struct resources *resources, VkBuffer handle,
     facts->id = buffer->where.buffer_id;
     facts->size = buffer->where.bytes_left;
     facts->usage = buffer->where.usage;
+    facts->flags = buffer->flags;
     facts->status = buffer->where.status;
 }
 
@@ -142,6 +143,12 @@ static uint64_t find_id(const struct resources *resources, enum resource_kind ki
         const struct micromap_record *micromap = handle_table_find(&resources->micromaps, handle);
         return micromap ? micromap->id : 0;
     }
+    case RESOURCE_MEMORY: {
+        const struct memory_record *memory = handle_table_find(&resources->memories, handle);
+        return memory ? memory->id : 0;
+    }
+    case RESOURCE_QUERY_POOL:
+        break;
     }
     return 0;
 }
@@ -152,6 +159,14 @@ uint64_t resources_find_id(struct resources *resources, enum resource_kind kind,
     uint64_t id = find_id(resources, kind, handle);
     resources_end_reading(resources, token);
     return id;
+}
+
+enum tristate resources_has(struct resources *resources, enum resource_kind kind, uint64_t handle)
+{
+    unsigned token = resources_begin_reading(resources);
+    bool found = find_id(resources, kind, handle) != 0, incomplete = resources->incomplete;
+    resources_end_reading(resources, token);
+    return found ? YES : incomplete ? UNKNOWN : NO;
 }
 
 /* If buffers share an address, a bound buffer outweighs an unbound one. A buffer whose binding is

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Creates and destroys struct resources; the records of memory. */
-#include "src/state/resources/resources.h"
-
+/* Creates and destroys struct resources; the records of memory, and its host mappings. */
 #include <stdlib.h>
 
 #include "src/state/resources/records.h"
+#include "src/state/resources/resources.h"
 
 VkResult resources_create(struct resources **resources)
 {
@@ -86,4 +85,123 @@ void resources_remove_memory(struct resources *resources, VkDeviceMemory handle)
     reader_lock_write(&resources->lock);
     remove_memory(resources, handle);
     reader_lock_write_done(&resources->lock);
+}
+
+/* ---- Host mappings of memory. A linear search suffices: few allocations are mapped at a time, and
+ * only host builds search them. */
+
+void memory_record_unmap(struct resources *resources, struct memory_record *memory)
+{
+    if (memory->mapped_begin == memory->mapped_end)
+        return;
+    if (memory->previous_mapped)
+        memory->previous_mapped->next_mapped = memory->next_mapped;
+    else
+        resources->mapped = memory->next_mapped;
+    if (memory->next_mapped)
+        memory->next_mapped->previous_mapped = memory->previous_mapped;
+    memory->previous_mapped = memory->next_mapped = NULL;
+    memory->mapped_begin = memory->mapped_end = 0;
+}
+
+static void map(struct resources *resources, struct memory_record *memory, VkDeviceSize offset,
+                VkDeviceSize size, const void *pointer)
+{
+    memory_record_unmap(resources, memory);
+    if (offset > memory->size)
+        return;
+    if (size > memory->size - offset)
+        size = memory->size - offset;
+    if (!size)
+        return;
+    memory->mapped_begin = (uint64_t)(uintptr_t)pointer;
+    memory->mapped_end = memory->mapped_begin + size;
+    memory->mapped_offset = offset;
+    memory->next_mapped = resources->mapped;
+    if (memory->next_mapped)
+        memory->next_mapped->previous_mapped = memory;
+    resources->mapped = memory;
+}
+
+void resources_map_memory(struct resources *resources, VkDeviceMemory handle, VkDeviceSize offset,
+                          VkDeviceSize size, const void *pointer)
+{
+    reader_lock_write(&resources->lock);
+    struct memory_record *memory = resources_memory(resources, handle);
+    if (memory)
+        map(resources, memory, offset, size, pointer);
+    reader_lock_write_done(&resources->lock);
+}
+
+void resources_unmap_memory(struct resources *resources, VkDeviceMemory handle)
+{
+    reader_lock_write(&resources->lock);
+    struct memory_record *memory = resources_memory(resources, handle);
+    if (memory)
+        memory_record_unmap(resources, memory);
+    reader_lock_write_done(&resources->lock);
+}
+
+/* Returns the span that begins at `begin` and ends at `end` at most. */
+static struct memory_span piece_at(const struct resources *resources, uint64_t begin, uint64_t end)
+{
+    struct memory_span piece = {memory_of_host(), begin, end};
+    for (const struct memory_record *memory = resources->mapped; memory;
+         memory = memory->next_mapped) {
+        if (memory->mapped_begin <= begin && begin < memory->mapped_end) {
+            VkDeviceSize offset = memory->mapped_offset + (begin - memory->mapped_begin);
+            uint64_t left = memory->mapped_end - begin;
+            return (struct memory_span){memory->handle, offset,
+                                        offset + (left < end - begin ? left : end - begin)};
+        }
+        if (begin < memory->mapped_begin && memory->mapped_begin < piece.end)
+            piece.end = memory->mapped_begin;
+    }
+    return piece;
+}
+
+void resources_find_host_pieces(struct resources *resources, const void *pointer, VkDeviceSize size,
+                                void (*visit)(void *user, const struct memory_span *piece),
+                                void *user)
+{
+    uint64_t begin = (uint64_t)(uintptr_t)pointer;
+    uint64_t end = size < UINT64_MAX - begin ? begin + size : UINT64_MAX;
+    unsigned token = resources_begin_reading(resources);
+    while (begin < end) {
+        struct memory_span piece = piece_at(resources, begin, end);
+        visit(user, &piece);
+        begin += piece.end - piece.begin;
+    }
+    resources_end_reading(resources, token);
+}
+
+/* Finds the host mapping of an address. Returns how many bytes are mapped from there on. */
+static uint64_t find_bytes(const struct resources *resources, const struct address_facts *facts,
+                           const void **bytes)
+{
+    const struct memory_record *memory = resources_memory(resources, facts->memory);
+    if (!memory || !(memory->properties & VK_MEMORY_PROPERTY_HOST_COHERENT_BIT) ||
+        facts->begin < memory->mapped_offset)
+        return 0;
+    uint64_t skipped = facts->begin - memory->mapped_offset;
+    uint64_t size = memory->mapped_end - memory->mapped_begin;
+    if (skipped >= size)
+        return 0;
+    *bytes = (const void *)(uintptr_t)(memory->mapped_begin + skipped);
+    return size - skipped;
+}
+
+uint64_t resources_find_mapped(struct resources *resources, VkDeviceAddress address, uint64_t size,
+                               const void **bytes)
+{
+    struct address_facts facts;
+    uint64_t found = 0;
+    unsigned token = resources_begin_reading(resources);
+    resources_find_address(resources, address, &facts);
+    if (facts.status == ADDRESS_IN_BUFFER && facts.memory)
+        found = find_bytes(resources, &facts, bytes);
+    resources_end_reading(resources, token);
+    if (facts.bytes_left < found)
+        found = facts.bytes_left;
+    return found < size ? found : size;
 }

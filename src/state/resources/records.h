@@ -85,6 +85,7 @@ _Static_assert(offsetof(struct accel_facts, handle) == CACHE_LINE,
 struct micromap_record {
     uint64_t id;
     VkMicromapTypeEXT type;
+    VkMicromapCreateFlagsEXT create_flags;
     VkBuffer buffer;
     uint64_t buffer_id; /* 0: unknown */
     VkDeviceSize offset, size;
@@ -181,8 +182,6 @@ void accel_record_free(struct accel_record *accel);
  * the destroy count there. */
 void accel_record_forget_address(struct resources *resources, struct accel_record *accel);
 
-/* Returns the first live structure at an address that instances refer to, or NULL. */
-struct accel_record *accel_records_at(const struct resources *resources, VkDeviceAddress address);
 /* Notes that the memory of structures of VK_NV_ray_tracing was freed. */
 void nv_accel_records_lose_memory(struct resources *resources, const struct memory_record *memory);
 /* Notes that what a value refers to has changed (reference_changes.h). */
@@ -196,7 +195,7 @@ struct memory_record *resources_memory(const struct resources *resources, VkDevi
 void resources_refresh(struct resources *resources, struct buffer_record *buffer);
 void resources_refresh_accel(struct accel_record *accel);
 
-/* Ends the mapping of the memory if it is mapped (mapped.c). */
+/* Ends the mapping of the memory if it is mapped (memory.c). */
 void memory_record_unmap(struct resources *resources, struct memory_record *memory);
 
 #endif

@@ -1,11 +1,44 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Device addresses of acceleration structures, by which instances refer to them.
+/* Device addresses of acceleration structures, by which instances refer to them; changes of these;
+ * and what every change of the tables needs.
  *
  * The layer learns an address when the application queries it, or when it is needed to find the
  * structure that an instance refers to: a program may compute addresses. */
 #include <stdlib.h>
 
+#include "src/base/array.h"
 #include "src/state/resources/records.h"
+#include "src/state/resources/reference_changes.h"
+
+void memory_record_release(struct memory_record *memory)
+{
+    if (memory && --memory->references == 0)
+        free(memory);
+}
+
+bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
+                       void *record)
+{
+    bool published = record && handle_table_set(table, handle, record);
+    if (!published)
+        resources_become_incomplete(resources);
+    return published;
+}
+
+void resources_count_destroyed(struct resources *resources)
+{
+    atomic_fetch_add_explicit(&resources->destroy_count, 1, memory_order_relaxed);
+}
+
+void resources_become_incomplete(struct resources *resources)
+{
+    resources->incomplete = true;
+}
+
+/* ---- Device addresses of acceleration structures, by which instances refer to them.
+ *
+ * The layer learns an address when the application queries it, or when it is needed to find the
+ * structure that an instance refers to: a program may compute addresses. */
 
 /* The structures at one address: structures that alias memory may share it. */
 struct accel_address {
@@ -107,7 +140,9 @@ static void add_address(struct resources *resources, struct accel_record *accel,
     resources_note_reference(resources, address, false);
 }
 
-struct accel_record *accel_records_at(const struct resources *resources, VkDeviceAddress address)
+/* Returns the first live structure at an address that instances refer to, or NULL. */
+static struct accel_record *accel_records_at(const struct resources *resources,
+                                             VkDeviceAddress address)
 {
     const struct accel_address *at = handle_table_find(&resources->accel_addresses, address);
     return at ? at->first : NULL;
@@ -192,4 +227,67 @@ void resources_release_references(struct resources *resources)
 {
     handle_table_drop(&resources->accel_addresses, free);
     free(resources->past_addresses.items);
+}
+
+/* ---- changes of the values that instances refer to structures by */
+
+void resources_watch_references(struct resources *resources)
+{
+    resources->watched.is_on = true;
+}
+
+/* Without memory a change is lost, so all values count as valid from then on. */
+void resources_note_reference(struct resources *resources, uint64_t reference, bool is_nv)
+{
+    struct watched_references *watched = &resources->watched;
+    if (!watched->is_on || !reference)
+        return;
+    if (ARRAY_HAS_ROOM(watched->changes, watched->count, watched->capacity))
+        watched->changes[watched->count++] =
+            (struct reference_change){.reference = reference, .is_nv = is_nv};
+    else
+        watched->lacks_memory = true;
+}
+
+static bool is_live(const struct accel_facts *facts)
+{
+    return facts->backed != NO && (!facts->details_known ||
+                                   facts->type == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR ||
+                                   facts->type == VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
+}
+
+static void describe(const struct resources *resources, struct reference_change *change)
+{
+    uint32_t count = 0;
+    if (change->is_nv) {
+        const struct nv_reference_record *record =
+            handle_table_find(&resources->nv_references, change->reference);
+        change->is_live = record && record->alive > record->without_memory &&
+                          record->level != NV_REFERENCE_TOP_LEVEL;
+        return;
+    }
+    const struct accel_record *accel = accel_records_at(resources, change->reference);
+    for (; accel; accel = accel->same_address) {
+        change->is_live |= is_live(&accel->facts);
+        change->id = count++ ? 0 : accel->facts.id;
+    }
+}
+
+uint32_t resources_take_reference_changes(struct resources *resources,
+                                          struct reference_change **changes,
+                                          struct unknown_references *unknown)
+{
+    struct watched_references *watched = &resources->watched;
+    reader_lock_write(&resources->lock);
+    uint32_t count = watched->count;
+    *changes = watched->changes;
+    for (uint32_t i = 0; i < count; i++)
+        describe(resources, &watched->changes[i]);
+    watched->changes = NULL;
+    watched->count = watched->capacity = 0;
+    bool is_unknown = resources->incomplete || watched->lacks_memory;
+    *unknown = (struct unknown_references){.khr = is_unknown || resources->unknown_references,
+                                           .nv = is_unknown || resources->nv_references_unknown};
+    reader_lock_write_done(&resources->lock);
+    return count;
 }

@@ -209,6 +209,9 @@ uint64_t resources_find_mapped(struct resources *resources, VkDeviceAddress addr
  * the memory has several instances: then equal offsets need not be equal bytes. */
 uint64_t resources_find_memory_id(struct resources *resources, VkDeviceMemory handle);
 
+/* Returns the size of live memory in bytes; 0 if it is unknown. */
+VkDeviceSize resources_find_memory_size(struct resources *resources, VkDeviceMemory handle);
+
 /* Finds where all bytes of a buffer, or of a micromap, lie. Returns false if they are unknown, or
  * not in one piece of such memory. */
 struct memory_bytes {
@@ -243,7 +246,16 @@ struct resources_at {
 struct resources_at resources_find_at(struct resources *resources, VkDeviceAddress address);
 
 /* Returns the id of a live object of the device, or 0 if the handle is unknown. */
-enum resource_kind { RESOURCE_ACCEL, RESOURCE_ACCEL_NV, RESOURCE_BUFFER, RESOURCE_MICROMAP };
+enum resource_kind {
+    RESOURCE_ACCEL,
+    RESOURCE_ACCEL_NV,
+    RESOURCE_BUFFER,
+    RESOURCE_MICROMAP,
+    RESOURCE_MEMORY,
+    RESOURCE_QUERY_POOL, /* not of this module */
+};
 uint64_t resources_find_id(struct resources *resources, enum resource_kind kind, uint64_t handle);
+/* Whether there is such an object; UNKNOWN if a record may be missing. */
+enum tristate resources_has(struct resources *resources, enum resource_kind kind, uint64_t handle);
 
 #endif

@@ -317,7 +317,7 @@ def main():
         update_readme(arguments.readme, checks)
     alarms = sum(row["false_alarms"] for row in checks)
     if alarms:
-        fail(f"{alarms} false alarms: see what rules_test and execution_test say at each level")
+        fail(f"{alarms} false alarms: see what rules_test and programs_test say at each level")
 
 
 if __name__ == "__main__":

@@ -15,13 +15,14 @@ import sys
 import tempfile
 
 from judge import Judge
-from play import names_of, play_list, read_expectations
+from play import names_of, play_list, read_expectations, twin_of
 from table import Table
 
 LAYER = "VK_LAYER_ASSAY_validation"
 KHRONOS = "VK_LAYER_KHRONOS_validation"
 FOLDERS = ("/etc/vulkan", "/usr/local/etc/vulkan", "/usr/local/share/vulkan", "/usr/share/vulkan")
 REGISTRY = (1, 4, 363)  # whose ids the cases expect
+COMMANDS = {"execution": "programs/programs_test"}  # others are their own
 PLATFORMS = {"rules": "null", "execution": "null", "content": "lavapipe"}
 
 # What cases do wrong before the build, which is of no concern to Assay. The Khronos layer would report
@@ -107,13 +108,16 @@ def judge_list(judge, command, layer, list_name, names, each):
     theirs = play_list(command, layer, list_name, names, each)
     for name in names:
         yield name, expected.get(name), judge.judge(
-            name, ours.get(name), theirs.get(name), expected.get(name), theirs.get(name + "@twin"))
+            name, ours.get(name), theirs.get(name), expected.get(name), theirs.get(twin_of(name)))
 
 
 def play_all(arguments, layers, judge, details):
     table = Table()
     for program, platform in PLATFORMS.items():
-        command = [str(arguments.tree / "tests" / program / f"{program}_test"), platform]
+        command = [str(arguments.tree / "tests" / COMMANDS.get(program, f"{program}/{program}_test")),
+                   platform]
+        if program in COMMANDS:
+            command.append(program)
         lists = names_of(command)
         if not lists:
             table.left_out[f"{program}_test {platform} cannot run here"] += 1

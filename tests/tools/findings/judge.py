@@ -37,7 +37,7 @@ LEFT_OUT_MESSAGES = (
 # They come with all host builds, and find no mistake either.
 OF_NO_MISTAKE = {reason for _, _, _, reason in LEFT_OUT_MESSAGES[:2]}
 
-# Phases of a play in which calls are valid; None: a program of execution_test.
+# Phases of a play in which calls are valid; None: a program of programs_test.
 VALID = ("valid call", "twin", "valid mutation", None)
 
 

@@ -13,13 +13,13 @@ MESSAGES_PRINTED, TEXT_PRINTED = 12, 16000
 SECONDS_A_LIST, SECONDS_A_PLAY = 300, 20
 MEMORY = 2 << 30  # bytes that a program may use: a layer may follow a chain that never ends
 
-RUN = re.compile(r"\[ RUN      \] (\S+)$")
-END = re.compile(r"\[ ( *\w+) +\] (crashed in )?(\S+?)(:.*)?$")
+RUN = re.compile(r"\[ RUN      \] (.+)$")
+END = re.compile(r"\[ ( *\w+) +\] (crashed in )?(.+)$")
 PHASE = re.compile(r"(valid call|twin|valid mutation|mutation): ")
 BEFORE_THE_CALL = re.compile(PHASE.pattern + r"(\d+ )?messages before the call$")
 GOT = re.compile(r"    got (\S*)$")
 MISSING = re.compile(r"(?:mutation: 0|nothing) of (\S+) ")
-MESSAGES_END = re.compile(r"\(before the mutation\)$|\(in step ")
+MESSAGES_END = re.compile(r"\(before the mutation\)$|execution/\w+: ")
 
 # Plays at levels that the Khronos layer does not have, and repetitions.
 REPEATED = re.compile(r"@(parameters|state)$|\+ppGeometries$")
@@ -31,7 +31,7 @@ Message = collections.namedtuple("Message", "id text")
 
 def is_case(name):
     """True for a case of rules_test or content_test, which has phases; false for a program of
-    execution_test, whose valid twin is a play of its own."""
+    programs_test, whose valid twin is a play of its own."""
     return name.startswith("cases_")
 
 
@@ -86,11 +86,11 @@ def read_plays(output):
         if run:
             play, lines = Play(run[1]), []
             plays.append(play)
-        elif play and end and end[3] == play.name:
+        elif play and end and (end[3] == play.name or end[3].startswith(play.name + ": ")):
             play.outcome = {"OK": "passed", "SKIPPED": "skipped"}.get(end[1].strip(), "failed")
             if end[2]:
                 play.outcome = "crashed"
-            play.reason = (end[4] or "")[2:]
+            play.reason = end[3][len(play.name) + 2:]
             play.read(lines)
             play = None
         elif play:
@@ -128,6 +128,15 @@ def run(program, layer, name, seconds, results=None):
     return read_plays(done.stdout), done.returncode in (0, 1)
 
 
+def list_of(name):
+    """The start of the names of a list of cases, or a file of programs."""
+    return name.split(": ")[0] + ": " if ": " in name else name.split(".")[0] + "."
+
+
+def twin_of(name):
+    return name + " (repaired)"
+
+
 def names_of(program):
     """The plays to compare of a program, by list."""
     lists = collections.defaultdict(list)
@@ -137,7 +146,7 @@ def names_of(program):
         if line.startswith("[") or REPEATED.search(line):
             continue
         if pathlib.Path(program[0]).name != "content_test" or COPIED.search(line):
-            lists[line.split(".")[0]].append(line)
+            lists[list_of(line)].append(line)
     return lists
 
 
@@ -146,7 +155,7 @@ def play_list(program, layer, list_name, names, each):
     crash hides may be the state that earlier plays left behind."""
     plays = {}
     if not each:
-        played, ended = run(program, layer, list_name + ".", SECONDS_A_LIST)
+        played, ended = run(program, layer, list_name, SECONDS_A_LIST)
         plays = {play.name: play for play in played}
         if ended:
             return plays
@@ -162,11 +171,11 @@ def play_list(program, layer, list_name, names, each):
 def read_expectations(program, list_name, folder):
     """Assay's plays of a list; and name of the play -> ids that the play breaks, if it does."""
     results = pathlib.Path(folder) / "results.tsv"
-    plays, _ = run(program, {}, list_name + ".", SECONDS_A_LIST, results)
+    plays, _ = run(program, {}, list_name, SECONDS_A_LIST, results)
     expected = collections.defaultdict(list)
     for line in results.read_text().splitlines():
         _, case, command, name, outcome = line.split("\t")
-        key = case if case.startswith(list_name + ".") else f"{list_name}.{case}/{command}"
+        key = case if case.startswith(list_name) else f"{list_name}{case}/{command}"
         if outcome != "silent" and name not in expected[key]:
             expected[key].append(name)
     return {play.name: play for play in plays}, expected

@@ -7,7 +7,7 @@ import re
 HOST_DATA = ("cases_content", "cases_content_update", "cases_disabling", "cases_instances",
              "cases_micromap_contents", "cases_motion_instances", "cases_radii")
 EXTENSIONS = ("cases_micromap", "cases_motion", "cases_spheres", "cases_dense",
-              "cases_displacement", "extension_programs")
+              "cases_displacement", "execution/extensions")
 OVERLAPS = ("cases_overlap", "cases_pairs")
 # Pointers and handles that lead to no memory, or to other memory than they should; endless lists.
 NOWHERE = re.compile(
@@ -26,13 +26,14 @@ GROUPS = (PARAMETERS, OVERLAP, UPDATES, DEVICE_CONTENT, HOST_CONTENT, HOST, INDI
 
 def group_of(program, name):
     """The row of the table that a play belongs to."""
-    list_name, command = name.split(".")[0], name.rsplit("/", 1)[-1].split("@")[0]
+    list_name = re.split(r"\.|: ", name)[0]
+    command = name.rsplit("/", 1)[-1].split("@")[0].split(" ")[0]
     groups = (
         (program == "content", DEVICE_CONTENT),
         (NOWHERE.search(name), UNREADABLE),
         (list_name in HOST_DATA, HOST_CONTENT),
         (list_name.startswith(EXTENSIONS), EXTENSION),
-        (command == "nv", NV),
+        ("nv" in (command, list_name.split("/")[-1]), NV),
         (program == "execution", UPDATES),
         (list_name in OVERLAPS, OVERLAP),
         (command == "host", HOST),

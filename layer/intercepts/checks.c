@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Runs the checks of commands that build no structures. */
+#include "layer/intercepts/checks.h"
+
+#include "layer/execution/submitted_builds.h"
+#include "layer/intercepts/build_call.h"
+#include "layer/intercepts/host_work.h"
+#include "src/base/readable.h"
+#include "src/check/life/life.h"
+
+bool checks_are_active(const struct layer_device *device, enum build_command command)
+{
+    for (int rule = 0; rule < RULE_COUNT; rule++)
+        if (device->active_rules[command][rule])
+            return true;
+    return false;
+}
+
+static bool is_deferrable(enum build_command command)
+{
+    return rule_infos[RULE_deferred_operation_is_valid].vuid[command] != VUID_NONE;
+}
+
+static void start_hosted(struct build_call *call, struct layer_device *device,
+                         enum build_command command, const VkDevice *arguments)
+{
+    build_call_start(call, device, command);
+    call->view.device_argument = arguments[0];
+    if (is_deferrable(command)) {
+        const struct {
+            VkDevice device;
+            VkDeferredOperationKHR operation;
+        } *deferrable = (const void *)arguments;
+        call->view.deferred = host_work_operation_facts(device, deferrable->operation);
+    }
+}
+
+static bool find_use(void *user, uint64_t id, struct pending_use *use)
+{
+    const struct build_call *call = user;
+    return submitted_builds_find_use(call->device->submitted_builds, id, use);
+}
+
+bool check_command(struct layer_device *device, enum build_command command, const void *arguments)
+{
+    static const struct check_hooks hooks = {.found = build_call_found,
+                                             .of_another_device = build_call_of_another_device,
+                                             .find_use = find_use};
+    struct build_call call;
+    if (command_is_recorded(command))
+        build_call_start_recorded(&call, device, command, *(const VkCommandBuffer *)arguments);
+    else
+        start_hosted(&call, device, command, arguments);
+    call.view.arguments = arguments;
+    struct check_context context = {
+        .hooks = &hooks,
+        .user = &call,
+        .level = device->level,
+        .active = device->active_rules[command],
+        .readable = readable_cache_of_thread(),
+        .resources = device->resources,
+        .query_pools = device->query_pools,
+        .structures = device->structures,
+    };
+    check_life(&context, &call.view);
+    return call.skip;
+}
+
+void check_invalid_handle(enum build_command command, const void *handle)
+{
+    if (command_is_recorded(command))
+        build_call_report_command_buffer(command, (VkCommandBuffer)(uintptr_t)handle);
+    else
+        build_call_report_device(command, (VkDevice)(uintptr_t)handle);
+}

@@ -1,0 +1,313 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Accuracy fast: Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997. */
+#include "src/bvh/expansion.h"
+#include "src/bvh/trace/ray.h"
+
+static float dot(const float a[3], const float b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const float a[3], const float b[3], float to[3])
+{
+    to[0] = a[1] * b[2] - a[2] * b[1];
+    to[1] = a[2] * b[0] - a[0] * b[2];
+    to[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* Comparisons with NaN are false, so an overflow is never a hit. */
+bool triangle_fast(const struct local_ray *ray, const struct triangle_record *triangle,
+                   double t_max, struct local_hit *hit)
+{
+    float ab[3], ac[3], to_origin[3], p[3], q[3];
+    for (int i = 0; i < 3; i++) {
+        ab[i] = triangle->b[i] - triangle->a[i];
+        ac[i] = triangle->c[i] - triangle->a[i];
+        to_origin[i] = ray->near_origin[i] - triangle->a[i];
+    }
+    cross(ray->near_direction, ac, p);
+    cross(to_origin, ab, q);
+    float determinant = dot(ab, p), inverse = 1 / determinant;
+    float u = dot(to_origin, p) * inverse, v = dot(ray->near_direction, q) * inverse;
+    float t = dot(ac, q) * inverse;
+    if (!(u >= 0 && v >= 0 && u + v <= 1 && t > ray->t_min && t < t_max))
+        return false;
+    *hit = (struct local_hit){t, u, v, determinant > 0};
+    return true;
+}
+
+/* ---- accuracy robust: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", 2013 */
+
+/* Below this value a product may have lost bits to underflow; above its reciprocal sums may
+ * overflow. */
+#define FLOAT_RANGE 0x1p-100f
+
+/* Vertices relative to the origin, sheared so that the ray runs along the third axis. */
+struct sheared {
+    float x[3], y[3], z[3];
+};
+
+static void shear(const struct local_ray *ray, const struct triangle_record *triangle,
+                  struct sheared *to)
+{
+    const float *corners[3] = {triangle->a, triangle->b, triangle->c};
+    uint32_t x = ray->axis[0], y = ray->axis[1], z = ray->axis[2];
+    for (int i = 0; i < 3; i++) {
+        float depth = corners[i][z] - ray->near_origin[z];
+        to->x[i] = corners[i][x] - ray->near_origin[x] - ray->shear[0] * depth;
+        to->y[i] = corners[i][y] - ray->near_origin[y] - ray->shear[1] * depth;
+        to->z[i] = ray->shear[2] * depth;
+    }
+}
+
+/* Both triangles of an edge compute its function from the same rounded coordinates. In double the
+ * products are exact, so a zero is exact. */
+static bool hit_in_double(const struct sheared *s, double t_min, double t_max,
+                          struct local_hit *hit)
+{
+    double u = (double)s->x[2] * s->y[1] - (double)s->y[2] * s->x[1];
+    double v = (double)s->x[0] * s->y[2] - (double)s->y[0] * s->x[2];
+    double w = (double)s->x[1] * s->y[0] - (double)s->y[1] * s->x[0];
+    if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0))
+        return false;
+    double determinant = u + v + w;
+    double t = (u * s->z[0] + v * s->z[1] + w * s->z[2]) / determinant;
+    if (determinant == 0 || !(t > t_min && t < t_max))
+        return false;
+    *hit =
+        (struct local_hit){t, (float)(v / determinant), (float)(w / determinant), determinant > 0};
+    return true;
+}
+
+bool triangle_robust(const struct local_ray *ray, const struct triangle_record *triangle,
+                     double t_max, struct local_hit *hit)
+{
+    struct sheared s;
+    shear(ray, triangle, &s);
+    float u = s.x[2] * s.y[1] - s.y[2] * s.x[1];
+    float v = s.x[0] * s.y[2] - s.y[0] * s.x[2];
+    float w = s.x[1] * s.y[0] - s.y[1] * s.x[0];
+    float least = fminf(fabsf(u), fminf(fabsf(v), fabsf(w)));
+    float sum = fabsf(u) + fabsf(v) + fabsf(w);
+    if (!(least > FLOAT_RANGE && sum < 1 / FLOAT_RANGE))
+        return hit_in_double(&s, ray->t_min, t_max, hit);
+    if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0))
+        return false;
+    float determinant = u + v + w;
+    float t = (u * s.z[0] + v * s.z[1] + w * s.z[2]) / determinant;
+    if (!isfinite(t))
+        return hit_in_double(&s, ray->t_min, t_max, hit);
+    if (!(t > ray->t_min && t < t_max))
+        return false;
+    float inverse = 1 / determinant;
+    *hit = (struct local_hit){t, v * inverse, w * inverse, determinant > 0};
+    return true;
+}
+
+/* ---- Accuracy exact: decides without error on which side of each edge the ray passes.
+ *
+ * With A, B, C relative to the origin and direction d, the ray's line hits the triangle if d . (A x
+ * B), d . (B x C), d . (C x A) have the same sign. They are computed in double with an error bound;
+ * a sign within the bound is computed with expansions. A zero is resolved by an infinitesimal
+ * perturbation of the direction: d + e f + e^2 g, where f and g are the two axes other than the
+ * direction's largest (simulation of simplicity, Edelsbrunner and Muecke 1990). The perturbation
+ * depends only on the ray, and the functions of an edge are exact opposites in its two triangles.
+ * Therefore every ray, like a generic ray, hits each shared edge and closed fan exactly once. If
+ * the result is still zero, the edge and the origin are collinear, and the ray sees the triangle
+ * edge-on. */
+
+/* Differences, two products, their difference, the product by d and two sums: at most 7 roundings
+ * of 2^-53 for each term of the sum of magnitudes, and as many in that sum itself. */
+#define EDGE_BOUND (16 * 0x1p-53)
+/* If numerator and denominator are this accurate, t is computed in double. */
+#define CERTAIN 0x1p-40
+/* The resulting error of t is smaller than this; closer comparisons are exact. */
+#define T_BOUND 0x1p-38
+
+struct corner {
+    double at[3]; /* relative to the origin, rounded */
+};
+
+struct edge {
+    /* The cross product; for each component the sum of the magnitudes of its terms. */
+    double normal[3], size[3];
+    double value, bound; /* value: d . normal */
+    int sign;            /* 0 if undecided */
+};
+
+static void make_edge(const struct local_ray *ray, const struct corner *p, const struct corner *q,
+                      struct edge *edge)
+{
+    edge->value = edge->bound = 0;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        double a = p->at[j] * q->at[k], b = p->at[k] * q->at[j];
+        edge->normal[i] = a - b;
+        edge->size[i] = fabs(a) + fabs(b);
+        edge->value += ray->direction[i] * edge->normal[i];
+        edge->bound += fabs(ray->direction[i]) * edge->size[i];
+    }
+    edge->bound *= EDGE_BOUND;
+    edge->sign = edge->value > edge->bound ? 1 : edge->value < -edge->bound ? -1 : 0;
+}
+
+struct exact_corner {
+    double terms[3][2];
+    int count[3];
+};
+
+static void exact_difference(const double from[3], const float to[3], struct exact_corner *corner)
+{
+    for (int i = 0; i < 3; i++)
+        corner->count[i] = expansion_difference(to[i], from[i], corner->terms[i]);
+}
+
+struct exact_normal {
+    double terms[3][16];
+    int count[3];
+};
+
+static void exact_cross(const struct exact_corner *p, const struct exact_corner *q,
+                        struct exact_normal *normal)
+{
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        double a[8], b[8];
+        int m = expansion_product(p->count[j], p->terms[j], q->count[k], q->terms[k], a);
+        int n = expansion_product(p->count[k], p->terms[k], q->count[j], q->terms[j], b);
+        normal->count[i] = expansion_subtract(m, a, n, b, normal->terms[i]);
+    }
+}
+
+/* Computes direction . normal, in at most 96 terms. */
+static int exact_along(const double direction[3], const struct exact_normal *normal, double to[96])
+{
+    double part[3][32], sum[64];
+    int n[3];
+    for (int i = 0; i < 3; i++)
+        n[i] = expansion_scale(normal->count[i], normal->terms[i], direction[i], part[i]);
+    int m = expansion_sum(n[0], part[0], n[1], part[1], sum);
+    return expansion_sum(m, sum, n[2], part[2], to);
+}
+
+static int exact_edge_sign(const struct local_ray *ray, const float p[3], const float q[3])
+{
+    struct exact_corner a, b;
+    struct exact_normal normal;
+    double sum[96];
+    exact_difference(ray->origin, p, &a);
+    exact_difference(ray->origin, q, &b);
+    exact_cross(&a, &b, &normal);
+    int sign = expansion_sign(exact_along(ray->direction, &normal, sum), sum);
+    for (int i = 0; i < 2 && sign == 0; i++)
+        sign = expansion_sign(normal.count[ray->axis[i]], normal.terms[ray->axis[i]]);
+    return sign;
+}
+
+/* t as a quotient of expansions: A . (B x C) / d . ((B - A) x (C - A)). */
+struct exact_t {
+    double numerator[192], denominator[96];
+    int numerator_count, denominator_count;
+};
+
+static void make_exact_t(const struct local_ray *ray, const struct triangle_record *triangle,
+                         struct exact_t *t)
+{
+    struct exact_corner a, b, c;
+    struct exact_normal normal;
+    exact_difference(ray->origin, triangle->a, &a);
+    exact_difference(ray->origin, triangle->b, &b);
+    exact_difference(ray->origin, triangle->c, &c);
+    exact_cross(&b, &c, &normal);
+    double part[3][64], sum[128];
+    int n[3];
+    for (int i = 0; i < 3; i++)
+        n[i] = expansion_product(normal.count[i], normal.terms[i], a.count[i], a.terms[i], part[i]);
+    int m = expansion_sum(n[0], part[0], n[1], part[1], sum);
+    t->numerator_count = expansion_sum(m, sum, n[2], part[2], t->numerator);
+
+    double corner[3] = {triangle->a[0], triangle->a[1], triangle->a[2]};
+    exact_difference(corner, triangle->b, &b);
+    exact_difference(corner, triangle->c, &c);
+    exact_cross(&b, &c, &normal);
+    t->denominator_count = exact_along(ray->direction, &normal, t->denominator);
+}
+
+/* Returns the sign of t - limit. */
+static int compare_exact_t(const struct exact_t *t, double limit)
+{
+    int sign = expansion_sign(t->denominator_count, t->denominator);
+    if (isinf(limit))
+        return -1;
+    double scaled[192], difference[384];
+    int n = expansion_scale(t->denominator_count, t->denominator, limit, scaled);
+    int m = expansion_subtract(t->numerator_count, t->numerator, n, scaled, difference);
+    return sign * expansion_sign(m, difference);
+}
+
+static bool is_close(double t, double limit)
+{
+    return fabs(t - limit) <= T_BOUND * fabs(t);
+}
+
+/* Returns whether t is within the limits, and the best double approximation of t. */
+static bool compute_t(const struct local_ray *ray, const struct triangle_record *triangle,
+                      double t_max, double numerator, double numerator_bound,
+                      const struct edge edges[3], double *t, uint64_t *exact_calls)
+{
+    double denominator = edges[0].value + edges[1].value + edges[2].value;
+    double bound = edges[0].bound + edges[1].bound + edges[2].bound;
+    *t = numerator / denominator;
+    bool is_certain =
+        numerator_bound <= CERTAIN * fabs(numerator) && bound <= CERTAIN * fabs(denominator);
+    if (is_certain && !is_close(*t, ray->t_min) && !is_close(*t, t_max))
+        return *t > ray->t_min && *t < t_max;
+    struct exact_t exact;
+    ++*exact_calls;
+    make_exact_t(ray, triangle, &exact);
+    if (exact.denominator_count == 0) /* the ray lies in the triangle's plane */
+        return false;
+    *t = expansion_estimate(exact.numerator_count, exact.numerator) /
+         expansion_estimate(exact.denominator_count, exact.denominator);
+    return compare_exact_t(&exact, ray->t_min) > 0 && compare_exact_t(&exact, t_max) < 0;
+}
+
+bool triangle_exact(const struct local_ray *ray, const struct triangle_record *triangle,
+                    double t_max, struct local_hit *hit, uint64_t *exact_calls)
+{
+    const float *vertices[3] = {triangle->a, triangle->b, triangle->c};
+    struct corner corners[3];
+    struct edge edges[3]; /* edges[i] is opposite vertex i */
+    for (int i = 0; i < 3; i++)
+        for (int axis = 0; axis < 3; axis++)
+            corners[i].at[axis] = vertices[i][axis] - ray->origin[axis];
+    int signs = 0; /* signs found: 1 negative, 2 positive */
+    for (int i = 0; i < 3; i++) {
+        make_edge(ray, &corners[(i + 1) % 3], &corners[(i + 2) % 3], &edges[i]);
+        signs |= edges[i].sign > 0 ? 2 : edges[i].sign < 0 ? 1 : 0;
+    }
+    if (signs == 3 || !isfinite(edges[0].bound + edges[1].bound + edges[2].bound))
+        return false;
+    for (int i = 0; i < 3; i++) {
+        if (edges[i].sign != 0)
+            continue;
+        ++*exact_calls;
+        edges[i].sign = exact_edge_sign(ray, vertices[(i + 1) % 3], vertices[(i + 2) % 3]);
+        signs |= edges[i].sign > 0 ? 2 : 1;
+        if (edges[i].sign == 0 || signs == 3)
+            return false;
+    }
+    double numerator = 0, bound = 0;
+    for (int i = 0; i < 3; i++) {
+        numerator += corners[0].at[i] * edges[0].normal[i];
+        bound += fabs(corners[0].at[i]) * edges[0].size[i];
+    }
+    if (!compute_t(ray, triangle, t_max, numerator, bound * EDGE_BOUND, edges, &hit->t,
+                   exact_calls))
+        return false;
+    double sum = edges[0].value + edges[1].value + edges[2].value;
+    hit->u = (float)(edges[1].value / sum);
+    hit->v = (float)(edges[2].value / sum);
+    hit->front_face = signs == 1;
+    return true;
+}

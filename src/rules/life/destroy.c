@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rules about the destruction of structures and micromaps. */
+#include "src/rules/predicates.h"
+
+bool destroyed_object_is_not_in_use(const struct destroyed_view *destroyed, struct finding *finding)
+{
+    const struct pending_use *use = destroyed->use;
+    const bool is_micromap = destroyed->object.object_type == VK_OBJECT_TYPE_MICROMAP_EXT;
+    return !use ||
+           violated(finding, is_micromap ? "micromap" : "accelerationStructure",
+                    "{} is used by {} in {}, which was submitted to {} (submission {}) and has not "
+                    "completed as far as the application has observed",
+                    life_object_value(&destroyed->object), text(build_command_name(use->command)),
+                    object(VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)use->command_buffer),
+                    object(VK_OBJECT_TYPE_QUEUE, (uint64_t)(uintptr_t)use->queue),
+                    number(use->submission));
+}

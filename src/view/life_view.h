@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The views of the commands about acceleration structures and micromaps that are no builds of
+ * structures: what they create, copy, query and destroy. The forms of a command (in a command
+ * buffer or on the host, of the extensions KHR, EXT and NV) share a view, so that one rule
+ * validates all of them. Facts about objects are unknown below level STATE. */
+#ifndef ASSAY_VIEW_LIFE_VIEW_H
+#define ASSAY_VIEW_LIFE_VIEW_H
+
+#include "src/view/finding.h"
+#include "src/view/view.h"
+
+/* A structure or micromap that a command names by its handle. */
+struct life_object {
+    /* VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV or
+     * VK_OBJECT_TYPE_MICROMAP_EXT */
+    VkObjectType object_type;
+    uint64_t handle;
+    uint64_t id; /* see struct accel_facts; 0 unless alive */
+    enum tristate alive;
+    bool of_another_device; /* alive == NO, but another VkDevice has this handle */
+    bool details_known;     /* type, create_flags, size and buffer are meaningful */
+    uint32_t type;          /* VkAccelerationStructureTypeKHR or VkMicromapTypeEXT */
+    VkFlags create_flags;
+    VkDeviceSize size; /* bytes, of the create info; NV: that the next layer requires */
+    VkBuffer buffer;
+    enum tristate backed;                       /* all its bytes lie in live memory */
+    bool is_sparse;                             /* its buffer is sparse */
+    enum tristate host_visible, multi_instance; /* see struct accel_facts */
+    bool by_address;                            /* created by vkCreateAccelerationStructure2KHR */
+    struct memory_span span;                    /* its bytes; memory null: unknown */
+};
+
+static inline struct value life_object_value(const struct life_object *object_)
+{
+    return object(object_->object_type, object_->handle);
+}
+
+enum copy_direction { COPY_BETWEEN_OBJECTS, COPY_TO_MEMORY, COPY_FROM_MEMORY };
+
+/* A copy of a structure or micromap. */
+struct copy_view {
+    const struct call_view *call;
+    enum copy_direction direction;
+    /* Of a micromap: that of structures with the same name, and MAX_ENUM for any other value. */
+    VkCopyAccelerationStructureModeKHR mode;
+    struct value given_mode; /* as the command spells it */
+    /* COPY_TO_MEMORY has no dst, and COPY_FROM_MEMORY no src: these have the handle 0. */
+    struct life_object src, dst;
+    /* The memory of these two directions. */
+    bool is_on_host;
+    uint64_t address;
+    bool memory_unreadable;      /* on the host: the header of serialized data is not there */
+    struct address_facts memory; /* in command buffers, from level STATE on */
+};
+
+/* The creation of a structure or micromap. */
+struct create_view {
+    const struct call_view *call;
+    bool is_micromap, is_nv;
+    uint32_t type; /* VkAccelerationStructureTypeKHR, or VkMicromapTypeEXT */
+    VkFlags create_flags;
+    VkDeviceSize offset, size;
+    VkDeviceAddress device_address;          /* to be replayed; 0: none */
+    bool has_motion_info, has_captured_data; /* the pNext chain has such a structure */
+    bool chain_known;                        /* the whole chain is readable */
+    /* From level STATE on: the buffer. vkCreateAccelerationStructure2KHR: the one at `address`,
+     * unknown if several buffers are there. */
+    struct buffer_facts buffer;
+    /* vkCreateAccelerationStructure2KHR only. */
+    bool by_address;
+    VkFlags address_flags;
+    VkDeviceAddress address;
+    struct address_facts storage; /* from level STATE on */
+    /* vkCreateAccelerationStructureNV only. */
+    VkDeviceSize compacted_size;
+    uint32_t geometry_count, instance_count;
+};
+
+/* A command that writes a property of several structures to a query pool or to host memory. */
+struct query_view {
+    const struct call_view *call;
+    uint32_t count; /* of structures */
+    VkQueryType type;
+    /* In command buffers. */
+    VkQueryPool pool;
+    uint32_t first_query;
+    /* On the host. */
+    size_t data_size, stride; /* bytes */
+    void *data;
+};
+
+/* One structure of such a command. */
+struct queried_view {
+    const struct query_view *query;
+    uint32_t index;
+    struct life_object object;
+};
+
+/* A query of the sizes that a build needs. */
+struct size_query_view {
+    const struct call_view *call;
+    VkAccelerationStructureBuildTypeKHR build_type;
+    const VkAccelerationStructureBuildGeometryInfoKHR *info; /* NULL: unreadable */
+    /* info->geometryCount elements, or NULL if neither array is readable. */
+    const VkAccelerationStructureGeometryKHR *geometries;
+    const VkAccelerationStructureGeometryKHR *const *geometry_pointers;
+    const void *counts_argument;
+    const uint32_t *counts; /* NULL: unreadable */
+};
+
+/* A query of the address or the handle of a structure. */
+struct lookup_view {
+    const struct call_view *call;
+    struct life_object object;
+    size_t data_size;
+    struct buffer_facts buffer; /* of the object, from level STATE on */
+};
+
+/* A submitted command that uses a structure or micromap and is not complete, as far as the
+ * application has observed. */
+struct pending_use {
+    enum build_command command;
+    VkCommandBuffer command_buffer; /* perhaps a secondary one */
+    VkQueue queue;
+    uint64_t submission; /* see struct order_batch */
+};
+
+/* A structure or micromap that is about to be destroyed. */
+struct destroyed_view {
+    const struct call_view *call;
+    struct life_object object;
+    const struct pending_use *use; /* NULL: none is certain */
+};
+
+/* A structure or micromap that a copy, query or serialization reads, and its last build when the
+ * command executes. */
+struct used_source_view {
+    VkObjectType object_type; /* as in struct life_object */
+    uint64_t handle;
+    const struct journal_read *read;
+    const struct built *built; /* never BUILT_UNKNOWN */
+};
+
+/* A copy of a structure when it executes, and what the host has read of the compacted size. */
+struct sized_copy_view {
+    uint64_t src, dst; /* VkAccelerationStructureKHR */
+    bool compacts;
+    VkDeviceSize dst_size;       /* bytes, of the create info */
+    VkDeviceSize compacted_size; /* bytes: the smallest query result for the build of src */
+};
+
+/* One element of pBindInfos of vkBindAccelerationStructureMemoryNV. */
+struct binding_view {
+    const struct call_view *call;
+    const VkBindAccelerationStructureMemoryInfoNV *info;
+    enum nv_binding before; /* of the structure */
+    struct nv_size_facts required;
+    VkDeviceSize memory_size; /* bytes; 0: unknown */
+};
+
+/* The data of a structure for capture and replay. */
+struct capture_view {
+    const struct call_view *call;
+    const VkAccelerationStructureCaptureDescriptorDataInfoEXT *info;
+    struct life_object structure; /* of VK_KHR_acceleration_structure */
+};
+
+#endif

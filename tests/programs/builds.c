@@ -1,0 +1,440 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Builds of programs:
+ *
+ *     build NAME [vertices PLACE] [indices PLACE] [transform PLACE] [boxes PLACE] [micromap NAME]
+ *         [scratch PLACE] [indirect PLACE] [update] [src NAME] [primitives COUNT] [and NAME ...]
+ *         [opacity-indices PLACE] [flags FLAG|FLAG] [geometries COUNT] [opaque]
+ *         [first VERTEX] [max VERTEX] [format rgba16] [stride BYTES]     of vertices
+ *         [plain]                  with indices I0 and transform X0; what follows may change it
+ *         [short-indices PLACE] [no-transform]
+ *         [instances PLACE]        on the bottom level, too: it becomes a top-level build
+ *         [ranges PLACE]           indirect, and the host writes the ranges
+ *         [motion PLACE] [spheres PLACE] [swept PLACE]     with extensions of NVIDIA
+ *         [dense PLACE] [triangles COUNT] [dense-vertices COUNT] [max-primitive INDEX]
+ *         [max-geometry INDEX] [size BYTES]                with VK_AMDX_dense_geometry_format
+ *     top NAME [NAME...] [instances PLACE] [...]
+ *     micromap NAME [data PLACE] [triangles PLACE] [scratch PLACE]
+ *     host build ... [deferred NAME]
+ *     create NAME fitting ...      a structure of the size that such a build needs
+ *
+ * A build has 2 primitives unless it says otherwise, reads V0 if it names no input, allows updates
+ * and compaction, and has scratch memory of its own. `update` without `src` is in place. A
+ * top-level structure has an instance for each name, in a buffer that the host has written, unless
+ * `instances` says where they are. */
+#include "play.h"
+#include "tests/fixture/geometry.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { PRIMITIVES = 2, GEOMETRIES = 2, SCRATCH_SIZE = 64 * 1024, INSTANCES_SIZE = 1024 };
+
+struct one_build {
+    VkAccelerationStructureBuildGeometryInfoKHR info;
+    VkAccelerationStructureGeometryKHR geometry; /* all are alike */
+    VkAccelerationStructureGeometryKHR geometries[GEOMETRIES];
+    VkAccelerationStructureTrianglesOpacityMicromapEXT micromap;
+    VkMicromapUsageEXT usage;
+    union {
+        VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
+        VkAccelerationStructureGeometrySpheresDataNV spheres;
+        VkAccelerationStructureGeometryLinearSweptSpheresDataNV swept;
+        VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX dense;
+    } chained;
+    VkAccelerationStructureBuildRangeInfoKHR range;
+    VkAccelerationStructureBuildRangeInfoKHR ranges[GEOMETRIES];
+    uint32_t counts[GEOMETRIES];
+    VkDeviceAddress indirect;
+    char *indirect_place; /* where the host writes ranges, or NULL */
+};
+
+struct build_line {
+    struct play *play;
+    struct one_build builds[PLAY_ITEMS];
+    uint32_t count;
+    bool is_host, is_indirect;
+    VkDeferredOperationKHR operation;
+};
+
+/* ---- places */
+
+static VkDeviceOrHostAddressKHR place(const struct build_line *line, const char *word)
+{
+    return play_address_for(line->play, word, line->is_host);
+}
+
+static VkDeviceOrHostAddressConstKHR input(const struct build_line *line, const char *word)
+{
+    return (VkDeviceOrHostAddressConstKHR){.deviceAddress = place(line, word).deviceAddress};
+}
+
+static VkDeviceOrHostAddressKHR unused_scratch(struct play *play, bool is_host)
+{
+    const VkDeviceSize offset = play->scratch_used;
+    play->scratch_used = (offset + SCRATCH_SIZE) % play->scratch.size;
+    return play_address_in(&play->scratch, offset, is_host);
+}
+
+static VkDeviceOrHostAddressConstKHR unused_instances(const struct build_line *line, char **names)
+{
+    struct play *play = line->play;
+    const VkDeviceSize offset = play->instances_used;
+    play->instances_used += INSTANCES_SIZE;
+    PLAY_REQUIRE(play, play->instances_used <= play->instances.size);
+    play_write_instances(play, play->instances.bytes + offset, names, line->is_host);
+    return (VkDeviceOrHostAddressConstKHR){
+        .deviceAddress = play_address_in(&play->instances, offset, line->is_host).deviceAddress};
+}
+
+/* ---- the line */
+
+static struct one_build *begin(struct build_line *line, const char *name)
+{
+    PLAY_REQUIRE(line->play, line->count < PLAY_ITEMS);
+    struct one_build *build = &line->builds[line->count++];
+    const bool is_top = name[0] == 'T';
+    build->geometry = is_top ? instances_geometry(0, false)
+                             : triangles_geometry(0, 3 * PRIMITIVES - 1, VK_INDEX_TYPE_NONE_KHR, 0);
+    build->info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                       .type = is_top ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+                                      : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                       .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
+                                VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
+                       .dstAccelerationStructure = play_object(line->play, name)->structure,
+                       .geometryCount = 1, .pGeometries = build->geometries);
+    build->range.primitiveCount = is_top ? 0 : PRIMITIVES;
+    return build;
+}
+
+static void attach_micromap(struct play *play, struct one_build *build, const char *name)
+{
+    build->usage = (VkMicromapUsageEXT){1, 0, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
+    build->micromap =
+        MAKE(VkAccelerationStructureTrianglesOpacityMicromapEXT,
+             .indexType = VK_INDEX_TYPE_NONE_KHR, .usageCountsCount = 1,
+             .pUsageCounts = &build->usage, .micromap = play_object(play, name)->micromap);
+    build->usage.count = PRIMITIVES;
+    build->geometry.geometry.triangles.pNext = &build->micromap;
+}
+
+VkBuildAccelerationStructureFlagsKHR play_flags(const struct play *play, const char *word)
+{
+    static const struct {
+        const char *name;
+        VkBuildAccelerationStructureFlagsKHR flag;
+    } names[] = {
+        {"none", 0},
+        {"update", VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR},
+        {"compaction", VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR},
+        {"fast_trace", VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR},
+        {"fast_build", VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR},
+        {"low_memory", VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR},
+    };
+    VkBuildAccelerationStructureFlagsKHR flags = 0;
+    while (*word) {
+        const size_t length = strcspn(word, "|");
+        size_t i = 0;
+        while (i < ARRAY_COUNT(names) &&
+               (strlen(names[i].name) != length || strncmp(names[i].name, word, length) != 0))
+            i++;
+        PLAY_REQUIRE(play, i < ARRAY_COUNT(names));
+        flags |= names[i].flag;
+        word += length + (word[length] == '|');
+    }
+    return flags;
+}
+
+static void set_transform(struct build_line *line, struct one_build *build, const char *word)
+{
+    play_init(line->play, (char *[]){"", (char *)(uintptr_t)word, "transform"});
+    build->geometry.geometry.triangles.transformData = input(line, word);
+}
+
+/* An option without an operand. */
+static bool read_word(struct build_line *line, struct one_build *build, const char *word)
+{
+    VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        &build->geometry.geometry.triangles;
+    if (play_is(word, "update")) {
+        build->info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+    } else if (play_is(word, "opaque")) {
+        build->geometry.flags = VK_GEOMETRY_OPAQUE_BIT_KHR;
+    } else if (play_is(word, "plain")) {
+        triangles->indexData = input(line, "I0");
+        triangles->indexType = VK_INDEX_TYPE_UINT32;
+        set_transform(line, build, "X0");
+    } else if (play_is(word, "no-transform")) {
+        triangles->transformData.deviceAddress = 0;
+    } else {
+        return false;
+    }
+    return true;
+}
+
+/* An option of vertices and indices. */
+static bool read_triangles(struct build_line *line, struct one_build *build, const char *option,
+                           const char *word)
+{
+    VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        &build->geometry.geometry.triangles;
+    if (play_is(option, "vertices")) {
+        triangles->vertexData = input(line, word);
+    } else if (play_is(option, "indices") || play_is(option, "short-indices")) {
+        triangles->indexData = input(line, word);
+        triangles->indexType =
+            play_is(option, "indices") ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_UINT16;
+    } else if (play_is(option, "transform")) {
+        set_transform(line, build, word);
+    } else if (play_is(option, "first")) {
+        build->range.firstVertex = (uint32_t)atoi(word);
+    } else if (play_is(option, "max")) {
+        triangles->maxVertex = (uint32_t)atoi(word);
+    } else if (play_is(option, "format")) {
+        PLAY_REQUIRE(line->play, play_is(word, "rgba16"));
+        triangles->vertexFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
+    } else if (play_is(option, "stride")) {
+        triangles->vertexStride = (VkDeviceSize)atoi(word);
+    } else if (play_is(option, "opacity-indices")) {
+        build->micromap.indexType = VK_INDEX_TYPE_UINT16;
+        build->micromap.indexStride = sizeof(uint16_t);
+        build->micromap.indexBuffer = input(line, word);
+    } else if (play_is(option, "micromap")) {
+        attach_micromap(line->play, build, word);
+    } else {
+        return false;
+    }
+    return true;
+}
+
+/* Spheres and linear swept spheres share these members. */
+#define SPHERES_OF(line, word)                                                                     \
+    .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData = input(line, "V0"),                   \
+    .vertexStride = 12, .radiusFormat = VK_FORMAT_R32_SFLOAT, .radiusData = input(line, word),     \
+    .radiusStride = 4, .indexType = VK_INDEX_TYPE_UINT32, .indexData = input(line, "I0"),          \
+    .indexStride = 4
+
+static void begin_dense(struct build_line *line, struct one_build *build, const char *word)
+{
+    build->chained.dense =
+        MAKE(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX,
+             .compressedData = input(line, word), .dataSize = 512, .numTriangles = PRIMITIVES,
+             .numVertices = 4, .maxPrimitiveIndex = 1, .maxGeometryIndex = 1,
+             .format = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX);
+    build->geometry.geometryType = VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
+    build->geometry.pNext = &build->chained.dense;
+}
+
+/* An option of an extension's geometry. */
+static bool read_extension(struct build_line *line, struct one_build *build, const char *option,
+                           const char *word)
+{
+    VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *dense = &build->chained.dense;
+    const uint32_t number = (uint32_t)atoi(word);
+    if (play_is(option, "motion")) {
+        build->chained.motion = MAKE(VkAccelerationStructureGeometryMotionTrianglesDataNV,
+                                     .vertexData = input(line, word));
+        build->geometry.geometry.triangles.pNext = &build->chained.motion;
+    } else if (play_is(option, "spheres")) {
+        build->chained.spheres =
+            MAKE(VkAccelerationStructureGeometrySpheresDataNV, SPHERES_OF(line, word));
+        build->geometry.geometryType = VK_GEOMETRY_TYPE_SPHERES_NV;
+        build->geometry.pNext = &build->chained.spheres;
+    } else if (play_is(option, "swept")) {
+        build->chained.swept =
+            MAKE(VkAccelerationStructureGeometryLinearSweptSpheresDataNV, SPHERES_OF(line, word),
+                 .indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV);
+        build->geometry.geometryType = VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV;
+        build->geometry.pNext = &build->chained.swept;
+    } else if (play_is(option, "dense")) {
+        begin_dense(line, build, word);
+    } else if (play_is(option, "triangles")) {
+        dense->numTriangles = number;
+    } else if (play_is(option, "dense-vertices")) {
+        dense->numVertices = number;
+    } else if (play_is(option, "max-primitive")) {
+        dense->maxPrimitiveIndex = number;
+    } else if (play_is(option, "max-geometry")) {
+        dense->maxGeometryIndex = number;
+    } else if (play_is(option, "size")) {
+        dense->dataSize = number;
+    } else {
+        return false;
+    }
+    return true;
+}
+
+static void use_instances(struct build_line *line, struct one_build *build, const char *word)
+{
+    build->geometry = instances_geometry(input(line, word).deviceAddress, false);
+    build->info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
+}
+
+/* Another option with one operand. */
+static void read_operand(struct build_line *line, struct one_build *build, const char *option,
+                         char *word)
+{
+    struct play *play = line->play;
+    PLAY_REQUIRE(play, word != NULL);
+    if (read_triangles(line, build, option, word) || read_extension(line, build, option, word))
+        return;
+    if (play_is(option, "boxes")) {
+        build->geometry =
+            boxes_geometry(input(line, word).deviceAddress, sizeof(VkAabbPositionsKHR));
+    } else if (play_is(option, "instances")) {
+        use_instances(line, build, word);
+    } else if (play_is(option, "scratch")) {
+        build->info.scratchData = place(line, word);
+    } else if (play_is(option, "indirect") || play_is(option, "ranges")) {
+        line->is_indirect = true;
+        build->indirect = play_address(play, word);
+        build->indirect_place = play_is(option, "ranges") ? word : NULL;
+    } else if (play_is(option, "primitives")) {
+        build->range.primitiveCount = (uint32_t)atoi(word);
+        build->geometry.geometry.triangles.maxVertex = 3 * build->range.primitiveCount - 1;
+    } else if (play_is(option, "flags")) {
+        build->info.flags = play_flags(play, word);
+    } else if (play_is(option, "geometries")) {
+        build->info.geometryCount = (uint32_t)atoi(word);
+        PLAY_REQUIRE(play, build->info.geometryCount <= GEOMETRIES);
+    } else if (play_is(option, "src")) {
+        build->info.srcAccelerationStructure = play_object(play, word)->structure;
+    } else if (play_is(option, "deferred")) {
+        line->operation = play_object(play, word)->operation;
+    } else {
+        play_fail(play, option);
+    }
+}
+
+/* Fills in what the line did not say. */
+static void finish(struct build_line *line, struct one_build *build, char **references)
+{
+    struct play *play = line->play;
+    VkAccelerationStructureBuildGeometryInfoKHR *info = &build->info;
+    VkAccelerationStructureGeometryDataKHR *data = &build->geometry.geometry;
+    if (info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR &&
+        !info->srcAccelerationStructure)
+        info->srcAccelerationStructure = info->dstAccelerationStructure;
+    if (!info->scratchData.deviceAddress)
+        info->scratchData = unused_scratch(play, line->is_host);
+    if (build->geometry.geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR) {
+        while (references[build->range.primitiveCount])
+            build->range.primitiveCount++;
+        if (!data->instances.data.deviceAddress)
+            data->instances.data = unused_instances(line, references);
+    } else if (build->geometry.geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR &&
+               !data->triangles.vertexData.deviceAddress) {
+        data->triangles.vertexData = input(line, "V0");
+    }
+    for (uint32_t i = 0; i < GEOMETRIES; i++) {
+        build->geometries[i] = build->geometry;
+        build->ranges[i] = build->range;
+        build->counts[i] = build->range.primitiveCount;
+    }
+    if (build->indirect_place)
+        play_write(play, build->indirect_place, build->ranges, sizeof(build->ranges));
+}
+
+/* Reads one build. Returns the words behind it. */
+static char **read_build(struct build_line *line, char **words)
+{
+    char *references[PLAY_ITEMS + 1] = {0};
+    struct one_build *build = begin(line, *words++);
+    uint32_t count = 0;
+    for (; *words && !play_is(*words, "and"); words++) {
+        if ((*words)[0] == 'B' && count < PLAY_ITEMS)
+            references[count++] = *words;
+        else if (!read_word(line, build, words[0])) {
+            read_operand(line, build, words[0], words[1]);
+            words++;
+        }
+    }
+    finish(line, build, references);
+    return *words ? words + 1 : words;
+}
+
+/* ---- commands */
+
+static void execute(const struct build_line *line)
+{
+    struct play *play = line->play;
+    VkAccelerationStructureBuildGeometryInfoKHR infos[PLAY_ITEMS];
+    const VkAccelerationStructureBuildRangeInfoKHR *ranges[PLAY_ITEMS];
+    VkDeviceAddress indirect[PLAY_ITEMS];
+    uint32_t strides[PLAY_ITEMS];
+    const uint32_t *counts[PLAY_ITEMS];
+    for (uint32_t i = 0; i < line->count; i++) {
+        const struct one_build *build = &line->builds[i];
+        infos[i] = build->info;
+        ranges[i] =
+            build->geometry.geometryType == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX
+                ? NULL
+                : build->ranges;
+        indirect[i] = build->indirect;
+        strides[i] = sizeof(build->range);
+        counts[i] = build->counts;
+    }
+    if (line->is_host)
+        play_note(play, play->vk.BuildAccelerationStructuresKHR(play->device, line->operation,
+                                                                line->count, infos, ranges));
+    else if (line->is_indirect)
+        play->vk.CmdBuildAccelerationStructuresIndirectKHR(play_commands(play), line->count, infos,
+                                                           indirect, strides, counts);
+    else
+        play->vk.CmdBuildAccelerationStructuresKHR(play_commands(play), line->count, infos, ranges);
+}
+
+VkDeviceSize play_build_size(struct play *play, char **words)
+{
+    struct build_line line = {.play = play};
+    STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
+    read_build(&line, words);
+    play->vk.GetAccelerationStructureBuildSizesKHR(
+        play->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &line.builds[0].info,
+        line.builds[0].counts, &sizes);
+    return sizes.accelerationStructureSize;
+}
+
+static void build_micromap(struct play *play, char **words)
+{
+    const VkMicromapUsageEXT usage = {PRIMITIVES, 0, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
+    STRUCT(VkMicromapBuildInfoEXT, info, .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+           .dstMicromap = play_object(play, words[1])->micromap, .usageCountsCount = 1,
+           .pUsageCounts = &usage, .triangleArrayStride = sizeof(VkMicromapTriangleEXT));
+    char *triangles = "V1";
+    info.data.deviceAddress = play_address(play, "V0");
+    info.scratchData = unused_scratch(play, false);
+    for (words += 2; *words; words += 2) {
+        if (play_is(words[0], "data"))
+            info.data.deviceAddress = play_address(play, words[1]);
+        else if (play_is(words[0], "triangles"))
+            triangles = words[1];
+        else if (play_is(words[0], "scratch"))
+            info.scratchData.deviceAddress = play_address(play, words[1]);
+        else
+            play_fail(play, words[0]);
+    }
+    play_init(play, (char *[]){"", triangles, "triangles"});
+    info.triangleArray.deviceAddress = play_address(play, triangles);
+    play->vk.CmdBuildMicromapsEXT(play_commands(play), 1, &info);
+}
+
+bool play_build(struct play *play, char **words)
+{
+    struct build_line line = {.play = play, .is_host = play_is(words[0], "host")};
+    if (line.is_host)
+        words++;
+    if (play_is(words[0], "micromap")) {
+        build_micromap(play, words);
+        return true;
+    }
+    if (!play_is(words[0], "build") && !play_is(words[0], "top"))
+        return false;
+    if (play->is_nv) {
+        play_build_nv(play, words);
+        return true;
+    }
+    for (words++; *words;)
+        words = read_build(&line, words);
+    execute(&line);
+    return true;
+}

@@ -1,0 +1,167 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What goes wrong on the null driver, and what reaches it:
+ *
+ *     fail CALL RESULT [NUMBER]         the driver does nothing in its next call of that name, or
+ *                              in the one of this number
+ *     lose device              until `find device`, submissions and waits return DEVICE_LOST
+ *     fault lose|hang at submit|wait|build [NUMBER] [early] [at-once] [computes|signals]
+ *                              [address PLACE|NUMBER]
+ *                              the device is lost or hangs at the next call or build, or at the one
+ *                              of this number. `early`: before the copies in front of the build;
+ *                              `at-once`: the submission returns the loss; `computes`, `signals`:
+ *                              progress during the hang; `address`: of VK_EXT_device_fault
+ *     end hang [when reported] executes what was submitted; or does when the layer reports a hang
+ *
+ *     count CALL|CALL...       from here on
+ *     counted NUMBER           expects that so many of these calls have reached the driver
+ *
+ * RESULT is a VkResult without VK_ and ERROR_. A line that ends with `returns RESULT` expects it.
+ */
+#include "play.h"
+
+#include "tests/fixture/messenger.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const struct {
+    const char *name;
+    VkResult result;
+} results[] = {
+    {"SUCCESS", VK_SUCCESS},
+    {"NOT_READY", VK_NOT_READY},
+    {"TIMEOUT", VK_TIMEOUT},
+    {"DEVICE_LOST", VK_ERROR_DEVICE_LOST},
+    {"OUT_OF_HOST_MEMORY", VK_ERROR_OUT_OF_HOST_MEMORY},
+    {"OUT_OF_DEVICE_MEMORY", VK_ERROR_OUT_OF_DEVICE_MEMORY},
+    {"VALIDATION_FAILED", VK_ERROR_VALIDATION_FAILED_EXT},
+};
+
+VkResult play_result_named(const struct play *play, const char *name)
+{
+    for (size_t i = 0; i < ARRAY_COUNT(results); i++)
+        if (play_is(name, results[i].name))
+            return results[i].result;
+    play_fail(play, "returns what?");
+}
+
+/* ---- planned faults */
+
+static enum null_driver_place place_named(const struct play *play, const char *name)
+{
+    PLAY_REQUIRE(play, play_is(name, "submit") || play_is(name, "wait") || play_is(name, "build"));
+    return play_is(name, "submit") ? NULL_DRIVER_AT_SUBMIT
+           : play_is(name, "wait") ? NULL_DRIVER_AT_WAIT
+                                   : NULL_DRIVER_AT_BUILD;
+}
+
+static bool is_number(const char *word)
+{
+    return *word >= '0' && *word <= '9';
+}
+
+/* fault KIND at PLACE OPTIONS */
+static void plan(struct play *play, char **words)
+{
+    struct null_driver_fault fault = {.precision = 64};
+    PLAY_REQUIRE(play, (play_is(words[1], "lose") || play_is(words[1], "hang")) &&
+                           play_is(words[2], "at"));
+    fault.kind = play_is(words[1], "lose") ? NULL_DRIVER_LOSE : NULL_DRIVER_HANG;
+    fault.at = place_named(play, words[3]);
+    for (words += 4; *words; words++) {
+        if (is_number(*words))
+            fault.number = (uint32_t)atoi(*words);
+        else if (play_is(*words, "early"))
+            fault.skips_copies = true;
+        else if (play_is(*words, "at-once"))
+            fault.is_at_once = true;
+        else if (play_is(*words, "computes"))
+            fault.progress = NULL_DRIVER_COMPUTES;
+        else if (play_is(*words, "signals"))
+            fault.progress = NULL_DRIVER_SIGNALS;
+        else if (play_is(*words, "address") && words[1])
+            fault.address =
+                is_number(*++words) ? strtoull(*words, NULL, 0) : play_address(play, *words);
+        else
+            play_fail(play, *words);
+    }
+    play->platform->null_driver.plan_fault(&fault);
+}
+
+MESSENGER_CALLBACK(end_reported_hang)
+{
+    if (strcmp(data->pMessageIdName, "ASSAY-hang") == 0)
+        ((const struct play *)user)->platform->null_driver.end_hang();
+    return VK_FALSE;
+}
+
+static void end_hang(struct play *play, bool is_reported)
+{
+    const STRUCT(VkDebugUtilsMessengerCreateInfoEXT, info,
+                 .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
+                 .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+                                VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
+                 .pfnUserCallback = end_reported_hang, .pUserData = play);
+    if (is_reported)
+        GET(play->fixture.vk.CreateDebugUtilsMessengerEXT(play->fixture.instance, &info, NULL,
+                                                          &play->hang_messenger));
+    else
+        play->platform->null_driver.end_hang();
+}
+
+/* ---- calls */
+
+/* Calls by the names that the last `count` has. */
+static uint64_t calls_of(const struct play *play, const char *names)
+{
+    uint64_t count = 0;
+    char name[128];
+    for (;; names++) {
+        const size_t length = strcspn(names, "|");
+        PLAY_REQUIRE(play, length < sizeof(name));
+        memcpy(name, names, length);
+        name[length] = '\0';
+        const uint64_t calls = play->platform->null_driver.calls(name);
+        PLAY_REQUIRE(play, calls != UINT64_MAX);
+        count += calls;
+        names += length;
+        if (!*names)
+            return count;
+    }
+}
+
+static void expect_calls(struct play *play, uint64_t wanted)
+{
+    const uint64_t count = calls_of(play, play->counted) - play->count_before;
+    if (count == wanted)
+        return;
+    play_say(play, "%llu calls of %s instead of %llu\n", (unsigned long long)count, play->counted,
+             (unsigned long long)wanted);
+    play->outcome = OUTCOME_FAILED;
+}
+
+bool play_fault(struct play *play, char **words)
+{
+    const struct null_driver_api *driver = &play->platform->null_driver;
+    if (play_is(words[0], "fail")) {
+        PLAY_REQUIRE(play, words[1] != NULL && words[2] != NULL);
+        driver->fail_at(words[1], words[3] ? (uint32_t)atoi(words[3]) : 1,
+                        play_result_named(play, words[2]));
+    } else if (play_is(words[0], "fault")) {
+        plan(play, words);
+    } else if (play_is(words[0], "end") && play_is(words[1], "hang")) {
+        end_hang(play, play_is(words[2], "when"));
+    } else if (play_is(words[0], "count")) {
+        play->counted = words[1];
+        play->count_before = calls_of(play, words[1]);
+    } else if (play_is(words[0], "counted")) {
+        expect_calls(play, strtoull(words[1], NULL, 0));
+    } else if (play_is(words[1], "device") &&
+               (play_is(words[0], "lose") || play_is(words[0], "find"))) {
+        driver->set_device_lost(play_is(words[0], "lose"));
+        play->was_lost = true;
+    } else {
+        return false;
+    }
+    return true;
+}

@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Objects that are created otherwise, or die before the program ends:
+ *
+ *     structures generic | nv [boxes | instances]     what B structures are; in front of their use
+ *     create NAME [generic | sparse | fitting SHAPE | compacted [less BYTES]]      a structure, in
+ *                              its old buffer or a sparse one; SHAPE is the words of a build, and
+ *                              `compacted` the size that the host read last
+ *     destroy NAME             destroy buffer NAME: of a structure
+ *     free NAME                its memory
+ *     renew NAME               destroys and creates a buffer with its memory, or an operation
+ *     event NAME               only the device can set it
+ *     label NAME               unlabel           in the command buffer */
+#include "play.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static void choose_structures(struct play *play, char **words)
+{
+    if (play_is(words[1], "generic")) {
+        play->bottom_type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR;
+        return;
+    }
+    PLAY_REQUIRE(play, play_is(words[1], "nv"));
+    play->is_nv = true;
+    if (words[2])
+        play->nv_type = play_is(words[2], "boxes") ? VK_GEOMETRY_TYPE_AABBS_KHR
+                                                   : VK_GEOMETRY_TYPE_INSTANCES_KHR;
+}
+
+/* ---- creation */
+
+static void create_sparse_buffer(struct play *play, struct play_object *object)
+{
+    VkBufferCreateInfo info = play_buffer_info(play, PLAY_PAGE_SIZE);
+    VkMemoryRequirements requirements;
+    info.flags = VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT |
+                 VK_BUFFER_CREATE_SPARSE_ALIASED_BIT;
+    buffer_destroy(&play->vk, play->device, &object->buffer);
+    object->buffer = (struct device_buffer){.size = info.size};
+    GET(play->vk.CreateBuffer(play->device, &info, NULL, &object->buffer.handle));
+    play->vk.GetBufferMemoryRequirements(play->device, object->buffer.handle, &requirements);
+    PLAY_REQUIRE(play, PLAY_PAGE_SIZE % requirements.alignment == 0);
+    if (!play->pages)
+        play->pages = memory_create(&play->vk, play->device, play->memory_type,
+                                    (VkDeviceSize)PLAY_PAGES * PLAY_PAGE_SIZE);
+}
+
+static void create(struct play *play, char **words)
+{
+    VkDeviceSize size = PLAY_STRUCTURE_SIZE;
+    VkAccelerationStructureTypeKHR type = play->bottom_type;
+    struct play_object *object = play_object(play, words[1]);
+    play_destroy_object(play, object);
+    if (play->is_nv) {
+        play->vk.FreeMemory(play->device, object->buffer.memory, NULL);
+        play_create_nv(play, object);
+        return;
+    }
+    if (play_is(words[2], "generic")) {
+        type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR;
+    } else if (play_is(words[2], "sparse")) {
+        create_sparse_buffer(play, object);
+        size = PLAY_PAGE_SIZE;
+    } else if (play_is(words[2], "fitting")) {
+        words[2] = words[1];
+        size = play_build_size(play, words + 2);
+    } else if (play_is(words[2], "compacted")) {
+        size = play->compacted - (words[3] ? (VkDeviceSize)atoi(words[4]) : 0);
+    } else {
+        PLAY_REQUIRE(play, !words[2]);
+    }
+    play_create_structure(play, object, object->buffer.handle, 0, size, type);
+}
+
+static void renew(struct play *play, struct play_object *object)
+{
+    if (object->name[0] == 'd') {
+        play_destroy_object(play, object);
+        GET(play->vk.CreateDeferredOperationKHR(play->device, NULL, &object->operation));
+        return;
+    }
+    buffer_destroy(&play->vk, play->device, &object->buffer);
+    play_create_buffer(play, object);
+}
+
+static void create_event(struct play *play, const char *name)
+{
+    struct play_object *object = play_object(play, name);
+    play_destroy_object(play, object);
+    GET(play->vk.CreateEvent(play->device,
+                             &MAKE(VkEventCreateInfo, .flags = VK_EVENT_CREATE_DEVICE_ONLY_BIT),
+                             NULL, &object->event));
+}
+
+/* ---- destruction */
+
+static void destroy_buffer(const struct play *play, struct play_object *object)
+{
+    play->vk.DestroyBuffer(play->device, object->buffer.handle, NULL);
+    object->buffer.handle = VK_NULL_HANDLE;
+}
+
+static void free_memory(const struct play *play, struct play_object *object)
+{
+    play->vk.FreeMemory(play->device, object->buffer.memory, NULL);
+    object->buffer.memory = VK_NULL_HANDLE;
+}
+
+static void destroy(struct play *play, char **words)
+{
+    const bool is_buffer = play_is(words[1], "buffer");
+    struct play_object *object = play_object(play, words[is_buffer ? 2 : 1]);
+    if (is_buffer || !strchr("BTMEFPcdst", object->name[0]))
+        destroy_buffer(play, object);
+    else
+        play_destroy_object(play, object);
+}
+
+bool play_life(struct play *play, char **words)
+{
+    if (play_is(words[0], "structures"))
+        choose_structures(play, words);
+    else if (play_is(words[0], "create"))
+        create(play, words);
+    else if (play_is(words[0], "destroy"))
+        destroy(play, words);
+    else if (play_is(words[0], "free"))
+        free_memory(play, play_object(play, words[1]));
+    else if (play_is(words[0], "renew"))
+        renew(play, play_object(play, words[1]));
+    else if (play_is(words[0], "event"))
+        create_event(play, words[1]);
+    else if (play_is(words[0], "label"))
+        play->vk.CmdBeginDebugUtilsLabelEXT(play_commands(play),
+                                            &MAKE(VkDebugUtilsLabelEXT, .pLabelName = words[1]));
+    else if (play_is(words[0], "unlabel"))
+        play->vk.CmdEndDebugUtilsLabelEXT(play_commands(play));
+    else
+        return false;
+    return true;
+}

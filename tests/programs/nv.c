@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Structures of VK_NV_ray_tracing, which `structures nv` asks for: builds have the flags and the
+ * source of their line, inputs V0, I0 and X0, or A0, or N0, and scratch S0. */
+#include "play.h"
+
+/* What structures are built of. */
+struct nv_input {
+    VkAccelerationStructureInfoNV info;
+    VkGeometryNV geometry;
+    VkBuffer instances;
+};
+
+static void fill_input(struct play *play, struct nv_input *input)
+{
+    const bool is_top = play->nv_type == VK_GEOMETRY_TYPE_INSTANCES_KHR;
+    const bool has_boxes = play->nv_type == VK_GEOMETRY_TYPE_AABBS_KHR;
+    *input = (struct nv_input){
+        .info = MAKE(VkAccelerationStructureInfoNV,
+                     .type = is_top ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV
+                                    : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
+                     .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV |
+                              VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_NV,
+                     .instanceCount = is_top ? 3 : 0, .geometryCount = !is_top,
+                     .pGeometries = &input->geometry),
+        .geometry = MAKE(VkGeometryNV,
+                         .geometryType =
+                             has_boxes ? VK_GEOMETRY_TYPE_AABBS_NV : VK_GEOMETRY_TYPE_TRIANGLES_NV,
+                         .geometry = {.triangles = MAKE(VkGeometryTrianglesNV),
+                                      .aabbs = MAKE(VkGeometryAABBNV)})};
+    if (is_top) {
+        input->instances = play_object(play, "N0")->buffer.handle;
+    } else if (has_boxes) {
+        VkGeometryAABBNV *boxes = &input->geometry.geometry.aabbs;
+        boxes->aabbData = play_object(play, "A0")->buffer.handle;
+        boxes->numAABBs = 3;
+        boxes->stride = sizeof(VkAabbPositionsKHR);
+    } else {
+        VkGeometryTrianglesNV *triangles = &input->geometry.geometry.triangles;
+        triangles->vertexData = play_object(play, "V0")->buffer.handle;
+        triangles->vertexCount = triangles->indexCount = 6;
+        triangles->vertexStride = 12;
+        triangles->vertexFormat = VK_FORMAT_R32G32B32_SFLOAT;
+        triangles->indexType = VK_INDEX_TYPE_UINT32;
+        triangles->indexData = play_object(play, "I0")->buffer.handle;
+        play_init(play, (char *[]){"", "X0", "transform"});
+        triangles->transformData = play_object(play, "X0")->buffer.handle;
+    }
+}
+
+void play_create_nv(struct play *play, struct play_object *object)
+{
+    const VkuDeviceDispatchTable *vk = &play->vk;
+    struct nv_input input;
+    VkMemoryRequirements2 requirements = MAKE(VkMemoryRequirements2);
+    fill_input(play, &input);
+    const STRUCT(VkAccelerationStructureCreateInfoNV, info, .info = input.info);
+    GET(vk->CreateAccelerationStructureNV(play->device, &info, NULL, &object->nv));
+    const STRUCT(VkAccelerationStructureMemoryRequirementsInfoNV, of,
+                 .accelerationStructure = object->nv);
+    vk->GetAccelerationStructureMemoryRequirementsNV(play->device, &of, &requirements);
+    const STRUCT(
+        VkMemoryAllocateInfo, allocation, .allocationSize = requirements.memoryRequirements.size,
+        .memoryTypeIndex = (uint32_t)__builtin_ctz(requirements.memoryRequirements.memoryTypeBits));
+    GET(vk->AllocateMemory(play->device, &allocation, NULL, &object->buffer.memory));
+    const STRUCT(VkBindAccelerationStructureMemoryInfoNV, bind, .accelerationStructure = object->nv,
+                 .memory = object->buffer.memory);
+    GET(vk->BindAccelerationStructureMemoryNV(play->device, 1, &bind));
+}
+
+/* Reads one build. Returns the words behind it. */
+static char **build(struct play *play, char **words)
+{
+    struct nv_input input;
+    VkAccelerationStructureNV dst = play_object(play, *words++)->nv, src = VK_NULL_HANDLE;
+    bool is_update = false;
+    fill_input(play, &input);
+    for (; *words && !play_is(*words, "and"); words++) {
+        is_update |= play_is(*words, "update");
+        if (play_is(*words, "src"))
+            src = play_object(play, words[1])->nv;
+        if (play_is(*words, "flags"))
+            input.info.flags = play_flags(play, words[1]);
+    }
+    play->vk.CmdBuildAccelerationStructureNV(play_commands(play), &input.info, input.instances, 0,
+                                             is_update, dst, src,
+                                             play_object(play, "S0")->buffer.handle, 0);
+    return *words ? words + 1 : words;
+}
+
+void play_build_nv(struct play *play, char **words)
+{
+    for (words++; *words;)
+        words = build(play, words);
+}
+
+void play_copy_nv(struct play *play, char **words)
+{
+    play->vk.CmdCopyAccelerationStructureNV(
+        play_commands(play), play_object(play, words[3])->nv, play_object(play, words[1])->nv,
+        play_is(words[0], "compact") ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
+                                     : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+}

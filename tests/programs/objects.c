@@ -1,0 +1,349 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Objects of programs. */
+#include "play.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define BUFFER_USAGE                                                                               \
+    (VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |                         \
+     VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |                    \
+     VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |                                                   \
+     VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |                        \
+     VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR)
+#define MICROMAP_USAGE                                                                             \
+    (VK_BUFFER_USAGE_MICROMAP_BUILD_INPUT_READ_ONLY_BIT_EXT |                                      \
+     VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT)
+
+static const VkExtent3D image_extent = {4, 4, 1};
+
+/* ---- creation */
+
+static void name_object(struct play *play, VkObjectType type, uint64_t handle, const char *name)
+{
+    const STRUCT(VkDebugUtilsObjectNameInfoEXT, info, .objectType = type, .objectHandle = handle,
+                 .pObjectName = name);
+    play->vk.SetDebugUtilsObjectNameEXT(play->device, &info);
+}
+
+VkBufferCreateInfo play_buffer_info(const struct play *play, VkDeviceSize size)
+{
+    return MAKE(VkBufferCreateInfo, .size = size,
+                .usage = BUFFER_USAGE |
+                         (play_has(play, "VK_EXT_opacity_micromap") ? MICROMAP_USAGE : 0) |
+                         (play->is_nv ? VK_BUFFER_USAGE_RAY_TRACING_BIT_NV : 0));
+}
+
+void play_create_buffer(struct play *play, struct play_object *object)
+{
+    VkBufferCreateInfo info = play_buffer_info(play, PLAY_BUFFER_SIZE);
+    const STRUCT(VkBufferUsageFlags2CreateInfo, flags,
+                 .usage = info.usage | VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX);
+    if (play_has(play, "VK_AMDX_dense_geometry_format"))
+        info.pNext = &flags;
+    object->buffer = buffer_create(&play->vk, play->device, play->memory_type, &info);
+    name_object(play, VK_OBJECT_TYPE_BUFFER, (uint64_t)object->buffer.handle, object->name);
+}
+
+void play_create_structure(struct play *play, struct play_object *object, VkBuffer buffer,
+                           VkDeviceSize offset, VkDeviceSize size,
+                           VkAccelerationStructureTypeKHR type)
+{
+    const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = buffer, .offset = offset,
+                 .size = size, .type = type);
+    GET(play->vk.CreateAccelerationStructureKHR(play->device, &info, NULL, &object->structure));
+    name_object(play, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)object->structure,
+                object->name);
+}
+
+static void create_micromap(struct play *play, struct play_object *object, VkBuffer buffer,
+                            VkDeviceSize offset, VkDeviceSize size)
+{
+    const STRUCT(VkMicromapCreateInfoEXT, info, .buffer = buffer, .offset = offset, .size = size,
+                 .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
+    GET(play->vk.CreateMicromapEXT(play->device, &info, NULL, &object->micromap));
+    name_object(play, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)object->micromap, object->name);
+}
+
+static VkAccelerationStructureTypeKHR type_of(const struct play *play,
+                                              const struct play_object *object)
+{
+    return object->name[0] == 'T' ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+                                  : play->bottom_type;
+}
+
+static void create_image(struct play *play, struct play_object *object)
+{
+    const STRUCT(VkImageCreateInfo, info, .imageType = VK_IMAGE_TYPE_2D,
+                 .format = VK_FORMAT_R8G8B8A8_UNORM, .extent = image_extent, .mipLevels = 1,
+                 .arrayLayers = 1, .samples = VK_SAMPLE_COUNT_1_BIT,
+                 .usage = VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT);
+    VkMemoryRequirements requirements;
+    GET(play->vk.CreateImage(play->device, &info, NULL, &object->image));
+    play->vk.GetImageMemoryRequirements(play->device, object->image, &requirements);
+    object->buffer.memory =
+        memory_create(&play->vk, play->device, play->memory_type, requirements.size);
+    GET(play->vk.BindImageMemory(play->device, object->image, object->buffer.memory, 0));
+}
+
+static struct play_object *find(struct play *play, const char *name)
+{
+    for (unsigned i = 0; i < play->object_count; i++)
+        if (strcmp(play->objects[i].name, name) == 0)
+            return &play->objects[i];
+    return NULL;
+}
+
+static struct play_object *add(struct play *play, const char *name)
+{
+    PLAY_REQUIRE(play, play->object_count < PLAY_OBJECTS);
+    struct play_object *object = &play->objects[play->object_count++];
+    *object = (struct play_object){.queue = 0};
+    snprintf(object->name, sizeof(object->name), "%s", name);
+    return object;
+}
+
+static void create(struct play *play, struct play_object *object)
+{
+    switch (object->name[0]) {
+    case 'B':
+    case 'T':
+        if (play->is_nv) {
+            play_create_nv(play, object);
+            break;
+        }
+        play_create_buffer(play, object);
+        play_create_structure(play, object, object->buffer.handle, 0, PLAY_STRUCTURE_SIZE,
+                              type_of(play, object));
+        break;
+    case 'M':
+        play_create_buffer(play, object);
+        create_micromap(play, object, object->buffer.handle, 0, PLAY_STRUCTURE_SIZE);
+        break;
+    case 'E':
+        GET(play->vk.CreateEvent(play->device, &MAKE(VkEventCreateInfo), NULL, &object->event));
+        break;
+    case 'F':
+        create_image(play, object);
+        break;
+    case 'P':
+        object->queries = query_pool_create(
+            &play->vk, play->device, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, 1);
+        play->vk.ResetQueryPool(play->device, object->queries, 0, 1);
+        break;
+    case 'c':
+        break; /* `begin` says more of it */
+    case 'd':
+        GET(play->vk.CreateDeferredOperationKHR(play->device, NULL, &object->operation));
+        break;
+    case 's':
+        GET(play->vk.CreateSemaphore(play->device, &MAKE(VkSemaphoreCreateInfo), NULL,
+                                     &object->semaphore));
+        break;
+    case 't':
+        object->semaphore = timeline_create(&play->vk, play->device);
+        break;
+    default:
+        PLAY_REQUIRE(play, object->name[0] >= 'A' && object->name[0] <= 'Z');
+        play_create_buffer(play, object);
+    }
+}
+
+struct play_object *play_object(struct play *play, const char *name)
+{
+    PLAY_REQUIRE(play, name && strlen(name) < sizeof(play->objects[0].name));
+    struct play_object *object = find(play, name);
+    if (!object)
+        create(play, object = add(play, name));
+    return object;
+}
+
+struct play_object *play_place(struct play *play, const char *word, VkDeviceSize *offset)
+{
+    char name[sizeof(play->objects[0].name) + 1];
+    PLAY_REQUIRE(play, word != NULL);
+    size_t length = strcspn(word, "+");
+    snprintf(name, sizeof(name), "%.*s", (int)length, word);
+    *offset = word[length] ? strtoull(word + length + 1, NULL, 0) : 0;
+    return play_object(play, name);
+}
+
+VkDeviceOrHostAddressKHR play_address_in(const struct device_buffer *buffer, VkDeviceSize offset,
+                                         bool is_host)
+{
+    if (is_host)
+        return (VkDeviceOrHostAddressKHR){.hostAddress = buffer->bytes + offset};
+    return (VkDeviceOrHostAddressKHR){.deviceAddress = buffer->address + offset};
+}
+
+VkDeviceOrHostAddressKHR play_address_for(struct play *play, const char *word, bool is_host)
+{
+    VkDeviceSize offset;
+    const struct play_object *object = play_place(play, word, &offset);
+    return play_address_in(&object->buffer, offset, is_host);
+}
+
+VkDeviceAddress play_address(struct play *play, const char *word)
+{
+    return play_address_for(play, word, false).deviceAddress;
+}
+
+/* ---- other places */
+
+void play_alias(struct play *play, char **words)
+{
+    VkDeviceSize offset;
+    const struct play_object *other = play_place(play, words[2], &offset);
+    const VkBufferCreateInfo info = play_buffer_info(play, PLAY_BUFFER_SIZE - offset);
+    PLAY_REQUIRE(play, !find(play, words[1]));
+    struct device_buffer buffer = {.size = info.size, .bytes = other->buffer.bytes + offset};
+    GET(play->vk.CreateBuffer(play->device, &info, NULL, &buffer.handle));
+    GET(play->vk.BindBufferMemory(play->device, buffer.handle, other->buffer.memory, offset));
+    buffer.address = buffer_address(&play->vk, play->device, buffer.handle);
+    struct play_object *object = add(play, words[1]);
+    object->buffer = buffer;
+    name_object(play, VK_OBJECT_TYPE_BUFFER, (uint64_t)buffer.handle, object->name);
+}
+
+void play_put(struct play *play, char **words)
+{
+    VkDeviceSize offset;
+    const struct play_object *buffer = play_place(play, words[2], &offset);
+    PLAY_REQUIRE(play, !find(play, words[1]));
+    struct play_object *object = add(play, words[1]);
+    if (object->name[0] == 'M')
+        create_micromap(play, object, buffer->buffer.handle, offset, PLAY_BUFFER_SIZE / 4);
+    else
+        play_create_structure(play, object, buffer->buffer.handle, offset, PLAY_BUFFER_SIZE / 4,
+                              type_of(play, object));
+}
+
+/* ---- what the host writes */
+
+void play_write_instances(struct play *play, void *to, char **names, bool is_host)
+{
+    VkAccelerationStructureInstanceKHR *instances = to;
+    for (unsigned i = 0; names[i]; i++) {
+        const VkAccelerationStructureKHR structure = play_object(play, names[i])->structure;
+        instances[i] = (VkAccelerationStructureInstanceKHR){
+            .transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}},
+            .mask = 0xff,
+            .accelerationStructureReference =
+                is_host ? (uint64_t)structure
+                        : structure_address(&play->vk, play->device, structure),
+        };
+    }
+}
+
+void play_write(struct play *play, const char *place, const void *bytes, size_t size)
+{
+    VkDeviceSize offset;
+    unsigned char *to = play_place(play, place, &offset)->buffer.bytes;
+    memcpy(to + offset, bytes, size);
+}
+
+void play_init(struct play *play, char **words)
+{
+    static const VkTransformMatrixKHR identity = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+    static const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = 2};
+    static const VkMicromapTriangleEXT triangles[] = {
+        {0, 0, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT},
+        {0, 0, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT}};
+    static const VkAabbPositionsKHR box = {.minX = 1, .maxX = -1};
+    VkDeviceSize offset;
+    unsigned char *bytes = play_place(play, words[1], &offset)->buffer.bytes;
+    if (play_is(words[2], "instances"))
+        play_write_instances(play, bytes + offset, words + 3, false);
+    else if (play_is(words[2], "transform"))
+        play_write(play, words[1], &identity, sizeof(identity));
+    else if (play_is(words[2], "triangles"))
+        play_write(play, words[1], triangles, sizeof(triangles));
+    else if (play_is(words[2], "box"))
+        play_write(play, words[1], &box, sizeof(box));
+    else if (play_is(words[2], "reference"))
+        ((VkAccelerationStructureInstanceKHR *)(bytes + offset))->accelerationStructureReference =
+            strtoull(words[3], NULL, 0);
+    else if (play_is(words[2], "ranges"))
+        play_write(play, words[1], &range, sizeof(range));
+    else
+        play_fail(play, "init of what?");
+}
+
+/* ---- destruction */
+
+void play_destroy_object(struct play *play, struct play_object *object)
+{
+    const VkuDeviceDispatchTable *vk = &play->vk;
+    switch (object->name[0]) {
+    case 'B':
+    case 'T':
+        if (play->is_nv)
+            vk->DestroyAccelerationStructureNV(play->device, object->nv, NULL);
+        else
+            vk->DestroyAccelerationStructureKHR(play->device, object->structure, NULL);
+        break;
+    case 'M':
+        vk->DestroyMicromapEXT(play->device, object->micromap, NULL);
+        break;
+    case 'E':
+        vk->DestroyEvent(play->device, object->event, NULL);
+        break;
+    case 'F':
+        vk->DestroyImage(play->device, object->image, NULL);
+        break;
+    case 'P':
+        vk->DestroyQueryPool(play->device, object->queries, NULL);
+        break;
+    case 'c':
+        vk->DestroyCommandPool(play->device, object->pool, NULL);
+        break;
+    case 'd':
+        vk->DestroyDeferredOperationKHR(play->device, object->operation, NULL);
+        break;
+    case 's':
+    case 't':
+        vk->DestroySemaphore(play->device, object->semaphore, NULL);
+        break;
+    default:
+        return;
+    }
+    object->structure = VK_NULL_HANDLE; /* and what shares its place */
+}
+
+void play_create_objects(struct play *play)
+{
+    for (uint32_t i = 0; i < ARRAY_COUNT(play->pools); i++) {
+        const STRUCT(VkCommandPoolCreateInfo, pool, .queueFamilyIndex = i);
+        play->pools[i] = VK_NULL_HANDLE;
+        if (play->queues[2 * i])
+            GET(play->vk.CreateCommandPool(play->device, &pool, NULL, &play->pools[i]));
+    }
+    play->fence = fence_create(&play->vk, play->device);
+    play->object_count = 0;
+    play->scratch_used = play->instances_used = 0;
+    play->ended_count = play->batch_count = 0;
+    play->primary = play->secondary = play->executed = VK_NULL_HANDLE;
+    play->recording = NULL;
+    play->bottom_type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR;
+    play->is_nv = false;
+    play->nv_type = VK_GEOMETRY_TYPE_TRIANGLES_KHR;
+    play->pages = VK_NULL_HANDLE;
+    play->render_pass = VK_NULL_HANDLE;
+    play->framebuffer = VK_NULL_HANDLE;
+}
+
+void play_destroy_objects(struct play *play)
+{
+    const VkuDeviceDispatchTable *vk = &play->vk;
+    for (size_t i = 0; i < ARRAY_COUNT(play->pools); i++)
+        vk->DestroyCommandPool(play->device, play->pools[i], NULL);
+    vk->DestroyFramebuffer(play->device, play->framebuffer, NULL);
+    vk->DestroyRenderPass(play->device, play->render_pass, NULL);
+    vk->DestroyFence(play->device, play->fence, NULL);
+    for (unsigned i = play->object_count; i-- > 0;)
+        play_destroy_object(play, &play->objects[i]);
+    for (unsigned i = play->object_count; i-- > 0;)
+        buffer_destroy(vk, play->device, &play->objects[i].buffer);
+    vk->FreeMemory(play->device, play->pages, NULL);
+}

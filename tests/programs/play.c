@@ -1,0 +1,178 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Plays the lines of programs. */
+#include "play.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+_Noreturn void play_fail(const struct play *play, const char *what)
+{
+    const struct program_line *line = &play->program->lines[play->at];
+    fprintf(stderr, "%s, line %u: %s\n    %s\n", play->program->name, line->number, what,
+            line->text);
+    exit(2);
+}
+
+void play_note(struct play *play, VkResult result)
+{
+    if (play->result == VK_SUCCESS &&
+        (result < 0 || result == VK_NOT_READY || result == VK_TIMEOUT))
+        play->result = result;
+}
+
+/* ---- what was played, and where it failed */
+
+static void print_program(struct play *play, unsigned failed)
+{
+    const struct program *program = play->program;
+    play_say(play, "%s\n", program->name);
+    for (unsigned i = 0; i < program->line_count; i++) {
+        const struct program_line *line = &program->lines[i];
+        play_say(play, "%s%4u  %s\n", i == failed ? " >" : "  ", line->number, line->text);
+        for (unsigned j = 0; j < program->expected_count; j++)
+            if (program->expected[j].line == (int)i && !program->is_repaired)
+                play_say(play, "            expect %s: %s\n", program->expected[j].id,
+                         program->expected[j].text);
+    }
+}
+
+/* ---- lines */
+
+/* close: destroys all objects and the device, which other programs do not share then */
+static void close_all(struct play *play)
+{
+    play_destroy_objects(play);
+    play_close_device(play);
+    play->is_closed = true;
+}
+
+static void play_command(struct play *play, char **words)
+{
+    if (play_is(words[0], "alias"))
+        play_alias(play, words);
+    else if (play_is(words[0], "place"))
+        play_put(play, words);
+    else if (play_is(words[0], "init"))
+        play_init(play, words);
+    else if (play_is(words[0], "close"))
+        close_all(play);
+    else if (!play_fault(play, words) && !play_foreign(play, words) && !play_host(play, words) &&
+             !play_label(play, words) && !play_command_buffer(play, words) &&
+             !play_life(play, words) && !play_records(play, words) && !play_submit(play, words) &&
+             !play_sync(play, words) && !play_copy(play, words) && !play_build(play, words))
+        play_fail(play, "unknown command");
+}
+
+/* A call that the messenger asks to skip returns VK_ERROR_VALIDATION_FAILED_EXT, if anything. */
+static void judge_result(struct play *play, const struct program_line *line, bool is_mistake)
+{
+    const VkResult expected = line->result ? play_result_named(play, line->result) : VK_SUCCESS;
+    if (play->result == expected ||
+        (is_mistake && !line->result && play->result == VK_ERROR_VALIDATION_FAILED_EXT))
+        return;
+    play_say(play, "the call returned %d instead of %d\n", play->result, expected);
+    play->outcome = OUTCOME_FAILED;
+}
+
+static void play_commands_of(struct play *play, const struct program_line *line)
+{
+    char *words[PROGRAM_WORDS + 1];
+    memcpy(words, line->words, sizeof(words));
+    for (char **word = words; *word;) {
+        char **end = word;
+        while (*end && !play_is(*end, ";"))
+            end++;
+        const bool is_last = !*end;
+        *end = NULL;
+        if (*word)
+            play_command(play, word);
+        word = is_last ? end : end + 1;
+    }
+}
+
+/* Judges what the layer reported since the last time. */
+static bool judge_line(struct play *play, unsigned line)
+{
+    if (!play_judges_whole(play)) {
+        play_judge(play, (int)line);
+        messages_clear(&play->fixture.messages);
+    }
+    if (play->outcome == OUTCOME_FAILED)
+        print_program(play, line);
+    return play->outcome == OUTCOME_PASSED;
+}
+
+bool play_line(struct play *play, unsigned line)
+{
+    const struct program_line *played = &play->program->lines[line];
+    const bool is_mistake = play_expects_mistake(play, (int)line);
+    if (play_is_setup(played))
+        return true;
+    play->at = line;
+    play->result = VK_SUCCESS;
+    play->fixture.messages.answer = is_mistake;
+    play_commands_of(play, played);
+    play->fixture.messages.answer = VK_FALSE;
+    judge_result(play, played, is_mistake);
+    return judge_line(play, line);
+}
+
+/* ---- programs */
+
+bool play_begin(struct play *play, const struct program *program)
+{
+    play->program = program;
+    play->report[0] = '\0';
+    play->outcome = OUTCOME_PASSED;
+    play->was_lost = false;
+    play->at = 0;
+    const char *missing = play_open_device(play);
+    if (missing) {
+        play->outcome = OUTCOME_SKIPPED;
+        play_say(play, "%s", missing);
+        return false;
+    }
+    messages_clear(&play->fixture.messages);
+    play->is_closed = false;
+    play_create_objects(play);
+    play_skip_records(play);
+    return true;
+}
+
+void play_end(struct play *play)
+{
+    if (!play->is_closed)
+        play_destroy_objects(play);
+    if (play->was_lost || program_find(play->program, "alone", NULL) ||
+        program_find(play->program, "fault", NULL))
+        play_close_device(play);
+    if (play->hang_messenger)
+        play->fixture.vk.DestroyDebugUtilsMessengerEXT(play->fixture.instance, play->hang_messenger,
+                                                       NULL);
+    play->hang_messenger = VK_NULL_HANDLE;
+    if (play->platform->is_null)
+        play->platform->null_driver.reset();
+}
+
+void play_program(struct play *play, const struct program *program)
+{
+    if (!play_begin(play, program))
+        return;
+    for (unsigned i = 0; i < program->line_count && play->outcome == OUTCOME_PASSED; i++)
+        play_line(play, i);
+    const bool is_held = program_find(program, "alone", NULL);
+    if (play->outcome == OUTCOME_PASSED && !is_held) {
+        play->at = program->line_count - 1;
+        if (!play->is_closed)
+            play_finish(play);
+        if (play_judges_whole(play))
+            play_judge(play, -1);
+        judge_line(play, program->line_count);
+    } else if (!play->is_closed) {
+        if (play->platform->is_null)
+            play->platform->null_driver.end_hang();
+        play->vk.DeviceWaitIdle(play->device);
+    }
+    play_end(play);
+}

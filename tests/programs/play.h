@@ -1,0 +1,230 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Plays programs: creates a device and the objects that the program names, executes its lines, and
+ * judges each by what the layer reports meanwhile.
+ *
+ * An object exists from its first use on. The first letter of its name says what it is:
+ * B and T bottom- and top-level structures, M micromaps, E events, F images, P query pools,
+ * c command buffers, d deferred operations, s binary semaphores, t timelines, q queues, all other
+ * capital letters buffers. NAME+OFFSET is a place in a buffer. Each object has memory of its own,
+ * unless the program says otherwise. */
+#ifndef ASSAY_TESTS_PROGRAMS_PLAY_H
+#define ASSAY_TESTS_PROGRAMS_PLAY_H
+
+#include "program.h"
+#include "tally.h"
+#include "tests/fixture/batches.h"
+#include "tests/fixture/instance.h"
+#include "tests/fixture/make.h"
+
+enum {
+    PLAY_OBJECTS = 64,
+    PLAY_QUEUES = 3,          /* two of family 0, one of family 1 */
+    PLAY_ITEMS = BATCH_ITEMS, /* of anything that a line or a submission lists */
+    PLAY_BUFFER_SIZE = 128 * 1024,
+    PLAY_PAGES = 4, /* of sparse buffers; each takes a structure */
+    PLAY_PAGE_SIZE = 64 * 1024,
+    PLAY_STRUCTURE_SIZE = 32 * 1024, /* serialized, it fits into a buffer */
+    PLAY_REPORT_SIZE = 32 * 1024,
+};
+
+struct play_object {
+    char name[8];
+    struct device_buffer buffer; /* of structures and micromaps, too; memory is null if another
+                                    object owns it */
+    union {
+        VkAccelerationStructureKHR structure;
+        VkMicromapEXT micromap;
+        VkSemaphore semaphore;
+        VkEvent event;
+        VkQueryPool queries;
+        VkImage image;
+        VkDeferredOperationKHR operation;
+        VkCommandBuffer commands;
+        VkAccelerationStructureNV nv;
+    };
+    VkCommandPool pool; /* of a command buffer alone */
+    unsigned queue;     /* that a command buffer is for */
+    bool is_secondary;
+};
+
+struct play {
+    const struct platform *platform;
+    bool is_khronos;   /* the Khronos layer instead of Assay */
+    const char *level; /* that programs without a level of their own are played at, or NULL */
+    struct instance_fixture fixture;
+    char instance_key[512], device_key[512]; /* what they were created for; "": there is none */
+    const struct program *program;
+    unsigned at;       /* index of the line that is executed */
+    VkResult result;   /* the first of the line's calls that isn't VK_SUCCESS */
+    char log_name[64]; /* of setting log_filename, or "" */
+    long log_offset;   /* up to which it was read */
+    bool was_lost;     /* the device, by the program */
+    enum outcome outcome;
+    char report[PLAY_REPORT_SIZE]; /* why the program was skipped or failed */
+
+    VkDevice device;
+    VkuDeviceDispatchTable vk;
+    uint32_t memory_type;
+    VkQueue queues[PLAY_QUEUES]; /* null: the device has none */
+    VkCommandPool pools[2];      /* of the families */
+    bool has_indirect, has_host, has_sparse, has_group;
+
+    struct play_object objects[PLAY_OBJECTS];
+    unsigned object_count;
+    struct device_buffer scratch, instances; /* parts are used once */
+    VkDeviceSize scratch_used, instances_used;
+    VkAccelerationStructureTypeKHR bottom_type; /* of B structures */
+    bool is_nv;                                 /* structures are those of VK_NV_ray_tracing */
+    VkGeometryTypeKHR nv_type;                  /* that they are built of */
+    VkDeviceMemory pages;                       /* of sparse buffers, or null */
+    VkDeviceSize compacted;                     /* the compacted size that the host read last */
+
+    const struct play_object *recording; /* a command buffer with a name, or NULL */
+    VkCommandBuffer primary, secondary;  /* others that record, or null */
+    VkCommandBuffer executed;            /* the last secondary */
+    VkCommandBuffer ended[PLAY_ITEMS];   /* for the next batch */
+    uint32_t ended_count;
+    struct batch batches[BATCHES_MAX];
+    uint32_t batch_count;
+    VkFence fence;
+    VkRenderPass render_pass; /* null: none was begun */
+    VkFramebuffer framebuffer;
+
+    bool is_closed;                          /* the program has no objects and no device any more */
+    VkDebugUtilsMessengerEXT hang_messenger; /* ends a hang, or null */
+    const char *counted;                     /* calls of the null driver, with | between them */
+    uint64_t count_before;
+};
+
+/* Ends the process, because a line is wrong. */
+_Noreturn void play_fail(const struct play *play, const char *what);
+#define PLAY_REQUIRE(play, condition)                                                              \
+    do {                                                                                           \
+        if (!(condition))                                                                          \
+            play_fail(play, #condition);                                                           \
+    } while (0)
+
+/* Executes a program; the outcome is in the play. The play is zero-initialized but for its first
+ * members, and is kept for the programs to come, which often share its instance and device. */
+void play_program(struct play *play, const struct program *program);
+void play_close(struct play *play);
+/* The steps of play_program(), for programs that are made while they are played: play_begin()
+ * returns false if the program is skipped; play_line() returns false if the line failed. */
+bool play_begin(struct play *play, const struct program *program);
+bool play_line(struct play *play, unsigned line);
+void play_end(struct play *play);
+
+/* Notes the result of a call that lines can expect to fail. Positive results are successes. */
+void play_note(struct play *play, VkResult result);
+
+/* ---- what is there (device.c) */
+
+/* Opens the instance and the device that the program needs. Returns NULL, or what is missing. */
+const char *play_open_device(struct play *play);
+void play_close_device(struct play *play);
+
+/* Whether the instance that is open is the one that the program needs. */
+bool play_suits(const struct play *play, const struct program *program);
+/* Whether the level is at least execution: below, nothing is said of what is executed. */
+bool play_sees_executions(const struct play *play);
+bool play_is_setup(const struct program_line *line);
+bool play_has(const struct play *play, const char *extension);
+
+/* ---- what is expected (judge.c) */
+
+/* The rule of that name, or NULL; and the command whose name begins a text. */
+const struct rule_info *play_rule(const char *name);
+enum build_command play_command_of(const char *text);
+
+/* Compares the messages so far with what a line has to report, or with -1 the whole program. */
+void play_judge(struct play *play, int line);
+/* Whether the program expects messages of no line. */
+bool play_judges_whole(const struct play *play);
+/* Whether a line expects a mistake: the messenger asks to skip the call. */
+bool play_expects_mistake(const struct play *play, int line);
+__attribute__((format(printf, 2, 3))) void play_say(struct play *play, const char *format, ...);
+
+/* ---- objects (objects.c) */
+
+/* Finds or creates an object. */
+struct play_object *play_object(struct play *play, const char *name);
+/* Finds an object and the offset behind its name. */
+struct play_object *play_place(struct play *play, const char *word, VkDeviceSize *offset);
+VkDeviceAddress play_address(struct play *play, const char *word);
+/* An address of a buffer, for the device or the host. */
+VkDeviceOrHostAddressKHR play_address_in(const struct device_buffer *buffer, VkDeviceSize offset,
+                                         bool is_host);
+VkDeviceOrHostAddressKHR play_address_for(struct play *play, const char *word, bool is_host);
+/* Those that all programs have; and all. */
+void play_create_objects(struct play *play);
+void play_destroy_objects(struct play *play);
+/* Destroys an object, which can be created again; and the parts of the creation. */
+void play_destroy_object(struct play *play, struct play_object *object);
+void play_create_buffer(struct play *play, struct play_object *object);
+void play_create_structure(struct play *play, struct play_object *object, VkBuffer buffer,
+                           VkDeviceSize offset, VkDeviceSize size,
+                           VkAccelerationStructureTypeKHR type);
+VkBufferCreateInfo play_buffer_info(const struct play *play, VkDeviceSize size);
+/* Writes to a place by the host. */
+void play_write(struct play *play, const char *place, const void *bytes, size_t size);
+/* lives.c */
+bool play_life(struct play *play, char **words);
+/* alias NAME PLACE: a buffer in the memory of another one.
+ * place NAME PLACE: a structure in a buffer. */
+void play_alias(struct play *play, char **words);
+void play_put(struct play *play, char **words);
+/* init PLACE transform | ranges | box (upside down) | triangles (of a micromap) | instances
+ * NAME...: the host writes, before all submissions */
+void play_init(struct play *play, char **words);
+/* The references of a host build are handles. */
+void play_write_instances(struct play *play, void *to, char **names, bool is_host);
+
+/* ---- commands (each returns false if the line is another command) */
+
+/* The command buffer that commands are recorded to. */
+VkCommandBuffer play_commands(struct play *play);
+
+/* The size of the structure that the words of a build need. */
+VkDeviceSize play_build_size(struct play *play, char **words);
+VkBuildAccelerationStructureFlagsKHR play_flags(const struct play *play, const char *word);
+/* nv.c */
+void play_create_nv(struct play *play, struct play_object *object);
+void play_build_nv(struct play *play, char **words);
+void play_copy_nv(struct play *play, char **words);
+/* builds.c */
+bool play_build(struct play *play, char **words);
+/* records.c */
+bool play_records(struct play *play, char **words);
+void play_skip_records(struct play *play);
+/* copies.c */
+bool play_copy(struct play *play, char **words);
+/* sync.c */
+bool play_sync(struct play *play, char **words);
+VkPipelineStageFlags2 play_stages(struct play *play, const char *names);
+/* commands.c */
+bool play_command_buffer(struct play *play, char **words);
+/* foreign.c */
+bool play_foreign(struct play *play, char **words);
+/* faults.c */
+bool play_fault(struct play *play, char **words);
+VkResult play_result_named(const struct play *play, const char *name);
+unsigned play_queue_of(const struct play *play, const char *word);
+/* labels.c */
+bool play_label(struct play *play, char **words);
+/* host.c */
+bool play_host(struct play *play, char **words);
+/* submit.c */
+/* Reads NAME[=VALUE][@STAGES]. */
+void play_read_semaphore(struct play *play, const char *word, VkSemaphoreSubmitInfo *to);
+bool play_submit(struct play *play, char **words);
+/* Adds the command buffers that the program has not named to the next batch. */
+void play_end_unnamed(struct play *play);
+/* Submits what was not submitted, and waits. */
+void play_finish(struct play *play);
+
+static inline bool play_is(const char *word, const char *name)
+{
+    return word && !__builtin_strcmp(word, name);
+}
+
+#endif

@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* records LINE, LINE: what setting record_builds has written to the log since the last time, as
+ * words:
+ *
+ *     submit q0 c0                   build c0.1 B1 2           update c0.2 B1>B2 2
+ *     clone host B1>B2               deserialize c0 B1         size B1 as read | wrong
+ *
+ * A build has its position in the command buffer and its primitives. `nowhere` is behind a
+ * structure that has no memory any more. `records nothing`: there is no line. The program has the
+ * lines
+ *
+ *     setting record_builds true
+ *     setting log_format json
+ *     setting log_filename records       a file of the process */
+#include "play.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LINE_SIZE = 65536, TEXT_SIZE = 4096 };
+
+/* ---- members of a line */
+
+static const char *member(const char *line, const char *key)
+{
+    char text[64];
+    snprintf(text, sizeof(text), "\"%s\":", key);
+    const char *found = strstr(line, text);
+    return found ? found + strlen(text) : NULL;
+}
+
+static uint64_t number(const char *line, const char *key)
+{
+    const char *found = member(line, key);
+    return found ? strtoull(found + (*found == '"'), NULL, 0) : 0;
+}
+
+/* ---- names of objects */
+
+static const char *name_of(const struct play *play, uint64_t handle, const char *letters)
+{
+    for (unsigned i = 0; i < play->object_count; i++) {
+        const struct play_object *object = &play->objects[i];
+        const uint64_t own = object->name[0] == 'c' ? (uint64_t)(uintptr_t)object->commands
+                             : play->is_nv          ? (uint64_t)object->nv
+                                                    : (uint64_t)object->structure;
+        if (strchr(letters, object->name[0]) && own == handle)
+            return object->name;
+    }
+    return handle || letters[0] != 'c' ? "?" : "host";
+}
+
+static unsigned queue_of(const struct play *play, const char *line)
+{
+    const uint64_t handle = number(line, "queue");
+    unsigned i = 0;
+    while (i < PLAY_QUEUES && (uint64_t)(uintptr_t)play->queues[i] != handle)
+        i++;
+    return i;
+}
+
+/* ---- a line as words */
+
+__attribute__((format(printf, 2, 3))) static void append(char *text, const char *format, ...)
+{
+    const size_t length = strlen(text);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text + length, TEXT_SIZE - length, format, arguments);
+    va_end(arguments);
+}
+
+static void append_submission(const struct play *play, char *text, const char *line)
+{
+    append(text, "submit q%u", queue_of(play, line));
+    const char *buffers = member(line, "command_buffers");
+    for (const char *at = buffers; (at = strstr(at, "\"0x")) && at < strchr(buffers, ']');
+         at = strchr(at + 1, '"') + 1)
+        append(text, " %s", name_of(play, strtoull(at + 1, NULL, 0), "c"));
+}
+
+static void append_command(const struct play *play, char *text, const char *line)
+{
+    const char *mode = member(line, "mode") + 1;
+    append(text, "%.*s %s", (int)strcspn(mode, "\""), mode,
+           name_of(play, number(line, "command_buffer"), "c"));
+    if (member(line, "build"))
+        append(text, ".%u", (unsigned)number(line, "build"));
+    append(text, " ");
+    if (member(line, "src"))
+        append(text, "%s>", name_of(play, number(line, "src"), "BT"));
+    append(text, "%s", name_of(play, number(line, "dst"), "BT"));
+    if (member(line, "primitives"))
+        append(text, " %u%s", (unsigned)number(line, "primitives"),
+               member(line, "geometries") ? "" : " of no geometry");
+    if (!member(line, "memory") || !number(line, "size"))
+        append(text, " nowhere");
+}
+
+static void append_line(const struct play *play, char *text, const char *line)
+{
+    static const char *const ignored[] = {"Header", "Device", "Finding", "Summary"};
+    const char *type = member(line, "Type") + 1;
+    for (size_t i = 0; i < ARRAY_COUNT(ignored); i++)
+        if (strncmp(type, ignored[i], strlen(ignored[i])) == 0)
+            return;
+    append(text, "%s", text[0] ? ", " : "");
+    if (strncmp(type, "Submission", 10) == 0)
+        append_submission(play, text, line);
+    else if (strncmp(type, "CompactedSize", 13) == 0)
+        append(text, "size %s %s", name_of(play, number(line, "dst"), "BT"),
+               number(line, "compacted_size") == play->compacted ? "as read" : "wrong");
+    else
+        append_command(play, text, line);
+}
+
+/* ---- the log */
+
+/* Reads on, to the end. */
+static void read_log(struct play *play, char *text)
+{
+    static char line[LINE_SIZE];
+    FILE *log = fopen(play->log_name, "rb");
+    PLAY_REQUIRE(play, log != NULL);
+    fseek(log, play->log_offset, SEEK_SET);
+    while (fgets(line, sizeof(line), log))
+        append_line(play, text, line);
+    play->log_offset = ftell(log);
+    fclose(log);
+}
+
+/* Before a program: what others wrote is not its own. */
+void play_skip_records(struct play *play)
+{
+    char text[TEXT_SIZE] = "";
+    if (program_find(play->program, "setting", "log_filename"))
+        read_log(play, text);
+}
+
+bool play_records(struct play *play, char **words)
+{
+    char text[TEXT_SIZE] = "", wanted[TEXT_SIZE] = "";
+    if (!play_is(words[0], "records"))
+        return false;
+    for (char **word = words + 1; *word; word++)
+        append(wanted, "%s%s", word == words + 1 ? "" : " ", *word);
+    read_log(play, text);
+    if (strcmp(text, play_is(words[1], "nothing") ? "" : wanted) == 0)
+        return true;
+    play_say(play, "recorded %s\n", text[0] ? text : "nothing");
+    play->outcome = OUTCOME_FAILED;
+    return true;
+}

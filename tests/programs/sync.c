@@ -1,0 +1,339 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Barriers, events and render passes of cases:
+ *
+ *     barrier DEPENDENCY [, DEPENDENCY]...     vkCmdPipelineBarrier2
+ *     barrier1 DEPENDENCY [, DEPENDENCY]...    vkCmdPipelineBarrier
+ *     set EVENT DEPENDENCY...                  wait EVENT DEPENDENCY...       reset EVENT STAGES
+ *     set1 EVENT STAGES                        wait1 EVENT DEPENDENCY...      reset1 EVENT STAGES
+ *     setKHR, waitKHR, resetKHR      set, wait and reset by their older names
+ *     host set EVENT                 host reset EVENT
+ *     image NAME               makes its layout GENERAL, and waits
+ *     render DEPENDENCY [, DEPENDENCY]         an empty render pass; its dependencies are those
+ *                                              from and to what is outside
+ *
+ * DEPENDENCY: [on PLACE [SIZE]] [image NAME] [from FAMILY to FAMILY] STAGES[:ACCESSES] >
+ * STAGES[:ACCESSES]. STAGES and ACCESSES are words of the tables below, with | between them. */
+#include "play.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- words */
+
+struct word {
+    const char *name;
+    uint64_t flags;
+};
+
+static const struct word stages[] = {
+    {"none", 0},
+    {"top", VK_PIPELINE_STAGE_2_TOP_OF_PIPE_BIT},
+    {"bottom", VK_PIPELINE_STAGE_2_BOTTOM_OF_PIPE_BIT},
+    {"all", VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT},
+    {"graphics", VK_PIPELINE_STAGE_2_ALL_GRAPHICS_BIT},
+    {"host", VK_PIPELINE_STAGE_2_HOST_BIT},
+    {"build", VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR},
+    {"accel_copy", VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_COPY_BIT_KHR},
+    {"micromap", VK_PIPELINE_STAGE_2_MICROMAP_BUILD_BIT_EXT},
+    {"transfer", VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT},
+    {"copy", VK_PIPELINE_STAGE_2_COPY_BIT},
+    {"clear", VK_PIPELINE_STAGE_2_CLEAR_BIT},
+    {"blit", VK_PIPELINE_STAGE_2_BLIT_BIT},
+    {"indirect", VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT},
+    {"compute", VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT},
+    {"vertex", VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT},
+    {"fragment", VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT},
+};
+
+static const struct word accesses[] = {
+    {"none", 0},
+    {"accel_read", VK_ACCESS_2_ACCELERATION_STRUCTURE_READ_BIT_KHR},
+    {"accel_write", VK_ACCESS_2_ACCELERATION_STRUCTURE_WRITE_BIT_KHR},
+    {"shader_read", VK_ACCESS_2_SHADER_READ_BIT},
+    {"shader_write", VK_ACCESS_2_SHADER_WRITE_BIT},
+    {"storage_read", VK_ACCESS_2_SHADER_STORAGE_READ_BIT},
+    {"indirect_read", VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT},
+    {"transfer_read", VK_ACCESS_2_TRANSFER_READ_BIT},
+    {"transfer_write", VK_ACCESS_2_TRANSFER_WRITE_BIT},
+    {"memory_read", VK_ACCESS_2_MEMORY_READ_BIT},
+    {"memory_write", VK_ACCESS_2_MEMORY_WRITE_BIT},
+    {"host_read", VK_ACCESS_2_HOST_READ_BIT},
+    {"host_write", VK_ACCESS_2_HOST_WRITE_BIT},
+    {"micromap_read", VK_ACCESS_2_MICROMAP_READ_BIT_EXT},
+    {"micromap_write", VK_ACCESS_2_MICROMAP_WRITE_BIT_EXT},
+};
+
+/* Reads names with | between them, up to the end or a colon. */
+static uint64_t flags_of(const struct play *play, const char *names, const struct word *table,
+                         size_t count)
+{
+    uint64_t flags = 0;
+    for (;;) {
+        size_t length = strcspn(names, "|:"), i = 0;
+        while (i < count &&
+               (strlen(table[i].name) != length || strncmp(table[i].name, names, length) != 0))
+            i++;
+        if (i == count)
+            play_fail(play, names);
+        flags |= table[i].flags;
+        if (names[length] != '|')
+            return flags;
+        names += length + 1;
+    }
+}
+
+VkPipelineStageFlags2 play_stages(struct play *play, const char *names)
+{
+    PLAY_REQUIRE(play, names != NULL);
+    return flags_of(play, names, stages, ARRAY_COUNT(stages));
+}
+
+static VkAccessFlags2 accesses_of(struct play *play, const char *word)
+{
+    const char *names = strchr(word, ':');
+    return names ? flags_of(play, names + 1, accesses, ARRAY_COUNT(accesses)) : 0;
+}
+
+/* ---- dependencies */
+
+struct dependencies {
+    VkDependencyInfo info;
+    VkMemoryBarrier2 memory[PLAY_ITEMS];
+    VkBufferMemoryBarrier2 buffers[PLAY_ITEMS];
+    VkImageMemoryBarrier2 images[PLAY_ITEMS];
+    /* As the older commands take them: with one pair of stage masks for all. */
+    struct {
+        VkPipelineStageFlags src, dst;
+        VkMemoryBarrier memory[PLAY_ITEMS];
+        VkBufferMemoryBarrier buffers[PLAY_ITEMS];
+        VkImageMemoryBarrier images[PLAY_ITEMS];
+    } old;
+};
+
+/* What stands in front of the masks. */
+struct target {
+    const struct play_object *buffer, *image;
+    VkDeviceSize offset, size;
+    uint32_t src_family, dst_family;
+};
+
+static char **read_target(struct play *play, char **words, struct target *target)
+{
+    *target = (struct target){.size = VK_WHOLE_SIZE,
+                              .src_family = VK_QUEUE_FAMILY_IGNORED,
+                              .dst_family = VK_QUEUE_FAMILY_IGNORED};
+    if (play_is(words[0], "on")) {
+        target->buffer = play_place(play, words[1], &target->offset);
+        words += 2;
+        if (words[0] && words[0][0] >= '0' && words[0][0] <= '9')
+            target->size = strtoull(*words++, NULL, 0);
+    } else if (play_is(words[0], "image")) {
+        target->image = play_object(play, words[1]);
+        words += 2;
+    }
+    if (play_is(words[0], "from")) {
+        target->src_family = (uint32_t)atoi(words[1]);
+        target->dst_family = (uint32_t)atoi(words[3]);
+        words += 4;
+    }
+    PLAY_REQUIRE(play, words[0] && play_is(words[1], ">") && words[2]);
+    return words;
+}
+
+static void add_buffer(struct dependencies *to, const struct target *target,
+                       const VkMemoryBarrier2 *masks)
+{
+    const uint32_t i = to->info.bufferMemoryBarrierCount++;
+    to->buffers[i] =
+        MAKE(VkBufferMemoryBarrier2, .srcStageMask = masks->srcStageMask,
+             .srcAccessMask = masks->srcAccessMask, .dstStageMask = masks->dstStageMask,
+             .dstAccessMask = masks->dstAccessMask, .srcQueueFamilyIndex = target->src_family,
+             .dstQueueFamilyIndex = target->dst_family, .buffer = target->buffer->buffer.handle,
+             .offset = target->offset, .size = target->size);
+    to->old.buffers[i] = MAKE(
+        VkBufferMemoryBarrier, .srcAccessMask = (VkAccessFlags)masks->srcAccessMask,
+        .dstAccessMask = (VkAccessFlags)masks->dstAccessMask,
+        .srcQueueFamilyIndex = target->src_family, .dstQueueFamilyIndex = target->dst_family,
+        .buffer = target->buffer->buffer.handle, .offset = target->offset, .size = target->size);
+}
+
+static void add_image(struct dependencies *to, const struct target *target,
+                      const VkMemoryBarrier2 *masks)
+{
+    const uint32_t i = to->info.imageMemoryBarrierCount++;
+    to->images[i] =
+        MAKE(VkImageMemoryBarrier2, .srcStageMask = masks->srcStageMask,
+             .srcAccessMask = masks->srcAccessMask, .dstStageMask = masks->dstStageMask,
+             .dstAccessMask = masks->dstAccessMask, .oldLayout = VK_IMAGE_LAYOUT_GENERAL,
+             .newLayout = VK_IMAGE_LAYOUT_GENERAL, .srcQueueFamilyIndex = target->src_family,
+             .dstQueueFamilyIndex = target->dst_family, .image = target->image->image,
+             .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1});
+    to->old.images[i] = MAKE(
+        VkImageMemoryBarrier, .srcAccessMask = (VkAccessFlags)masks->srcAccessMask,
+        .dstAccessMask = (VkAccessFlags)masks->dstAccessMask, .oldLayout = VK_IMAGE_LAYOUT_GENERAL,
+        .newLayout = VK_IMAGE_LAYOUT_GENERAL, .srcQueueFamilyIndex = target->src_family,
+        .dstQueueFamilyIndex = target->dst_family, .image = target->image->image,
+        .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1});
+}
+
+static void add(struct dependencies *to, const struct target *target, const VkMemoryBarrier2 *masks)
+{
+    to->old.src |= (VkPipelineStageFlags)masks->srcStageMask;
+    to->old.dst |= (VkPipelineStageFlags)masks->dstStageMask;
+    if (target->buffer) {
+        add_buffer(to, target, masks);
+    } else if (target->image) {
+        add_image(to, target, masks);
+    } else {
+        const uint32_t i = to->info.memoryBarrierCount++;
+        to->memory[i] = *masks;
+        to->old.memory[i] =
+            MAKE(VkMemoryBarrier, .srcAccessMask = (VkAccessFlags)masks->srcAccessMask,
+                 .dstAccessMask = (VkAccessFlags)masks->dstAccessMask);
+    }
+}
+
+static void read_dependencies(struct play *play, char **words, struct dependencies *to)
+{
+    struct target target;
+    *to = (struct dependencies){.info = MAKE(VkDependencyInfo, .pMemoryBarriers = to->memory,
+                                             .pBufferMemoryBarriers = to->buffers,
+                                             .pImageMemoryBarriers = to->images)};
+    while (*words) {
+        words = read_target(play, words, &target);
+        add(to, &target,
+            &MAKE(VkMemoryBarrier2, .srcStageMask = play_stages(play, words[0]),
+                  .srcAccessMask = accesses_of(play, words[0]),
+                  .dstStageMask = play_stages(play, words[2]),
+                  .dstAccessMask = accesses_of(play, words[2])));
+        words += 3;
+        PLAY_REQUIRE(play, !*words || play_is(*words, ","));
+        words += *words != NULL;
+    }
+}
+
+/* ---- commands */
+
+static void play_barrier(struct play *play, char **words)
+{
+    struct dependencies all;
+    read_dependencies(play, words + 1, &all);
+    if (play_is(words[0], "barrier")) {
+        play->vk.CmdPipelineBarrier2(play_commands(play), &all.info);
+        return;
+    }
+    play->vk.CmdPipelineBarrier(play_commands(play), all.old.src, all.old.dst, 0,
+                                all.info.memoryBarrierCount, all.old.memory,
+                                all.info.bufferMemoryBarrierCount, all.old.buffers,
+                                all.info.imageMemoryBarrierCount, all.old.images);
+}
+
+static void play_wait(struct play *play, char **words, VkEvent event)
+{
+    struct dependencies all;
+    read_dependencies(play, words + 2, &all);
+    if (!play_is(words[0], "wait1")) {
+        (play_is(words[0], "wait") ? play->vk.CmdWaitEvents2 : play->vk.CmdWaitEvents2KHR)(
+            play_commands(play), 1, &event, &all.info);
+        return;
+    }
+    play->vk.CmdWaitEvents(play_commands(play), 1, &event, all.old.src, all.old.dst,
+                           all.info.memoryBarrierCount, all.old.memory,
+                           all.info.bufferMemoryBarrierCount, all.old.buffers,
+                           all.info.imageMemoryBarrierCount, all.old.images);
+}
+
+static bool play_event(struct play *play, char **words)
+{
+    struct dependencies all;
+    if (!words[1] || words[1][0] != 'E')
+        return false;
+    VkEvent event = play_object(play, words[1])->event;
+    if (play_is(words[0], "set") || play_is(words[0], "setKHR")) {
+        read_dependencies(play, words + 2, &all);
+        (play_is(words[0], "set") ? play->vk.CmdSetEvent2 : play->vk.CmdSetEvent2KHR)(
+            play_commands(play), event, &all.info);
+    } else if (play_is(words[0], "set1")) {
+        play->vk.CmdSetEvent(play_commands(play), event,
+                             (VkPipelineStageFlags)play_stages(play, words[2]));
+    } else if (play_is(words[0], "reset") || play_is(words[0], "resetKHR")) {
+        (play_is(words[0], "reset") ? play->vk.CmdResetEvent2 : play->vk.CmdResetEvent2KHR)(
+            play_commands(play), event, play_stages(play, words[2]));
+    } else if (play_is(words[0], "reset1")) {
+        play->vk.CmdResetEvent(play_commands(play), event,
+                               (VkPipelineStageFlags)play_stages(play, words[2]));
+    } else if (strncmp(words[0], "wait", 4) == 0) {
+        play_wait(play, words, event);
+    } else {
+        return false;
+    }
+    return true;
+}
+
+static VkRenderPass create_render_pass(const struct play *play, const struct dependencies *all)
+{
+    VkSubpassDependency dependencies[2];
+    for (uint32_t i = 0; i < 2; i++)
+        dependencies[i] =
+            (VkSubpassDependency){.srcSubpass = i ? 0 : VK_SUBPASS_EXTERNAL,
+                                  .dstSubpass = i ? VK_SUBPASS_EXTERNAL : 0,
+                                  .srcStageMask = (VkPipelineStageFlags)all->memory[i].srcStageMask,
+                                  .dstStageMask = (VkPipelineStageFlags)all->memory[i].dstStageMask,
+                                  .srcAccessMask = (VkAccessFlags)all->memory[i].srcAccessMask,
+                                  .dstAccessMask = (VkAccessFlags)all->memory[i].dstAccessMask};
+    const VkSubpassDescription subpass = {.pipelineBindPoint = VK_PIPELINE_BIND_POINT_GRAPHICS};
+    const STRUCT(VkRenderPassCreateInfo, info, .subpassCount = 1, .pSubpasses = &subpass,
+                 .dependencyCount = all->info.memoryBarrierCount, .pDependencies = dependencies);
+    VkRenderPass pass;
+    GET(play->vk.CreateRenderPass(play->device, &info, NULL, &pass));
+    return pass;
+}
+
+/* The program keeps one render pass, and its framebuffer. */
+static void render(struct play *play, char **words)
+{
+    struct dependencies all;
+    read_dependencies(play, words + 1, &all);
+    PLAY_REQUIRE(play, !play->render_pass && all.info.memoryBarrierCount <= 2);
+    play->render_pass = create_render_pass(play, &all);
+    const STRUCT(VkFramebufferCreateInfo, info, .renderPass = play->render_pass, .width = 4,
+                 .height = 4, .layers = 1);
+    GET(play->vk.CreateFramebuffer(play->device, &info, NULL, &play->framebuffer));
+    const STRUCT(VkRenderPassBeginInfo, begin, .renderPass = play->render_pass,
+                 .framebuffer = play->framebuffer, .renderArea.extent = {4, 4});
+    play->vk.CmdBeginRenderPass(play_commands(play), &begin, VK_SUBPASS_CONTENTS_INLINE);
+    play->vk.CmdEndRenderPass(play_commands(play));
+}
+
+static void prepare_image(struct play *play, const char *name)
+{
+    const VkImageMemoryBarrier barrier =
+        MAKE(VkImageMemoryBarrier, .newLayout = VK_IMAGE_LAYOUT_GENERAL,
+             .image = play_object(play, name)->image,
+             .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1});
+    VkCommandBuffer commands = commands_begin(&play->vk, play->device, play->pools[0],
+                                              VK_COMMAND_BUFFER_LEVEL_PRIMARY, 0, NULL);
+    play->vk.CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
+                                VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 0, NULL, 0, NULL, 1,
+                                &barrier);
+    GET(play->vk.EndCommandBuffer(commands));
+    commands_run(&play->vk, play->device, play->queues[0], commands);
+}
+
+bool play_sync(struct play *play, char **words)
+{
+    if (play_is(words[0], "barrier") || play_is(words[0], "barrier1"))
+        play_barrier(play, words);
+    else if (play_is(words[0], "image"))
+        prepare_image(play, words[1]);
+    else if (play_is(words[0], "render"))
+        render(play, words);
+    else if (play_is(words[0], "host") && play_is(words[1], "set"))
+        GET(play->vk.SetEvent(play->device, play_object(play, words[2])->event));
+    else if (play_is(words[0], "host") && play_is(words[1], "reset") && words[2] &&
+             words[2][0] == 'E')
+        GET(play->vk.ResetEvent(play->device, play_object(play, words[2])->event));
+    else
+        return play_event(play, words);
+    return true;
+}

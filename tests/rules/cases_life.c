@@ -1,0 +1,146 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Commands that build no structures. */
+#include "case.h"
+#include "placing.h"
+
+/* ---- sources */
+
+static uint64_t unbuilt_object(struct scene *scene)
+{
+    switch (scene->life.object_type) {
+    case VK_OBJECT_TYPE_MICROMAP_EXT:
+        return (uint64_t)scene_micromap_ext(scene, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
+    case VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV:
+        return (uint64_t)scene_nv_accel(scene);
+    default:
+        return (uint64_t)scene_accel_for(scene, INDEXED);
+    }
+}
+
+static void use_source(struct scene *scene, uint64_t source)
+{
+    scene->life.copy.src = (VkAccelerationStructureKHR)source;
+    scene->life.to_memory.src = (VkAccelerationStructureKHR)source;
+    scene->life.objects[1] = source;
+}
+
+static void use_unbuilt(struct scene *scene)
+{
+    use_source(scene, unbuilt_object(scene));
+}
+
+static void build_uncompactable_micromap(struct scene *scene, uint64_t micromap)
+{
+    VkMicromapBuildInfoEXT info = scene->life.builds[0];
+    info.flags = 0;
+    info.dstMicromap = (VkMicromapEXT)micromap;
+    if (command_is_on_host(scene->command))
+        MUST_SUCCEED(
+            scene->vk->BuildMicromapsEXT(scene->fixture->device, VK_NULL_HANDLE, 1, &info));
+    else
+        scene->vk->CmdBuildMicromapsEXT(scene->command_buffer, 1, &info);
+}
+
+static void use_uncompactable(struct scene *scene)
+{
+    struct scene_life *life = &scene->life;
+    uint64_t source = life->src;
+    if (life->object_type == VK_OBJECT_TYPE_MICROMAP_EXT) {
+        build_uncompactable_micromap(scene, source);
+    } else if (life->object_type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV) {
+        scene->nv.info.flags &= ~(VkFlags)VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_NV;
+        source = (uint64_t)scene_nv_accel(scene);
+        scene_nv_build(scene, (VkAccelerationStructureNV)source);
+    } else {
+        scene->infos[INDEXED].flags &=
+            ~(VkFlags)VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
+        scene_build_before(scene, INDEXED, 1);
+    }
+    use_source(scene, source);
+    life->objects[0] = source;
+}
+
+/* ---- destruction */
+
+static void wait_idle(struct scene *scene)
+{
+    MUST_SUCCEED(scene->vk->DeviceWaitIdle(scene->fixture->device));
+}
+
+/* Submits the build of the scene, and waits for it if asked to. */
+static void submit_build(struct scene *scene, int waits)
+{
+    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1,
+                 .pCommandBuffers = &scene->command_buffer);
+    VkQueue queue;
+    scene->vk->GetDeviceQueue(scene->fixture->device,
+                              fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0), 0,
+                              &queue);
+    scene_end(scene, scene->command_buffer);
+    MUST_SUCCEED(scene->vk->QueueSubmit(queue, 1, &info, VK_NULL_HANDLE));
+    if (waits)
+        wait_idle(scene);
+}
+
+/* ---- sizes */
+
+static void build_and_query(struct scene *scene, VkAccelerationStructureKHR accel, VkQueryPool pool)
+{
+    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
+    const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
+    VkAccelerationStructureBuildGeometryInfoKHR info = scene->infos[INDEXED];
+    info.dstAccelerationStructure = accel;
+    scene_begin(scene, command_buffer, 0);
+    scene->vk->CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info,
+                                                 &scene->range_pointers[INDEXED]);
+    scene_barrier(scene, command_buffer);
+    scene->vk->CmdResetQueryPool(command_buffer, pool, 0, 1);
+    scene->vk->CmdWriteAccelerationStructuresPropertiesKHR(
+        command_buffer, 1, &accel, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, pool,
+        0);
+    scene_end(scene, command_buffer);
+    scene_submit(scene, family, command_buffer);
+}
+
+/* Builds a structure before the call, and returns its compacted size. */
+static VkDeviceSize compacted_size_of(struct scene *scene, VkAccelerationStructureKHR accel)
+{
+    const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
+    const VkDevice device = scene->fixture->device;
+    uint64_t size = 0;
+    if (command_is_on_host(scene->command)) {
+        scene_build_before(scene, INDEXED, 1);
+        MUST_SUCCEED(scene->vk->WriteAccelerationStructuresPropertiesKHR(
+            device, 1, &accel, type, sizeof(size), &size, sizeof(size)));
+        return size;
+    }
+    const VkQueryPool pool = scene_query_pool(scene, type, 1);
+    build_and_query(scene, accel, pool);
+    MUST_SUCCEED(scene->vk->GetQueryPoolResults(device, pool, 0, 1, sizeof(size), &size,
+                                                sizeof(size),
+                                                VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
+    return size;
+}
+
+enum dst_size { SMALL, COMPACTED, FULL };
+
+static void use_queried_source(struct scene *scene, int dst_size)
+{
+    VkAccelerationStructureKHR source = (VkAccelerationStructureKHR)scene->life.src;
+    if (!command_is_on_host(scene->command))
+        source = scene_accel_for(scene, INDEXED);
+    const VkDeviceSize size = compacted_size_of(scene, source);
+    const struct test_buffer buffer = place_buffer(scene);
+    scene->life.copy.src = source;
+    if (dst_size != FULL)
+        scene->life.copy.dst = scene_accel_in(scene, &buffer, 0, size - (dst_size == SMALL),
+                                              scene->infos[INDEXED].type);
+}
+
+#include "copies.inc"
+#include "copy_sizes.inc"
+#include "destruction.inc"
+#include "life_features.inc"
+#include "life_results.inc"
+#include "queries.inc"
+#include "sources.inc"
