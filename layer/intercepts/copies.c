@@ -90,11 +90,11 @@ bool note_accel_write(struct layer_device *device, VkCommandBuffer handle,
 
 /* ---- on the host */
 
-static struct host_work begin(struct layer_device *device, const struct journal_entry *entry)
+static struct host_work begin(struct layer_device *device, struct journal_entry *entry)
 {
     struct host_work work = host_work_begin(device);
-    if (work.journal && (entry->kind == JOURNAL_READ ? entry->src_id : entry->dst_id))
-        journal_add(work.journal, entry);
+    if (entry->kind == JOURNAL_READ ? entry->src_id : entry->dst_id)
+        host_work_add(&work, entry);
     return work;
 }
 

@@ -2,6 +2,7 @@
 /* Host commands from begin to end, and observers of the deferred operations that execute them. */
 #include "layer/intercepts/host_work.h"
 
+#include "layer/intercepts/call_sites.h"
 #include "observers.h"
 
 /* Checks the level, because backend cpu has an order at each level. */
@@ -37,6 +38,14 @@ struct host_work host_work_begin(struct layer_device *device)
     if (work.journal)
         work.journal->destroy_count = resources_destroy_count(device->resources);
     return work;
+}
+
+void host_work_add(struct host_work *work, struct journal_entry *entry)
+{
+    if (!work->journal)
+        return;
+    entry->origin = journal_note_origin(work->journal, NULL, call_site_of_call(work->device));
+    journal_add(work->journal, entry);
 }
 
 /* Without a journal the order assumes that the work may write anything. */

@@ -22,6 +22,9 @@ void host_work_set_journal(struct journal *journal);
 /* The caller then adds entries to the journal, if there is one. */
 struct host_work host_work_begin(struct layer_device *device);
 
+/* Adds an entry of this call, if there is a journal. */
+void host_work_add(struct host_work *work, struct journal_entry *entry);
+
 /* Called before the call goes down: judges updates. Returns true if the call is to be skipped,
  * because `skip` is set or a callback returned VK_TRUE; the work is then over. */
 bool host_work_prepare(struct host_work *work, bool skip);

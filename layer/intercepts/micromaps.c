@@ -105,13 +105,13 @@ bool note_micromap_write(struct layer_device *device, VkCommandBuffer handle,
 
 /* ---- on the host */
 
-static struct host_work begin(struct layer_device *device, const struct journal_entry *entries,
+static struct host_work begin(struct layer_device *device, struct journal_entry *entries,
                               uint32_t count)
 {
     struct host_work work = host_work_begin(device);
     for (uint32_t i = 0; work.journal && i < count; i++)
         if (entries[i].src_id || entries[i].dst_id)
-            journal_add(work.journal, &entries[i]);
+            host_work_add(&work, &entries[i]);
     return work;
 }
 
@@ -122,7 +122,7 @@ struct host_work begin_micromap_builds(struct layer_device *device, uint32_t cou
     for (uint32_t i = 0; work.journal && i < count; i++) {
         struct journal_entry entry = build_entry(device, COMMAND_BuildMicromapsEXT, &infos[i]);
         if (entry.dst_id)
-            journal_add(work.journal, &entry);
+            host_work_add(&work, &entry);
     }
     return work;
 }

@@ -121,7 +121,7 @@ static struct host_work begin_queries(struct layer_device *device, const struct 
     for (uint32_t i = 0; work.journal && i < queried->count; i++) {
         struct journal_entry entry = read_entry(device, queried, i);
         if (entry.src_id)
-            journal_add(work.journal, &entry);
+            host_work_add(&work, &entry);
     }
     return work;
 }

@@ -12,6 +12,8 @@ struct device_buffer device_buffer_create(VkDeviceSize size)
 {
     const STRUCT(VkBufferUsageFlags2CreateInfo, usage,
                  .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                          VK_BUFFER_USAGE_MICROMAP_BUILD_INPUT_READ_ONLY_BIT_EXT |
+                          VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT |
                           VK_BUFFER_USAGE_RAY_TRACING_BIT_NV | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
                           VK_BUFFER_USAGE_CONDITIONAL_RENDERING_BIT_EXT |
                           VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |

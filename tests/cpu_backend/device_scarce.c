@@ -35,7 +35,9 @@ void create_objects(void)
 {
     const VkBuffer buffer =
         create_bound_buffer(STRUCTURES * STRUCTURE_SIZE,
-                            VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, HOST_MEMORY);
+                            VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
+                                VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT,
+                            HOST_MEMORY);
     for (unsigned i = 0; i < STRUCTURES; i++)
         app.sets[i].accel =
             create_accel(buffer, i * STRUCTURE_SIZE, STRUCTURE_SIZE,

@@ -153,6 +153,7 @@ void micromap_open(struct micromap *micromap, bool is_ext)
 VkMicromapBuildInfoEXT micromap_info(const struct micromap *micromap, uint64_t base)
 {
     return MAKE(VkMicromapBuildInfoEXT, .type = micromap->type,
+                .flags = VK_BUILD_MICROMAP_ALLOW_COMPACTION_BIT_EXT,
                 .mode = VK_BUILD_MICROMAP_MODE_BUILD_EXT, .dstMicromap = micromap->ext,
                 .usageCountsCount = 2, .pUsageCounts = micromap->usages,
                 .data.deviceAddress = base + DATA, .triangleArray.deviceAddress = base,

@@ -166,6 +166,15 @@ static VkAccelerationStructureKHR as_khr(const struct nv_structure *structure)
     return (VkAccelerationStructureKHR)structure->handle;
 }
 
+/* The commands of KHR read the bytes, which is not valid: the layer reports the handles, and backend
+ * cpu serializes what they stand for. */
+static void expect_equal(const struct nv_structure *a, VkAccelerationStructureKHR b)
+{
+    messages_expect_none(messages);
+    expect_same_bytes(as_khr(a), b);
+    messages_clear(messages);
+}
+
 static void expect_host_build(struct twins *twins, const struct nv_structure *built)
 {
     uint32_t counts[2] = {twins->ranges[0].primitiveCount, twins->ranges[1].primitiveCount};
@@ -179,7 +188,7 @@ static void expect_host_build(struct twins *twins, const struct nv_structure *bu
     twins->khr.dstAccelerationStructure = twin.handle;
     twins->khr.scratchData.hostAddress = own_block(malloc(sizes.buildScratchSize));
     GET(vk.BuildAccelerationStructuresKHR(device, VK_NULL_HANDLE, 1, &twins->khr, &ranges));
-    expect_same_bytes(as_khr(built), twin.handle);
+    expect_equal(built, twin.handle);
 }
 
 static bool is_hit(const struct nv_structure *structure, float y)
@@ -290,7 +299,7 @@ DATA_TEST(test_copies)
     vk.CmdCopyAccelerationStructureNV(commands, clone.handle, blas.handle, CLONE);
     vk.CmdCopyAccelerationStructureNV(commands, compact.handle, blas.handle, COMPACT);
     device_finish(commands);
-    expect_same_bytes(as_khr(&blas), as_khr(&clone));
+    expect_equal(&blas, as_khr(&clone));
     destroy((uint64_t)blas.handle);
     assert_true(is_hit(&clone, 0) && is_hit(&clone, 10) && !is_hit(&clone, 5));
     assert_true(is_hit(&compact, 0) && is_hit(&compact, 10) && !is_hit(&compact, 5));

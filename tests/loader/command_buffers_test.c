@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Handles that are no command buffers, given to each command that the layer intercepts: the layer
- * skips the command, and reports the handle if the command builds. */
+ * skips the command, and reports the handle if it validates the command. */
 #define _GNU_SOURCE /* MAP_ANONYMOUS, dladdr */
 #include <dlfcn.h>
 #include <sys/mman.h>
 
 #include "intercepted.h"
 #include "loader_test.h"
+#include "vuid-tables/rules.h"
 
 #define WARNING_ID "ASSAY-warning"
 
@@ -26,20 +27,13 @@ static bool is_recorded(const char *name)
            strcmp(name, "vkEndCommandBuffer") == 0 || strcmp(name, "vkResetCommandBuffer") == 0;
 }
 
-/* The id that reports the handle, if the command builds. */
+/* The id that reports the handle, if the layer validates the command. */
 static const char *id_of(const char *name)
 {
-    static const char *const ids[][2] = {
-        {"vkCmdBuildAccelerationStructuresKHR",
-         "VUID-vkCmdBuildAccelerationStructuresKHR-commandBuffer-parameter"},
-        {"vkCmdBuildAccelerationStructuresIndirectKHR",
-         "VUID-vkCmdBuildAccelerationStructuresIndirectKHR-commandBuffer-parameter"},
-        {"vkCmdBuildAccelerationStructureNV",
-         "VUID-vkCmdBuildAccelerationStructureNV-commandBuffer-parameter"},
-    };
-    for (size_t i = 0; i < LENGTH(ids); i++)
-        if (strcmp(name, ids[i][0]) == 0)
-            return ids[i][1];
+    const struct rule_info *rule = &rule_infos[RULE_command_buffer_is_valid];
+    for (enum build_command command = COMMAND_DEVICE; command < COMMAND_COUNT; command++)
+        if (strcmp(name, build_command_name(command)) == 0 && rule->vuid[command] != VUID_NONE)
+            return vuid_texts[rule->vuid[command]].id;
     return NULL;
 }
 

@@ -364,6 +364,10 @@ static const char *missing_platform(const struct play *play)
         return "the null driver";
     if (play->platform->is_cpu && program_find(program, "only", "driver"))
         return "builds by the driver";
+    /* It comes before the program's own setting. */
+    if (program_find(program, "setting", "log_filename") &&
+        getenv("VK_ASSAY_VALIDATION_LOG_FILENAME"))
+        return "a log file of its own";
     return NULL;
 }
 
@@ -385,6 +389,7 @@ static const char *missing(const struct play *play)
          play_has(play, "VK_KHR_ray_tracing_maintenance1")},
         {"sparse", "sparse buffers", play->has_sparse},
         {"group", "a device group", play->has_group},
+        {"records", "level execution", play_sees_executions(play)},
     };
     for (size_t i = 0; i < ARRAY_COUNT(extensions); i++)
         if (program_find(program, "with", extensions[i].name) && !has(play, &extensions[i]))

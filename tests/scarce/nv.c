@@ -24,7 +24,8 @@ static void start_call(struct nv_call *call)
                               .aabbs = MAKE(VkGeometryAABBNV)});
     call->info =
         MAKE(VkAccelerationStructureInfoNV, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
-             .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV,
+             .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV |
+                      VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_NV,
              .geometryCount = GEOMETRIES_NV, .pGeometries = call->geometries);
 }
 

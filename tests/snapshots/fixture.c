@@ -13,7 +13,8 @@ void fixture_open_with(struct fixture *fixture, const struct platform *platform,
                                       extension ? extension : VK_NV_RAY_TRACING_EXTENSION_NAME,
                                       VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME};
     const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures, .pNext = chain,
-                 .accelerationStructure = VK_TRUE, .accelerationStructureIndirectBuild = has_more);
+                 .accelerationStructure = VK_TRUE, .accelerationStructureIndirectBuild = has_more,
+                 .accelerationStructureHostCommands = platform->is_cpu);
     memset(fixture, 0, sizeof(*fixture));
     instance_fixture_create(&fixture->instance, platform, settings);
     GET(instance_fixture_create_device(&fixture->instance, &structures, extensions,

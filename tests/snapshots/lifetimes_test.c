@@ -33,8 +33,9 @@ static void read_structure(void)
     VkDeviceSize size;
     if (platform.is_cpu)
         fixture.vk.WriteAccelerationStructuresPropertiesKHR(
-            fixture.device, 1, &scene.blas, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
-            sizeof(size), &size, sizeof(size));
+            fixture.device, 1, &scene.blas,
+            VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR, sizeof(size), &size,
+            sizeof(size));
 }
 
 static void wait_and_read_structure(void)
