@@ -134,7 +134,7 @@ static void create_device(void)
     STRUCT(VkPhysicalDeviceDisplacementMicromapFeaturesNV, displacement,
            .displacementMicromap = VK_TRUE);
     STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromaps_ext, .pNext = &displacement,
-           .micromap = VK_TRUE);
+           .micromap = VK_TRUE, .micromapHostCommands = VK_TRUE);
     STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesKHR, micromaps, .pNext = &micromaps_ext,
            .micromap = VK_TRUE);
     STRUCT(VkPhysicalDeviceBufferDeviceAddressFeatures, addresses,
