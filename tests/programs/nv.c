@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Structures of VK_NV_ray_tracing, which `structures nv` asks for: builds have the flags and the
- * source of their line, inputs V0, I0 and X0, or A0, or N0, and scratch S0. */
+ * source of their line, inputs V0, I0 and X0, or A0, or N0, and each a part of scratch S0. */
 #include "play.h"
+
+enum { SCRATCH_SIZE = 16 * 1024 }; /* of a build */
 
 /* What structures are built of. */
 struct nv_input {
@@ -73,6 +75,9 @@ static char **build(struct play *play, char **words)
     struct nv_input input;
     VkAccelerationStructureNV dst = play_object(play, *words++)->nv, src = VK_NULL_HANDLE;
     bool is_update = false;
+    const struct device_buffer *scratch = &play_object(play, "S0")->buffer;
+    const VkDeviceSize offset = play->scratch_used;
+    play->scratch_used = (offset + SCRATCH_SIZE) % scratch->size;
     fill_input(play, &input);
     for (; *words && !play_is(*words, "and"); words++) {
         is_update |= play_is(*words, "update");
@@ -82,8 +87,7 @@ static char **build(struct play *play, char **words)
             input.info.flags = play_flags(play, words[1]);
     }
     play->vk.CmdBuildAccelerationStructureNV(play_commands(play), &input.info, input.instances, 0,
-                                             is_update, dst, src,
-                                             play_object(play, "S0")->buffer.handle, 0);
+                                             is_update, dst, src, scratch->handle, offset);
     return *words ? words + 1 : words;
 }
 
