@@ -8,7 +8,7 @@
 
 struct reader {
     struct sources *sources;
-    const char *group;
+    char *group;
     unsigned number; /* of the line */
     struct source_line *common;
     unsigned common_count;
@@ -233,6 +233,8 @@ void sources_read(struct sources *sources, const char *path, const char *group)
     }
     check_twins(&reader, first);
     free(reader.common);
+    if (sources->count == first) /* no program has it */
+        free(reader.group);
     if (strcmp(strrchr(group, '/'), "/common") == 0) {
         sources->definitions = reader.definitions;
         sources->tables = reader.tables;
