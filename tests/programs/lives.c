@@ -107,14 +107,19 @@ static void free_memory(const struct play *play, struct play_object *object)
     object->buffer.memory = VK_NULL_HANDLE;
 }
 
+/* An object whose destruction the layer skips is destroyed after the program. */
 static void destroy(struct play *play, char **words)
 {
     const bool is_buffer = play_is(words[1], "buffer");
     struct play_object *object = play_object(play, words[is_buffer ? 2 : 1]);
+    const struct play_object before = *object;
+    const uint32_t messages = play->fixture.messages.count;
     if (is_buffer || !strchr("BTMEFPcdst", object->name[0]))
         destroy_buffer(play, object);
     else
         play_destroy_object(play, object);
+    if (play->fixture.messages.count > messages && play_expects_mistake(play, (int)play->at))
+        *object = before;
 }
 
 bool play_life(struct play *play, char **words)
