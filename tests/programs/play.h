@@ -129,6 +129,7 @@ bool play_suits(const struct play *play, const struct program *program);
 bool play_sees_executions(const struct play *play);
 bool play_is_setup(const struct program_line *line);
 bool play_has(const struct play *play, const char *extension);
+VkMicromapTypeEXT play_micromap_type(const struct play *play);
 
 /* ---- what is expected (judge.c) */
 
