@@ -84,6 +84,14 @@ static VkMicromapEXT micromap_smaller_by(struct scene *scene, VkDeviceSize bytes
     return micromap_in(scene, &buffer, 0, micromap_size(scene) - bytes);
 }
 
+static VkMicromapEXT micromap_of_another_device(struct scene *scene)
+{
+    scene_enter_other_device(scene);
+    const VkMicromapEXT micromap = scene_micromap_ext(scene, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
+    scene_leave_other_device(scene);
+    return micromap;
+}
+
 static void offer_levels(struct null_driver_config *config)
 {
     config->micromap_properties.maxOpacity2StateSubdivisionLevel = 6;

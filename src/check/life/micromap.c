@@ -12,9 +12,9 @@
 #include "src/check/overlap/pairs.h"
 #include "src/rules/micromap/usages.h"
 
-static struct micromap_info_view view_info(struct check_context *context,
-                                           const struct call_view *call,
-                                           const VkMicromapBuildInfoEXT *info)
+static struct micromap_info_view view_micromap_info(struct check_context *context,
+                                                    const struct call_view *call,
+                                                    const VkMicromapBuildInfoEXT *info)
 {
     struct micromap_info_view view = {
         .call = call,
@@ -35,15 +35,15 @@ void check_micromap_size_query(struct walk *walk, const struct call_view *call)
         check_read(walk->context, arguments->pBuildInfo, sizeof(*info));
     if (!info)
         return;
-    const struct micromap_info_view view = view_info(walk->context, call, info);
+    const struct micromap_info_view view = view_micromap_info(walk->context, call, info);
     walk_micromap_info(walk, &view, &location);
 }
 
 /* ---- the triangles of builds on the host */
 
-/* Returns all triangles that the host can read, or no `first`. */
-static struct micromap_triangles_view view_triangles(struct check_context *context,
-                                                     const struct built_micromap_view *built)
+/* Returns the triangles of a build on the host; `first` is NULL unless all of them are readable. */
+static struct micromap_triangles_view view_host_triangles(struct check_context *context,
+                                                          const struct built_micromap_view *built)
 {
     const VkMicromapBuildInfoEXT *info = built->info;
     struct micromap_triangles_view view = {.call = built->call,
@@ -88,17 +88,17 @@ static void view_host_memory(struct check_context *context, struct built_microma
     built->host_triangles = host_memory_bytes(
         context, info->triangleArray.hostAddress, 0, built->count_known ? built->triangle_count : 0,
         info->triangleArrayStride, sizeof(VkMicromapTriangleEXT));
-    const struct micromap_triangles_view triangles = view_triangles(context, built);
+    const struct micromap_triangles_view triangles = view_host_triangles(context, built);
     built->host_data =
         find_missing_data(context, &triangles, info->data.hostAddress, &built->triangle);
 }
 
 /* ---- builds */
 
-/* The query has the valid usage of the build's parameters, which are not passed on if a rule about
- * them has failed. */
-static void find_sizes(struct check_context *context, const struct micromap_info_view *view,
-                       struct built_micromap_view *built)
+/* The caller has found the parameters valid: the query takes the same structure. */
+static void find_micromap_sizes(struct check_context *context,
+                                const struct micromap_info_view *view,
+                                struct built_micromap_view *built)
 {
     const VkMicromapBuildInfoEXT *info = view->info;
     if (built->dst.alive == YES && built->count_known && !info->pNext &&
@@ -110,14 +110,15 @@ static void find_sizes(struct check_context *context, const struct micromap_info
                                             &built->sizes);
 }
 
-static void view_state(struct check_context *context, const struct micromap_info_view *view,
-                       bool is_valid, struct built_micromap_view *built)
+static void view_built_micromap(struct check_context *context,
+                                const struct micromap_info_view *view, bool is_valid,
+                                struct built_micromap_view *built)
 {
     const VkMicromapBuildInfoEXT *info = view->info;
     built->dst = check_find_object(context, VK_OBJECT_TYPE_MICROMAP_EXT,
                                    (uint64_t)(uintptr_t)info->dstMicromap);
     if (is_valid)
-        find_sizes(context, view, built);
+        find_micromap_sizes(context, view, built);
     if (!command_is_recorded(view->call->command)) {
         view_host_memory(context, built);
         return;
@@ -136,8 +137,8 @@ static VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
 }
 
 /* The range has no handle, so that a micromap that is built twice shares its memory with itself. */
-static void add_range(struct sweep *sweep, uint32_t build, enum range_role role,
-                      const struct memory_span *span)
+static void add_micromap_range(struct sweep *sweep, uint32_t build, enum range_role role,
+                               const struct memory_span *span)
 {
     if (span->memory && span->begin < span->end)
         sweep_add(sweep, &(struct used_range){.role = role, .build = build, .span = *span});
@@ -148,15 +149,15 @@ struct host_scratch {
     uint32_t build;
 };
 
-static void add_host_piece(void *user, const struct memory_span *piece)
+static void add_scratch_piece(void *user, const struct memory_span *piece)
 {
     const struct host_scratch *scratch = user;
-    add_range(scratch->sweep, scratch->build, ROLE_SCRATCH, piece);
+    add_micromap_range(scratch->sweep, scratch->build, ROLE_SCRATCH, piece);
 }
 
 /* A build accesses no more bytes than the sizes say, however large the micromap was created. */
-static void collect_ranges(struct check_context *context, struct sweep *sweep, uint32_t build,
-                           const struct built_micromap_view *built)
+static void collect_micromap_ranges(struct check_context *context, struct sweep *sweep,
+                                    uint32_t build, const struct built_micromap_view *built)
 {
     const struct micromap_size_facts *sizes = &built->sizes;
     const struct address_facts *scratch = &built->scratch;
@@ -164,27 +165,29 @@ static void collect_ranges(struct check_context *context, struct sweep *sweep, u
     if (!sizes->known)
         return;
     dst.end = dst.begin + smaller_of(sizes->micromap, dst.end - dst.begin);
-    add_range(sweep, build, ROLE_DST, &dst);
+    add_micromap_range(sweep, build, ROLE_DST, &dst);
     if (!command_is_recorded(built->call->command)) {
-        resources_find_host_pieces(context->resources, built->info->scratchData.hostAddress,
-                                   sizes->build_scratch, add_host_piece,
-                                   &(struct host_scratch){sweep, build});
+        if (!built->host_scratch.unreadable)
+            resources_find_host_pieces(context->resources, built->info->scratchData.hostAddress,
+                                       sizes->build_scratch, add_scratch_piece,
+                                       &(struct host_scratch){sweep, build});
         return;
     }
     const struct memory_span bytes = memory_span_of(
         scratch->memory, scratch->begin, smaller_of(scratch->bytes_left, sizes->build_scratch));
     if (scratch->status == ADDRESS_IN_BUFFER && !scratch->is_sparse)
-        add_range(sweep, build, ROLE_SCRATCH, &bytes);
+        add_micromap_range(sweep, build, ROLE_SCRATCH, &bytes);
 }
 
 /* ---- the call */
 
-static void check_build(struct walk *walk, const struct call_view *call, bool call_is_valid,
-                        struct sweep *sweep, uint32_t index, const VkMicromapBuildInfoEXT *info)
+static void check_micromap_build(struct walk *walk, const struct call_view *call,
+                                 bool call_is_valid, struct sweep *sweep, uint32_t index,
+                                 const VkMicromapBuildInfoEXT *info)
 {
     struct check_context *context = walk->context;
     const struct location location = check_element(call, "pInfos", index);
-    const struct micromap_info_view view = view_info(context, call, info);
+    const struct micromap_info_view view = view_micromap_info(context, call, info);
     const uint32_t findings = walk->findings;
     struct built_micromap_view built = {.call = call,
                                         .info = info,
@@ -192,12 +195,12 @@ static void check_build(struct walk *walk, const struct call_view *call, bool ca
                                         .triangle_count = usages_sum(&view.usages)};
     walk_micromap_info(walk, &view, &location);
     if (context->level >= LEVEL_STATE)
-        view_state(context, &view, call_is_valid && walk->findings == findings, &built);
+        view_built_micromap(context, &view, call_is_valid && walk->findings == findings, &built);
     walk_built_micromap(walk, &built, &location);
     if (context->level >= LEVEL_STATE)
-        collect_ranges(context, sweep, index, &built);
+        collect_micromap_ranges(context, sweep, index, &built);
     if (context->level >= LEVEL_CONTENT && !command_is_recorded(call->command)) {
-        const struct micromap_triangles_view triangles = view_triangles(context, &built);
+        const struct micromap_triangles_view triangles = view_host_triangles(context, &built);
         if (triangles.first)
             walk_micromap_triangles(walk, &triangles, &location);
     }
@@ -218,7 +221,7 @@ void check_micromap_builds(struct walk *walk, const struct call_view *call)
         return;
     sweep_init(&sweep);
     for (uint32_t i = 0; i < count; i++)
-        check_build(walk, call, call_is_valid, &sweep, i, &infos[i]);
+        check_micromap_build(walk, call, call_is_valid, &sweep, i, &infos[i]);
     pairs_walk(walk, call, &sweep);
     sweep_release(&sweep);
 }

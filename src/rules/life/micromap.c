@@ -199,7 +199,7 @@ static bool scratch_leads_somewhere(const struct built_micromap_view *built,
                     number(scratch_size(built)));
 }
 
-static bool builds(const struct built_micromap_view *built)
+static bool is_in_build_mode(const struct built_micromap_view *built)
 {
     return built->info->mode == VK_BUILD_MICROMAP_MODE_BUILD_EXT;
 }
@@ -208,7 +208,7 @@ bool built_micromap_scratch_is_valid(const struct built_micromap_view *built_mic
                                      struct finding *finding)
 {
     return scratch_leads_somewhere(built_micromap, finding) ||
-           (builds(built_micromap) &&
+           (is_in_build_mode(built_micromap) &&
             also_violates(finding, RULE_built_micromap_scratch_is_in_one_buffer));
 }
 
@@ -217,7 +217,7 @@ bool built_micromap_scratch_is_in_one_buffer(const struct built_micromap_view *b
 {
     const struct address_facts *scratch = &built_micromap->scratch;
     const VkDeviceSize needed = scratch_size(built_micromap);
-    if (!builds(built_micromap))
+    if (!is_in_build_mode(built_micromap))
         return true;
     if (!scratch_leads_somewhere(built_micromap, finding))
         return is_reported_with(finding, RULE_built_micromap_scratch_is_valid);
