@@ -174,9 +174,8 @@ bool play_life(struct play *play, char **words);
  * place NAME PLACE: a structure in a buffer. */
 void play_alias(struct play *play, char **words);
 void play_put(struct play *play, char **words);
-/* init PLACE transform | ranges | box (upside down) | triangles (of a micromap) | triangle FORMAT LEVEL
- * (the first of these) | instances
- * NAME...: the host writes, before all submissions */
+/* init PLACE transform | ranges | box (upside down) | triangles (of a micromap) | triangle FORMAT
+ * LEVEL (the first of these) | instances NAME...: the host writes, before all submissions */
 void play_init(struct play *play, char **words);
 /* The references of a host build are handles. */
 void play_write_instances(struct play *play, void *to, char **names, bool is_host);
