@@ -107,8 +107,10 @@ void cpu_build_micromaps(VkCommandBuffer commands, uint32_t count,
         return;
     for (uint32_t i = 0; i < count; i++) {
         struct recorded_build *build = copy_parameters(&recorder, &infos[i]);
-        if (build)
-            recorder_add_build(&recorder, build);
+        if (!build)
+            continue;
+        build->place = recorded_place_of_micromap(i);
+        recorder_add_build(&recorder, build);
     }
     recorder_end(&recorder);
 }

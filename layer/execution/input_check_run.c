@@ -312,6 +312,8 @@ static bool is_readable(struct read_buffer *buffer, const struct recorded_build 
 {
     struct execution *execution = buffer->execution;
     const uint32_t position = build->place.position;
+    if (position == POSITION_OF_MICROMAPS)
+        return !buffer->reading->when;
     unsigned judged_end = atomic_load(&execution->judged_end);
     if (position < judged_end)
         return false;

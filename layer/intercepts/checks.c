@@ -41,9 +41,26 @@ static bool find_use(void *user, uint64_t id, struct pending_use *use)
     return submitted_builds_find_use(call->device->submitted_builds, id, use);
 }
 
+/* The query is a call of the layer's own, and needs what one of the application would need. */
+static void find_micromap_sizes(void *user, const VkMicromapBuildInfoEXT *info,
+                                VkAccelerationStructureBuildTypeKHR build_type,
+                                struct micromap_size_facts *sizes)
+{
+    const struct layer_device *device = ((struct build_call *)user)->device;
+    const struct device_facts *facts = &device->facts;
+    VkMicromapBuildSizesInfoEXT found = {.sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_SIZES_INFO_EXT};
+    if (!device->vk.GetMicromapBuildSizesEXT || !facts->micromap.ext ||
+        (facts->is_group && !facts->buffer_device_address_multi_device))
+        return;
+    device->vk.GetMicromapBuildSizesEXT(device->handle, build_type, info, &found);
+    *sizes = (struct micromap_size_facts){
+        .known = true, .micromap = found.micromapSize, .build_scratch = found.buildScratchSize};
+}
+
 bool check_command(struct layer_device *device, enum build_command command, const void *arguments)
 {
     static const struct check_hooks hooks = {.found = build_call_found,
+                                             .find_micromap_sizes = find_micromap_sizes,
                                              .of_another_device = build_call_of_another_device,
                                              .find_use = find_use};
     struct build_call call;

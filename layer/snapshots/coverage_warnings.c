@@ -54,8 +54,12 @@ static void append_builds(struct text_buffer *text, const struct recording *reco
         recording->left_out_count < LEFT_OUT_NAMED ? recording->left_out_count : LEFT_OUT_NAMED;
     for (uint32_t i = 0; i < named; i++) {
         const struct left_out_build *build = &recording->left_out[i];
-        text_append(text, "%s build %" PRIu32 " (%s)", i ? "," : "", build->position,
-                    reason_of(build->reason));
+        text_append(text, "%s ", i ? "," : "");
+        if (build->position == POSITION_OF_MICROMAPS)
+            text_append(text, "a build of a micromap");
+        else
+            text_append(text, "build %" PRIu32, build->position);
+        text_append(text, " (%s)", reason_of(build->reason));
     }
     if (named < recording->left_out_count)
         text_append(text, " and %" PRIu32 " more", recording->left_out_count - named);

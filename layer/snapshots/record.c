@@ -94,6 +94,17 @@ bool recorder_begin_builds(struct recorder *recorder, VkCommandBuffer handle)
     return true;
 }
 
+/* The journal has no entries of these builds that could have copies: recorder_keep_build() makes
+ * them. */
+bool recorder_begin_micromaps(struct recorder *recorder, VkCommandBuffer handle)
+{
+    if (!recorder_begin_builds(recorder, handle))
+        return false;
+    recorder->builds = (struct journal_cursor){0};
+    recorder->is_of_micromaps = true;
+    return true;
+}
+
 void recorder_fail(struct recorder *recorder)
 {
     recorder->command_buffer->work_failed = true;
@@ -200,6 +211,13 @@ void recorder_order_buffer(const struct recorder *recorder, VkBuffer buffer,
         recorder->handle, dependency->src, dependency->dst, 0, 0, NULL, 1, &own, 0, NULL);
 }
 
+/* The stage of builds of micromaps is one of synchronization2, which may be off. */
+static VkPipelineStageFlags stages_of_builds(const struct recorder *recorder)
+{
+    return recorder->is_of_micromaps ? VK_PIPELINE_STAGE_ALL_COMMANDS_BIT
+                                     : VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR;
+}
+
 static void start_on_backend(const struct recorder *recorder)
 {
     bool computes = recorder->command_buffer->pool->queue_flags & VK_QUEUE_COMPUTE_BIT;
@@ -237,8 +255,7 @@ void recorder_start_copies(struct recorder *recorder)
         }
         earlier = own;
     }
-    barrier(recorder, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR | earlier, own, writes,
-            reads | writes);
+    barrier(recorder, stages_of_builds(recorder) | earlier, own, writes, reads | writes);
 }
 
 static VkPipelineStageFlags stages_of_copies(const struct recorder *recorder)
@@ -295,8 +312,7 @@ void recorder_end_call(const struct recorder *recorder)
     if (!recorder->device || !recorder->has_copied || recorder->device->snapshots->are_for_backend)
         return;
     recorder_mark_finished(recorder);
-    barrier(recorder, recorder->copy_stages, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
-            0, 0);
+    barrier(recorder, recorder->copy_stages, stages_of_builds(recorder), 0, 0);
 }
 
 /* ---- copies */

@@ -22,9 +22,7 @@ struct micromap_triangle {
     uint32_t level, format;
 };
 
-/* Returns the data size of one triangle in bytes, or 0 if the format or level is invalid for the
- * type. */
-static uint64_t data_bytes(uint32_t type, uint32_t format, uint32_t level)
+uint64_t micromap_triangle_bytes(uint32_t type, uint32_t format, uint32_t level)
 {
     if (type == VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV)
         return displacement_bytes(format, level);
@@ -42,7 +40,8 @@ static enum builder_result measure(const struct micromap_input *input, uint32_t 
     uint64_t count = 0, data = 0;
     for (uint32_t i = 0; i < input->usage_count; i++) {
         const VkMicromapUsageEXT *usage = &input->usages[i];
-        uint64_t bytes = data_bytes(input->type, usage->format, usage->subdivisionLevel);
+        uint64_t bytes =
+            micromap_triangle_bytes(input->type, usage->format, usage->subdivisionLevel);
         if (bytes == 0)
             return BUILDER_UNKNOWN_FORMAT;
         count += usage->count;
@@ -81,7 +80,7 @@ static bool find_triangle(const struct micromap_input *input, uint64_t index,
         input->triangles_size - offset < sizeof(*triangle))
         return false;
     memcpy(triangle, (const uint8_t *)input->triangles + offset, sizeof(*triangle));
-    *bytes = data_bytes(input->type, triangle->format, triangle->subdivisionLevel);
+    *bytes = micromap_triangle_bytes(input->type, triangle->format, triangle->subdivisionLevel);
     return *bytes > 0;
 }
 
@@ -189,7 +188,8 @@ static bool is_well_formed(const struct micromap_header *header, uint64_t size)
         count * sizeof(*triangles) > header->size - sizeof(*header))
         return false;
     for (uint64_t i = 0; i < count; i++) {
-        uint64_t bytes = data_bytes(header->type, triangles[i].format, triangles[i].level);
+        uint64_t bytes =
+            micromap_triangle_bytes(header->type, triangles[i].format, triangles[i].level);
         if (bytes == 0 || triangles[i].data > header->size ||
             bytes > header->size - triangles[i].data)
             return false;

@@ -30,6 +30,10 @@ enum builder_result micromap_get_size(const struct micromap_input *input, uint64
 enum builder_result micromap_build(const struct micromap_input *input, void *micromap,
                                    uint64_t size);
 
+/* Returns the data size of one triangle in bytes, or 0 if the format or level is invalid for the
+ * VkMicromapTypeEXT. */
+uint64_t micromap_triangle_bytes(uint32_t type, uint32_t format, uint32_t level);
+
 /* micromap_triangle_count() returns the sum of the usage counts. micromap_data_extent() returns the
  * end, in bytes from `data` on, of the data of all readable triangles. */
 uint64_t micromap_triangle_count(const struct micromap_input *input);

@@ -31,11 +31,17 @@ static bool is_same_structure(const struct pair_view *pair)
     return pair->a.handle && pair->a.handle == pair->b.handle;
 }
 
-static const char *field_name(enum range_role role)
+/* The ranges of builds of micromaps have no handles. */
+static bool is_of_micromaps(const struct pair_view *pair)
+{
+    return pair->call->command >= BUILD_COMMAND_COUNT;
+}
+
+static const char *field_name(const struct pair_view *pair, enum range_role role)
 {
     switch (role) {
     case ROLE_DST:
-        return "dstAccelerationStructure";
+        return is_of_micromaps(pair) ? "dstMicromap" : "dstAccelerationStructure";
     case ROLE_SRC:
         return "srcAccelerationStructure";
     case ROLE_SCRATCH:
@@ -51,8 +57,9 @@ static struct value structure(VkAccelerationStructureKHR handle)
 
 static bool is_same(const struct pair_view *pair, struct finding *finding)
 {
-    return violated(finding, field_name(pair->a.role), "{} is also {}", structure(pair->a.handle),
-                    field_of(pair->b.build, field_name(pair->b.role)));
+    return violated(finding, field_name(pair, pair->a.role), "{} is also {}",
+                    structure(pair->a.handle),
+                    field_of(pair->b.build, field_name(pair, pair->b.role)));
 }
 
 /* Both ranges are scratch. */
@@ -69,13 +76,15 @@ static bool shares(const struct pair_view *pair, struct finding *finding)
         return shares_host_memory(pair, finding);
     struct value memory =
         object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)pair->shared.memory);
-    if (pair->a.role == ROLE_SCRATCH)
-        return violated(finding, field_name(pair->a.role), "shares bytes [{}, {}) of {} with {}",
-                        hex(pair->shared.begin), hex(pair->shared.end), memory,
-                        field_of(pair->b.build, field_name(pair->b.role)));
-    return violated(finding, field_name(pair->a.role), "{} shares bytes [{}, {}) of {} with {}",
-                    structure(pair->a.handle), hex(pair->shared.begin), hex(pair->shared.end),
-                    memory, field_of(pair->b.build, field_name(pair->b.role)));
+    if (pair->a.role == ROLE_SCRATCH || is_of_micromaps(pair))
+        return violated(finding, field_name(pair, pair->a.role),
+                        "shares bytes [{}, {}) of {} with {}", hex(pair->shared.begin),
+                        hex(pair->shared.end), memory,
+                        field_of(pair->b.build, field_name(pair, pair->b.role)));
+    return violated(finding, field_name(pair, pair->a.role),
+                    "{} shares bytes [{}, {}) of {} with {}", structure(pair->a.handle),
+                    hex(pair->shared.begin), hex(pair->shared.end), memory,
+                    field_of(pair->b.build, field_name(pair, pair->b.role)));
 }
 
 /* ---- An update in place has one structure as its dst and as its src. What is wrong with the dst
@@ -153,7 +162,7 @@ bool scratch_and_update_src_are_apart(const struct pair_view *pair, struct findi
 bool no_dst_is_a_micromap_of_another_build(const struct pair_view *pair, struct finding *finding)
 {
     return !is_pair_with_micromap(pair) || !is_same_structure(pair) ||
-           violated(finding, field_name(ROLE_DST), "{} is a micromap that {} uses",
+           violated(finding, field_name(pair, ROLE_DST), "{} is a micromap that {} uses",
                     structure(pair->a.handle), field_of(pair->b.build, ""));
 }
 
@@ -161,8 +170,8 @@ bool dst_and_micromaps_of_other_builds_are_apart(const struct pair_view *pair,
                                                  struct finding *finding)
 {
     return !is_pair_with_micromap(pair) || !pair->shares_memory ||
-           violated(finding, field_name(ROLE_DST), "{} shares memory of {} with micromap {} of {}",
-                    structure(pair->a.handle),
+           violated(finding, field_name(pair, ROLE_DST),
+                    "{} shares memory of {} with micromap {} of {}", structure(pair->a.handle),
                     object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)pair->shared.memory),
                     structure(pair->b.handle), field_of(pair->b.build, ""));
 }
@@ -170,7 +179,7 @@ bool dst_and_micromaps_of_other_builds_are_apart(const struct pair_view *pair,
 bool no_dst_is_an_instance_of_another_build(const struct pair_view *pair, struct finding *finding)
 {
     return !is_pair_with_instance(pair) || !is_same_structure(pair) ||
-           violated(finding, field_name(ROLE_DST),
+           violated(finding, field_name(pair, ROLE_DST),
                     "{} is the structure that an instance of {} refers to",
                     structure(pair->a.handle), field_of(pair->b.build, ""));
 }
@@ -179,7 +188,7 @@ bool dst_and_instances_of_other_builds_are_apart(const struct pair_view *pair,
                                                  struct finding *finding)
 {
     return !is_pair_with_instance(pair) || !pair->shares_memory ||
-           violated(finding, field_name(ROLE_DST),
+           violated(finding, field_name(pair, ROLE_DST),
                     "{} shares memory of {} with {}, which an instance of {} refers to",
                     structure(pair->a.handle),
                     object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)pair->shared.memory),

@@ -261,3 +261,21 @@ void chained_inputs_free(struct chained_input *chained, uint32_t count)
         free(chained[i].micromap.usages);
     free(chained);
 }
+
+uint64_t micromap_parameters_count(const struct micromap_parameters *micromap)
+{
+    uint64_t count = 0;
+    for (uint32_t i = 0; i < micromap->usage_count; i++)
+        count += micromap->usages[i].count;
+    return count;
+}
+
+uint64_t micromap_parameters_extent(const struct micromap_parameters *micromap)
+{
+    const uint64_t count = micromap_parameters_count(micromap);
+    uint64_t extent;
+    if (!count || __builtin_mul_overflow(count - 1, micromap->stride, &extent) ||
+        __builtin_add_overflow(extent, sizeof(VkMicromapTriangleEXT), &extent))
+        return 0;
+    return extent;
+}

@@ -18,6 +18,11 @@ struct micromap_parameters {
     uint64_t stride;
 };
 
+/* Returns the sum of the usage counts, and the size in bytes of as many triangles with their
+ * stride; 0 if it overflows. */
+uint64_t micromap_parameters_count(const struct micromap_parameters *micromap);
+uint64_t micromap_parameters_extent(const struct micromap_parameters *micromap);
+
 /* The chained input of one geometry. pNext and usages are NULL everywhere. Members are zero if the
  * chain lacks their structure. */
 struct chained_input {

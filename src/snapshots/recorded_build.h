@@ -98,6 +98,14 @@ struct recorded_place {
     bool geometry_by_pointer; /* the application used ppGeometries */
 };
 
+/* Builds of micromaps have no number among the builds of a command buffer. */
+#define POSITION_OF_MICROMAPS UINT32_MAX
+static inline struct recorded_place recorded_place_of_micromap(uint32_t info)
+{
+    return (struct recorded_place){
+        .command = COMMAND_CmdBuildMicromapsEXT, .info = info, .position = POSITION_OF_MICROMAPS};
+}
+
 /* Why snapshots lack inputs of a build. */
 enum left_out {
     LEFT_OUT_NOTHING,

@@ -166,6 +166,12 @@ struct size_facts {
     VkDeviceSize acceleration_structure, build_scratch, update_scratch;
 };
 
+/* Bytes that vkGetMicromapBuildSizesEXT of the next layer returns. */
+struct micromap_size_facts {
+    bool known;
+    VkDeviceSize micromap, build_scratch;
+};
+
 /* Enabled features and limits of micromaps. */
 struct micromap_support {
     bool any;      /* one of the three micromap extensions is enabled */

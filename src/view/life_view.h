@@ -7,6 +7,8 @@
 #define ASSAY_VIEW_LIFE_VIEW_H
 
 #include "src/view/finding.h"
+#include "src/view/host_view.h"
+#include "src/view/micromap_view.h"
 #include "src/view/view.h"
 
 /* A structure or micromap that a command names by its handle. */
@@ -106,6 +108,37 @@ struct size_query_view {
     const VkAccelerationStructureGeometryKHR *const *geometry_pointers;
     const void *counts_argument;
     const uint32_t *counts; /* NULL: unreadable */
+};
+
+/* A VkMicromapBuildInfoEXT, of a build or of a query of the sizes of a build. */
+struct micromap_info_view {
+    const struct call_view *call;
+    const VkMicromapBuildInfoEXT *info;
+    struct micromap_usages usages;
+};
+
+/* A build of a micromap: one element of pInfos. */
+struct built_micromap_view {
+    const struct call_view *call;
+    const VkMicromapBuildInfoEXT *info;
+    bool count_known;
+    uint64_t triangle_count; /* the sum of the usage counts */
+    /* From level STATE on. */
+    struct life_object dst;
+    struct micromap_size_facts sizes;
+    struct address_facts data, triangles, scratch; /* in command buffers */
+    /* On the host: the triangles and the scratch; and the data of the first triangle whose data is
+     * not there. */
+    struct host_bytes host_triangles, host_scratch, host_data;
+    uint64_t triangle; /* whose data `host_data` is */
+};
+
+/* The micromap triangles that a build reads. */
+struct micromap_triangles_view {
+    const struct call_view *call;
+    VkMicromapTypeEXT type;
+    const uint8_t *first; /* `count` VkMicromapTriangleEXT, perhaps misaligned */
+    uint64_t count, stride;
 };
 
 /* A query of the address or the handle of a structure. */

@@ -397,7 +397,7 @@ VkDeviceSize play_build_size(struct play *play, char **words)
 static void build_micromap(struct play *play, char **words)
 {
     const VkMicromapUsageEXT usage = {PRIMITIVES, 0, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
-    STRUCT(VkMicromapBuildInfoEXT, info, .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+    STRUCT(VkMicromapBuildInfoEXT, info, .type = play_micromap_type(play),
            .dstMicromap = play_object(play, words[1])->micromap, .usageCountsCount = 1,
            .pUsageCounts = &usage, .triangleArrayStride = sizeof(VkMicromapTriangleEXT));
     char *triangles = "V1";

@@ -2,7 +2,8 @@
 /* The instance and the device of a program, as lines ask for them, wherever they stand:
  *
  *     setting NAME VALUE         of the layer; log_filename: a file of the process
- *     with EXTENSION             and its features
+ *     with EXTENSION             and its features; VK_NV_displacement_micromap: all micromaps
+ *                                have displacements
  *     with group                 the device has all physical devices of its group, at least two
  *     without FEATURE            maintenance1, synchronization2, deviceFault
  *     only null                  for programs that need the null driver
@@ -140,6 +141,7 @@ struct device_features {
     VkPhysicalDeviceAccelerationStructureFeaturesKHR structures;
     VkPhysicalDeviceRayTracingMaintenance1FeaturesKHR maintenance;
     VkPhysicalDeviceOpacityMicromapFeaturesEXT micromaps;
+    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacements;
     VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion;
     VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres;
     VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense;
@@ -161,6 +163,8 @@ static const struct extension {
     {"VK_KHR_ray_tracing_maintenance1", true,
      FEATURES(maintenance, RAY_TRACING_MAINTENANCE_1_FEATURES_KHR)},
     {"VK_EXT_opacity_micromap", true, FEATURES(micromaps, OPACITY_MICROMAP_FEATURES_EXT)},
+    {"VK_NV_displacement_micromap", false,
+     FEATURES(displacements, DISPLACEMENT_MICROMAP_FEATURES_NV)},
     {"VK_AMD_buffer_marker", true, NO_FEATURES},
     {"VK_KHR_synchronization2", false, NO_FEATURES},
     {"VK_KHR_timeline_semaphore", false, NO_FEATURES},

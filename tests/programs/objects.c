@@ -57,11 +57,17 @@ void play_create_structure(struct play *play, struct play_object *object, VkBuff
                 object->name);
 }
 
+VkMicromapTypeEXT play_micromap_type(const struct play *play)
+{
+    return play_has(play, "VK_NV_displacement_micromap") ? VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV
+                                                         : VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT;
+}
+
 static void create_micromap(struct play *play, struct play_object *object, VkBuffer buffer,
                             VkDeviceSize offset, VkDeviceSize size)
 {
     const STRUCT(VkMicromapCreateInfoEXT, info, .buffer = buffer, .offset = offset, .size = size,
-                 .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
+                 .type = play_micromap_type(play));
     GET(play->vk.CreateMicromapEXT(play->device, &info, NULL, &object->micromap));
     name_object(play, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)object->micromap, object->name);
 }
@@ -259,6 +265,11 @@ void play_init(struct play *play, char **words)
         play_write(play, words[1], &identity, sizeof(identity));
     else if (play_is(words[2], "triangles"))
         play_write(play, words[1], triangles, sizeof(triangles));
+    else if (play_is(words[2], "triangle"))
+        play_write(play, words[1],
+                   &(VkMicromapTriangleEXT){.subdivisionLevel = (uint16_t)atoi(words[4]),
+                                            .format = (uint16_t)atoi(words[3])},
+                   sizeof(triangles[0]));
     else if (play_is(words[2], "box"))
         play_write(play, words[1], &box, sizeof(box));
     else if (play_is(words[2], "reference"))

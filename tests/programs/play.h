@@ -129,6 +129,7 @@ bool play_suits(const struct play *play, const struct program *program);
 bool play_sees_executions(const struct play *play);
 bool play_is_setup(const struct program_line *line);
 bool play_has(const struct play *play, const char *extension);
+VkMicromapTypeEXT play_micromap_type(const struct play *play);
 
 /* ---- what is expected (judge.c) */
 
@@ -173,8 +174,8 @@ bool play_life(struct play *play, char **words);
  * place NAME PLACE: a structure in a buffer. */
 void play_alias(struct play *play, char **words);
 void play_put(struct play *play, char **words);
-/* init PLACE transform | ranges | box (upside down) | triangles (of a micromap) | instances
- * NAME...: the host writes, before all submissions */
+/* init PLACE transform | ranges | box (upside down) | triangles (of a micromap) | triangle FORMAT
+ * LEVEL (the first of these) | instances NAME...: the host writes, before all submissions */
 void play_init(struct play *play, char **words);
 /* The references of a host build are handles. */
 void play_write_instances(struct play *play, void *to, char **names, bool is_host);

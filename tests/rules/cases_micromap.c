@@ -88,10 +88,12 @@ static void submit_before(struct scene *scene, VkAccelerationStructureTypeKHR ty
     scene->command_buffer = command_buffer;
 }
 
-static VkMicromapBuildInfoEXT build_info(const struct scene *scene)
+static VkMicromapBuildInfoEXT build_info(struct scene *scene, bool is_on_host)
 {
-    return MAKE(VkMicromapBuildInfoEXT, .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
-                .dstMicromap = scene->micromaps.opacity_ext.micromap);
+    return scene_build_of_micromap(scene, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+                                   scene->micromaps.opacity_ext.micromap,
+                                   scene->micromaps.usages_ext, is_on_host)
+        .info;
 }
 
 static void place_micromap(struct scene *scene, enum place place)

@@ -93,8 +93,10 @@ struct scene_life {
     void *data_argument;
 
     VkMicromapUsageEXT usages[SCENE_USAGES];
+    const VkMicromapUsageEXT *usage_pointers[SCENE_USAGES];
     VkMicromapBuildInfoEXT builds[2];
     uint32_t build_count;
+    struct test_buffer micromap_input, micromap_scratch; /* of the first build */
 
     struct test_buffer storage; /* in which a structure is created */
     VkAccelerationStructureCreateInfoKHR create;
@@ -360,6 +362,17 @@ void scene_use_micromap_ext(struct scene *scene);
 void scene_use_displacement(struct scene *scene);
 
 VkMicromapEXT scene_micromap_ext(struct scene *scene, VkMicromapTypeEXT type);
+
+/* A build of a micromap by one usage, which it leads to. The second half of the input is full of
+ * triangles of its format; the first half is their data. */
+struct scene_micromap_build {
+    struct test_buffer input, scratch;
+    VkMicromapBuildInfoEXT info;
+};
+struct scene_micromap_build scene_build_of_micromap(struct scene *scene, VkMicromapTypeEXT type,
+                                                    VkMicromapEXT dst,
+                                                    const VkMicromapUsageEXT *usage,
+                                                    bool is_on_host);
 
 /* A structure that the command buffer of the scene has made an opacity micromap of so many
  * triangles. */

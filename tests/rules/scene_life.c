@@ -7,7 +7,7 @@
 #include "life_calls.h"
 #include "scene.h"
 
-enum { SERIALIZED_SIZE = 1 << 16, MICROMAP_INPUT_SIZE = 1 << 12 };
+enum { SERIALIZED_SIZE = 1 << 16 };
 
 /* ---- which command */
 
@@ -69,30 +69,24 @@ static void open_structures(struct scene *scene)
 static void open_micromaps(struct scene *scene)
 {
     struct scene_life *life = &scene->life;
-    const struct test_buffer inputs =
-        scene_buffer(scene, MICROMAP_INPUT_SIZE,
-                     VK_BUFFER_USAGE_MICROMAP_BUILD_INPUT_READ_ONLY_BIT_EXT |
-                         VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
-    const struct test_buffer scratch = scene_buffer(scene, MICROMAP_INPUT_SIZE, SCRATCH_USAGE);
-    const VkMicromapTriangleEXT triangle = {.format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
-    memset(inputs.host, 0, MICROMAP_INPUT_SIZE);
-    memcpy(inputs.host + MICROMAP_INPUT_SIZE / 2, &triangle, sizeof(triangle));
+    const bool is_on_host = command_is_on_host(scene->command);
     life->object_type = VK_OBJECT_TYPE_MICROMAP_EXT;
     life->src = (uint64_t)scene_micromap_ext(scene, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
     life->dst = (uint64_t)scene_micromap_ext(scene, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
-    life->usages[0] =
-        (VkMicromapUsageEXT){.count = 1, .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
-    life->builds[0] =
-        MAKE(VkMicromapBuildInfoEXT, .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
-             .flags = VK_BUILD_MICROMAP_ALLOW_COMPACTION_BIT_EXT,
-             .mode = VK_BUILD_MICROMAP_MODE_BUILD_EXT, .dstMicromap = (VkMicromapEXT)life->src,
-             .usageCountsCount = 1, .pUsageCounts = life->usages,
-             .data.deviceAddress = scene_address(scene, &inputs, 0),
-             .scratchData.deviceAddress = scene_address(scene, &scratch, 0),
-             .triangleArray.deviceAddress = scene_address(scene, &inputs, MICROMAP_INPUT_SIZE / 2),
-             .triangleArrayStride = sizeof(triangle));
+    for (uint32_t i = 0; i < SCENE_USAGES; i++) {
+        life->usages[i] =
+            (VkMicromapUsageEXT){.count = 1, .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
+        life->usage_pointers[i] = &life->usages[i];
+    }
+    const struct scene_micromap_build build =
+        scene_build_of_micromap(scene, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+                                (VkMicromapEXT)life->src, life->usages, is_on_host);
+    life->micromap_input = build.input;
+    life->micromap_scratch = build.scratch;
+    life->builds[0] = build.info;
+    life->builds[0].flags = VK_BUILD_MICROMAP_ALLOW_COMPACTION_BIT_EXT;
     life->build_count = 1;
-    if (command_is_on_host(scene->command))
+    if (is_on_host)
         MUST_SUCCEED(
             scene->vk->BuildMicromapsEXT(scene->fixture->device, VK_NULL_HANDLE, 1, life->builds));
     else

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Builds of micromaps, and geometries that use them. */
+#include <string.h>
+
 #include "scene.h"
 
 enum { MICROMAP_SIZE = 4096 };
@@ -141,16 +143,48 @@ void scene_use_micromap_ext(struct scene *scene)
     scene_fit(scene, INDEXED);
 }
 
+static VkDeviceOrHostAddressKHR address_of(const struct test_buffer *buffer, VkDeviceSize offset,
+                                           bool is_on_host)
+{
+    if (is_on_host)
+        return (VkDeviceOrHostAddressKHR){.hostAddress = buffer->host + offset};
+    return (VkDeviceOrHostAddressKHR){.deviceAddress = buffer->address + offset};
+}
+
+struct scene_micromap_build scene_build_of_micromap(struct scene *scene, VkMicromapTypeEXT type,
+                                                    VkMicromapEXT dst,
+                                                    const VkMicromapUsageEXT *usage,
+                                                    bool is_on_host)
+{
+    const struct test_buffer input =
+        scene_buffer(scene, SCENE_MICROMAP_INPUT_SIZE,
+                     VK_BUFFER_USAGE_MICROMAP_BUILD_INPUT_READ_ONLY_BIT_EXT |
+                         VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    const struct test_buffer scratch = scene_buffer(scene, MICROMAP_SIZE, SCRATCH_USAGE);
+    const VkMicromapTriangleEXT triangle = {.format = (uint16_t)usage->format};
+    const VkDeviceSize at = input.size / 2;
+    memset(input.host, 0, input.size);
+    for (VkDeviceSize i = at; i < input.size; i += sizeof(triangle))
+        memcpy(input.host + i, &triangle, sizeof(triangle));
+    return (struct scene_micromap_build){
+        .input = input,
+        .scratch = scratch,
+        .info =
+            MAKE(VkMicromapBuildInfoEXT, .type = type, .mode = VK_BUILD_MICROMAP_MODE_BUILD_EXT,
+                 .dstMicromap = dst, .usageCountsCount = 1, .pUsageCounts = usage,
+                 .data.deviceAddress = address_of(&input, 0, is_on_host).deviceAddress,
+                 .scratchData = address_of(&scratch, 0, is_on_host),
+                 .triangleArray.deviceAddress = address_of(&input, at, is_on_host).deviceAddress,
+                 .triangleArrayStride = sizeof(triangle))};
+}
+
 /* Of one triangle, which isn't cut; builds on the host read it at once. */
 static void build_displacement(struct scene *scene, VkMicromapEXT micromap)
 {
-    static const VkMicromapTriangleEXT triangle = {
-        .format = VK_DISPLACEMENT_MICROMAP_FORMAT_64_TRIANGLES_64_BYTES_NV};
-    static const unsigned char block[64];
-    const STRUCT(VkMicromapBuildInfoEXT, info, .type = VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV,
-                 .dstMicromap = micromap, .usageCountsCount = 1,
-                 .pUsageCounts = scene->micromaps.usages_ext, .data.hostAddress = block,
-                 .triangleArray.hostAddress = &triangle, .triangleArrayStride = sizeof(triangle));
+    const VkMicromapBuildInfoEXT info =
+        scene_build_of_micromap(scene, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV, micromap,
+                                scene->micromaps.usages_ext, true)
+            .info;
     MUST_SUCCEED(scene->vk->BuildMicromapsEXT(scene->fixture->device, VK_NULL_HANDLE, 1, &info));
 }
 

@@ -23,6 +23,7 @@ void create_micromaps(void)
         VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT |
             VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
             VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+            VK_BUFFER_USAGE_MICROMAP_BUILD_INPUT_READ_ONLY_BIT_EXT |
             VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
         DEVICE_MEMORY);
     for (unsigned i = 1; i < MICROMAPS; i++) {
@@ -37,10 +38,14 @@ void create_micromaps(void)
 
 static void build_micromaps(VkCommandBuffer command_buffer)
 {
+    const VkDeviceAddress address = address_of(buffer);
     VkMicromapBuildInfoEXT infos[MICROMAPS];
     for (unsigned i = 1; i < MICROMAPS; i++)
-        infos[i] = MAKE(VkMicromapBuildInfoEXT, .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
-                        .dstMicromap = micromaps[i]);
+        infos[i] =
+            MAKE(VkMicromapBuildInfoEXT, .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+                 .dstMicromap = micromaps[i], .data.deviceAddress = address + INPUT_AT,
+                 .triangleArray.deviceAddress = address + INPUT_AT,
+                 .scratchData.deviceAddress = address + SCRATCH_AT + (VkDeviceSize)i * OBJECT / 2);
     vk.CmdBuildMicromapsEXT(command_buffer, MICROMAPS - 1, infos + 1);
 }
 

@@ -25,3 +25,18 @@ bool host_memory_is_there(struct check_context *context, const void *address, ui
     resources_find_host_pieces(context->resources, address, size, visit_piece, &search);
     return search.is_there;
 }
+
+struct host_bytes host_memory_bytes(struct check_context *context, const void *address,
+                                    uint64_t offset, uint64_t count, uint64_t stride, uint64_t size)
+{
+    struct host_bytes bytes = {.address = address};
+    uint64_t base = (uint64_t)(uintptr_t)address;
+    bool wraps = __builtin_add_overflow(base, offset, &bytes.begin);
+    if (!address || !count)
+        return bytes;
+    wraps |= __builtin_mul_overflow(count - 1, stride, &bytes.size);
+    wraps |= __builtin_add_overflow(bytes.size, size, &bytes.size);
+    bytes.unreadable =
+        wraps || !host_memory_is_there(context, (const void *)(uintptr_t)bytes.begin, bytes.size);
+    return bytes;
+}

@@ -10,23 +10,6 @@
 
 /* ---- geometries */
 
-/* Returns the bytes of `count` elements of `size` bytes with a stride, beginning at an offset from
- * the address. */
-static struct host_bytes find_bytes(struct check_context *context, const void *address,
-                                    uint64_t offset, uint64_t count, uint64_t stride, uint64_t size)
-{
-    struct host_bytes bytes = {.address = address};
-    uint64_t base = (uint64_t)(uintptr_t)address;
-    bool wraps = __builtin_add_overflow(base, offset, &bytes.begin);
-    if (!address || !count)
-        return bytes;
-    wraps |= __builtin_mul_overflow(count - 1, stride, &bytes.size);
-    wraps |= __builtin_add_overflow(bytes.size, size, &bytes.size);
-    bytes.unreadable =
-        wraps || !host_memory_is_there(context, (const void *)(uintptr_t)bytes.begin, bytes.size);
-    return bytes;
-}
-
 /* Returns how many bytes of a vertex a build reads, without a fourth component. Returns 1 for
  * unknown formats. */
 static uint32_t vertex_size(VkFormat format)
@@ -45,12 +28,12 @@ static struct host_bytes find_vertices(struct check_context *context,
     const void *address = t->vertexData.hostAddress;
     uint64_t first;
     if (index_type_size(t->indexType))
-        return find_bytes(context, address, 0, range->primitiveCount ? 1 : 0, 0, 1);
+        return host_memory_bytes(context, address, 0, range->primitiveCount ? 1 : 0, 0, 1);
     if (__builtin_mul_overflow(t->vertexStride, (uint64_t)range->firstVertex, &first) ||
         __builtin_add_overflow(first, (uint64_t)range->primitiveOffset, &first))
         return (struct host_bytes){.address = address};
-    return find_bytes(context, address, first, (uint64_t)range->primitiveCount * 3, t->vertexStride,
-                      vertex_size(t->vertexFormat));
+    return host_memory_bytes(context, address, first, (uint64_t)range->primitiveCount * 3,
+                             t->vertexStride, vertex_size(t->vertexFormat));
 }
 
 static void view_triangles(struct check_context *context,
@@ -60,11 +43,13 @@ static void view_triangles(struct check_context *context,
 {
     uint32_t index_size = index_type_size(t->indexType);
     view->vertices = find_vertices(context, t, range);
-    view->transform = find_bytes(context, t->transformData.hostAddress, range->transformOffset,
-                                 range->primitiveCount ? 1 : 0, 0, sizeof(VkTransformMatrixKHR));
+    view->transform =
+        host_memory_bytes(context, t->transformData.hostAddress, range->transformOffset,
+                          range->primitiveCount ? 1 : 0, 0, sizeof(VkTransformMatrixKHR));
     if (index_size)
-        view->indices = find_bytes(context, t->indexData.hostAddress, range->primitiveOffset,
-                                   (uint64_t)range->primitiveCount * 3, index_size, index_size);
+        view->indices =
+            host_memory_bytes(context, t->indexData.hostAddress, range->primitiveOffset,
+                              (uint64_t)range->primitiveCount * 3, index_size, index_size);
 }
 
 /* Only the first byte of instances with motion, which other rules read. */
@@ -79,8 +64,8 @@ find_instances(struct check_context *context, const struct build_view *build,
     if (!instances->arrayOfPointers &&
         (build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV))
         count = count ? 1 : 0, size = 1;
-    return find_bytes(context, instances->data.hostAddress, range->primitiveOffset, count, size,
-                      size);
+    return host_memory_bytes(context, instances->data.hostAddress, range->primitiveOffset, count,
+                             size, size);
 }
 
 static WALK_ALL(host_geometry)
@@ -97,8 +82,9 @@ static WALK_ALL(host_geometry)
     if (triangles)
         view_triangles(walk->context, triangles, read, &view);
     if (aabbs)
-        view.data = find_bytes(walk->context, aabbs->data.hostAddress, read->primitiveOffset,
-                               read->primitiveCount, aabbs->stride, sizeof(VkAabbPositionsKHR));
+        view.data =
+            host_memory_bytes(walk->context, aabbs->data.hostAddress, read->primitiveOffset,
+                              read->primitiveCount, aabbs->stride, sizeof(VkAabbPositionsKHR));
     if (instances)
         view.data = find_instances(walk->context, range->geometry->build, instances, read);
     const struct location location = walk_location(range->geometry, SUBJECT_GEOMETRY);

@@ -8,6 +8,7 @@
 #include "src/base/array.h"
 #include "src/check/assemble/views.h"
 #include "src/check/content/micromap.h"
+#include "src/check/life/life.h"
 #include "src/check/overlap/pairs.h"
 #include "src/check/walk/rows.h"
 #include "src/view/micromap_view.h"
@@ -226,8 +227,31 @@ static void walk_pairs(struct executed_call *call)
 
 /* ---- the call */
 
+/* A build by VK_EXT_opacity_micromap. */
+static void read_micromap(struct executed_call *call, const struct executed_build *executed)
+{
+    const struct micromap_parameters *micromap = &executed->build->parameters.chained[0].micromap;
+    const uint64_t size = micromap_parameters_extent(micromap);
+    struct micromap_triangles_view view = {.call = &call->view,
+                                           .type = micromap->type,
+                                           .count = micromap_parameters_count(micromap),
+                                           .stride = micromap->stride};
+    const struct location location =
+        check_element(&call->view, "pInfos", executed->build->place.info);
+    const void *triangles;
+    if (!size || executed->memory.find(executed->memory.context, micromap->triangles.deviceAddress,
+                                       size, &triangles) != size)
+        return;
+    view.first = triangles;
+    walk_micromap_triangles(&call->walk, &view, &location);
+}
+
 void executed_call_read(struct executed_call *call, const struct executed_build *build)
 {
+    if (call->view.command == COMMAND_CmdBuildMicromapsEXT) {
+        read_micromap(call, build);
+        return;
+    }
     call->walk.inputs = build->inputs;
     call->walk.source_inputs = build->source_inputs;
     call->walk.point = build->point;

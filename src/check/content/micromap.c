@@ -9,14 +9,6 @@
 #include "src/state/builds/built.h"
 #include "src/view/geometry_data.h"
 
-static uint64_t count_triangles(const struct micromap_parameters *micromap)
-{
-    uint64_t count = 0;
-    for (uint32_t i = 0; i < micromap->usage_count; i++)
-        count += micromap->usages[i].count;
-    return count;
-}
-
 static void read_triangles(struct content *content, VkDeviceOrHostAddressConstKHR triangles,
                            uint64_t count, uint64_t stride, uint64_t data_left)
 {
@@ -76,8 +68,9 @@ void content_check_micromaps(struct walk *walk, const struct range_view *range,
     struct content content = {.walk = walk, .range = range, .memory = memory};
     memcpy(content.active, walk->active, sizeof(content.active));
     if ((int)geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR)
-        read_triangles(&content, chained->micromap.triangles, count_triangles(&chained->micromap),
-                       chained->micromap.stride, data_left(memory, &chained->micromap));
+        read_triangles(&content, chained->micromap.triangles,
+                       micromap_parameters_count(&chained->micromap), chained->micromap.stride,
+                       data_left(memory, &chained->micromap));
     if (triangles_in(geometry) &&
         chained->opacity.sType ==
             VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR)

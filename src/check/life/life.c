@@ -10,6 +10,9 @@ WALK_ALL(copy)
 WALK_ALL(create)
 WALK_ALL(query)
 WALK_ALL(size_query)
+WALK_ALL(micromap_info)
+WALK_ALL(built_micromap)
+WALK_ALL(micromap_triangles)
 WALK_ALL(lookup)
 WALK_ALL(binding)
 WALK_ALL(capture)
@@ -80,6 +83,13 @@ static void check_operands(struct walk *walk, const struct call_view *call)
         break;
     case COMMAND_GetAccelerationStructureBuildSizesKHR:
         check_size_query(walk, call);
+        break;
+    case COMMAND_BuildMicromapsEXT:
+    case COMMAND_CmdBuildMicromapsEXT:
+        check_micromap_builds(walk, call);
+        break;
+    case COMMAND_GetMicromapBuildSizesEXT:
+        check_micromap_size_query(walk, call);
         break;
     case COMMAND_BindAccelerationStructureMemoryNV:
         check_bindings(walk, call);

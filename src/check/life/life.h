@@ -25,6 +25,8 @@ void check_copy(struct walk *walk, const struct call_view *call);
 void check_descriptors(struct walk *walk, const struct call_view *call);
 void check_bindings(struct walk *walk, const struct call_view *call);
 void check_capture(struct walk *walk, const struct call_view *call);
+void check_micromap_builds(struct walk *walk, const struct call_view *call);
+void check_micromap_size_query(struct walk *walk, const struct call_view *call);
 void check_lookup(struct walk *walk, const struct call_view *call);
 void check_create(struct walk *walk, const struct call_view *call);
 void check_query(struct walk *walk, const struct call_view *call);
@@ -58,6 +60,13 @@ void walk_binding(struct walk *walk, const struct binding_view *binding,
                   const struct location *location);
 void walk_capture(struct walk *walk, const struct capture_view *capture,
                   const struct location *location);
+void walk_micromap_info(struct walk *walk, const struct micromap_info_view *micromap_info,
+                        const struct location *location);
+void walk_built_micromap(struct walk *walk, const struct built_micromap_view *built_micromap,
+                         const struct location *location);
+void walk_micromap_triangles(struct walk *walk,
+                             const struct micromap_triangles_view *micromap_triangles,
+                             const struct location *location);
 void walk_lookup(struct walk *walk, const struct lookup_view *lookup,
                  const struct location *location);
 void walk_destroyed(struct walk *walk, const struct destroyed_view *destroyed,

@@ -254,6 +254,17 @@ struct pair_walk {
     bool is_sparse; /* evaluate only pairs with a range in a sparse buffer */
 };
 
+/* Builds of micromaps are no builds of the command buffer's count. */
+static struct location location_of(const struct call_view *call, uint32_t build)
+{
+    return (struct location){.command = call->command,
+                             .subject = call->command < BUILD_COMMAND_COUNT ? SUBJECT_BUILD
+                                                                            : SUBJECT_ARGUMENT,
+                             .argument = "pInfos",
+                             .is_element = true,
+                             .build = build};
+}
+
 static bool visit_pair(void *user, const struct used_range *a, const struct used_range *b,
                        const struct memory_span *shared)
 {
@@ -264,8 +275,7 @@ static bool visit_pair(void *user, const struct used_range *a, const struct used
         .call = pairs->call, .a = *a, .b = *b, .shares_memory = shared != NULL};
     if (shared)
         pair.shared = *shared;
-    const struct location location = {
-        .command = pairs->call->command, .subject = SUBJECT_BUILD, .build = a->build};
+    const struct location location = location_of(pairs->call, a->build);
     walk_pair(pairs->walk, &pair, &location);
     return is_active_for_pair(pairs->walk->active, range_kind(a), range_kind(b), shared != NULL);
 }

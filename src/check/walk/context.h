@@ -29,6 +29,11 @@ struct check_hooks {
     void (*find_sizes)(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
                        const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
                        struct size_facts *sizes);
+    /* Gets the sizes of the build of a micromap from the next layer. `info` and its usage counts
+     * are readable and valid. */
+    void (*find_micromap_sizes)(void *user, const VkMicromapBuildInfoEXT *info,
+                                VkAccelerationStructureBuildTypeKHR build_type,
+                                struct micromap_size_facts *sizes);
     enum tristate (*vertex_format_supported)(void *user, VkFormat format);
     enum tristate (*radius_format_supported)(void *user, VkFormat format);
     /* An instance of an executed build, at `position` of its command buffer, refers to a live
