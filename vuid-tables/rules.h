@@ -15,7 +15,8 @@
  *     IN(structure, tail)       an id of a structure, for all build commands
  *     IN_NV(structure, tail)    an id of a structure that only the NV command takes
  *     WITHIN(structure, tail)   an id of a structure that other commands take, for all of these
- *     NV_WARNING(name)          an id of the layer's own (warnings.def), reported as a warning
+ *     DEVICE_WARNING(name) NV_WARNING(name)   an id of the layer's own (warnings.def), reported
+ *                               as a warning
  *
  * The last column is optional: HINT("what to do") is the second sentence of a message, such as
  * HINT("Create the VkBuffer with VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT."). It is an imperative that
@@ -88,6 +89,7 @@ enum {
 #define INDIRECT(tail) | 1 << COMMAND_INDIRECT
 #define HOST(tail) | 1 << COMMAND_HOST
 #define NV(tail) | 1 << COMMAND_NV
+#define DEVICE_WARNING(name) | 1 << COMMAND_DEVICE
 #define NV_WARNING(name) | 1 << COMMAND_NV
 #define IN(structure, tail) | ((1 << BUILD_COMMAND_COUNT) - 1)
 #define IN_NV(structure, tail) | 1 << COMMAND_NV

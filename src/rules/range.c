@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about build ranges. */
+#include "src/rules/input.h"
 #include "src/rules/predicates.h"
 #include "src/view/formats.h"
 #include "src/view/geometry_data.h"
@@ -88,6 +89,94 @@ bool unindexed_vertices_are_within_max_vertex(const struct range_view *range,
            names_invalid_range(finding) ||
            ((uint64_t)range->range->primitiveCount * 3 > (uint64_t)triangles->maxVertex + 1 &&
             also_violates(finding, RULE_consumed_vertices_are_within_max_vertex));
+}
+
+/* ---- the end of buffers */
+
+/* `count` elements of an input, of which the build reads each one: what follows is certain. */
+struct read {
+    enum input_role role;
+    const struct address_facts *facts;
+    uint64_t offset, count, stride, size;
+};
+
+/* Other rules are about strides that do not fit in 32 bits. */
+static inline bool is_within_buffer(const struct range_view *range, const struct read *read,
+                                    struct finding *finding)
+{
+    const struct address_facts *facts = read->facts;
+    if (facts->status != ADDRESS_IN_BUFFER || read->stride > UINT32_MAX)
+        return true;
+    const uint64_t end = read->offset + (read->count - 1) * read->stride + read->size;
+    return end <= facts->bytes_left || range->continued_inputs & 1U << read->role ||
+           violated(finding, "primitiveCount",
+                    "{} makes the build read up to {} behind {} {}, {} past the end of {}",
+                    number(range->primitive_count), count_of(end, "byte"),
+                    text(input_field(read->role)), hex(facts->address),
+                    count_of(end - facts->bytes_left, "byte"),
+                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer));
+}
+
+/* If there are indices, they say which vertices are read: the one with firstVertex, or later ones.
+ */
+static inline bool
+triangles_are_within_buffers(const struct range_view *range,
+                             const VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
+                             struct finding *finding)
+{
+    const struct geometry_view *geometry = range->geometry;
+    const VkAccelerationStructureBuildRangeInfoKHR *given = range->range;
+    const uint32_t index_size = index_type_size(triangles->indexType);
+    const uint64_t corners = (uint64_t)given->primitiveCount * 3;
+    const struct read indices = {
+        INPUT_INDEX, &geometry->index_data, given->primitiveOffset, corners, index_size,
+        index_size};
+    const struct read vertices = {INPUT_VERTEX,
+                                  &geometry->vertex,
+                                  index_size ? 0 : given->primitiveOffset,
+                                  given->firstVertex + (index_size ? 1 : corners),
+                                  triangles->vertexStride,
+                                  format_position_size(triangles->vertexFormat)};
+    const struct read transform = {INPUT_MATRIX,
+                                   &geometry->transform,
+                                   given->transformOffset,
+                                   1,
+                                   0,
+                                   sizeof(VkTransformMatrixKHR)};
+    return (!index_size || is_within_buffer(range, &indices, finding)) &&
+           is_within_buffer(range, &vertices, finding) &&
+           is_within_buffer(range, &transform, finding);
+}
+
+/* Other rules are about such counts. */
+static inline bool has_wrong_count(const struct range_view *range)
+{
+    return range->primitive_count > range->geometry->build->call->device->limits.maxPrimitiveCount ||
+           !instance_count_is_within_limit(range, NULL) ||
+           !unindexed_vertices_are_within_max_vertex(range, NULL);
+}
+
+/* No sentence of the specification says so, but what lies behind a buffer may be unmapped. */
+bool inputs_are_read_within_their_buffers(const struct range_view *range, struct finding *finding)
+{
+    const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
+    const struct address_facts *data = &range->geometry->data;
+    if (!range->range || !range->range->primitiveCount || has_wrong_count(range))
+        return true;
+    const uint64_t offset = range->range->primitiveOffset, count = range->range->primitiveCount;
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
+    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry);
+    const VkAccelerationStructureGeometryInstancesDataKHR *instances = instances_in(geometry);
+    const struct read boxes = {
+        INPUT_AABBS, data, offset, count, aabbs ? aabbs->stride : 0, sizeof(VkAabbPositionsKHR)};
+    /* Those with motion take more. */
+    const uint64_t size = instances && instances->arrayOfPointers
+                              ? sizeof(VkDeviceAddress)
+                              : sizeof(VkAccelerationStructureInstanceKHR);
+    const struct read elements = {INPUT_INSTANCES, data, offset, count, size, size};
+    return (!triangles || triangles_are_within_buffers(range, triangles, finding)) &&
+           (!aabbs || is_within_buffer(range, &boxes, finding)) &&
+           (!instances || is_within_buffer(range, &elements, finding));
 }
 
 bool instance_count_is_within_limit(const struct range_view *range, struct finding *finding)

@@ -131,6 +131,8 @@ struct range_view {
     const struct geometry_view *geometry;
     const VkAccelerationStructureBuildRangeInfoKHR *range; /* NULL for COMMAND_INDIRECT */
     uint32_t primitive_count;
+    /* Bits 1 << role: where the buffer of that input ends, another one is or may be. */
+    uint32_t continued_inputs;
 };
 
 /* One address of a build. */

@@ -57,6 +57,17 @@ static struct test_buffer buffer_with_nothing_behind(struct scene *scene)
     return buffer;
 }
 
+/* Eight bytes, behind which there is another buffer. */
+static VkDeviceAddress of_bytes_before_another_buffer(struct scene *scene)
+{
+    struct test_buffer buffer = scene_create_buffer(scene, 4096, INPUT_USAGE);
+    struct test_buffer next = scene_create_buffer(scene, 4096, INPUT_USAGE);
+    const struct test_memory memory = scene_allocate(scene, 65536);
+    scene_bind(scene, &buffer, &memory, 0);
+    scene_bind(scene, &next, &memory, 4096);
+    return buffer.address + 4096 - 8;
+}
+
 /* Two buffers at one address, of which one may be read by builds. */
 static VkDeviceAddress of_aliasing_buffers(struct scene *scene)
 {

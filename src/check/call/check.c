@@ -18,6 +18,7 @@
 #include "src/check/overlap/pairs.h"
 #include "src/check/walk/fast_path.h"
 #include "src/check/walk/walk.h"
+#include "src/view/geometry_data.h"
 
 /* Evaluates the rows of a geometry and, if its count is known, of its range. */
 static void walk_geometry_and_range(struct walk *walk, const struct range_view *range,
@@ -28,10 +29,31 @@ static void walk_geometry_and_range(struct walk *walk, const struct range_view *
         walk_range(walk, range, level);
 }
 
+/* An input may go on in another buffer behind its own. */
+static void find_continued_inputs(struct check_context *context, struct range_view *range)
+{
+    const struct geometry_view *geometry = range->geometry;
+    const struct {
+        enum input_role role;
+        const struct address_facts *facts;
+    } inputs[] = {{INPUT_VERTEX, &geometry->vertex},
+                  {INPUT_INDEX, &geometry->index_data},
+                  {INPUT_MATRIX, &geometry->transform},
+                  {data_role(geometry), &geometry->data}};
+    for (size_t i = 0; i < sizeof(inputs) / sizeof(inputs[0]); i++) {
+        const struct address_facts *facts = inputs[i].facts;
+        struct address_facts behind;
+        if (facts->status != ADDRESS_IN_BUFFER)
+            continue;
+        resources_look_up_address(context->resources, facts->address + facts->bytes_left, &behind);
+        if (behind.status != ADDRESS_NOWHERE)
+            range->continued_inputs |= 1U << inputs[i].role;
+    }
+}
+
 /* Evaluates the rows of both levels one by one. */
 __attribute__((cold)) OFF_RECORDING_PATH static void
-walk_all_of_geometry(struct walk *walk, const struct range_view *range, bool has_count,
-                     bool with_state)
+walk_all_of_geometry(struct walk *walk, struct range_view *range, bool has_count, bool with_state)
 {
     walk->passes = false;
     walk_geometry_and_range(walk, range, has_count, LEVEL_PARAMETERS);
@@ -39,6 +61,7 @@ walk_all_of_geometry(struct walk *walk, const struct range_view *range, bool has
         check_host_geometry(walk, range);
     if (!with_state)
         return;
+    find_continued_inputs(walk->context, range);
     walk_geometry_and_range(walk, range, has_count, LEVEL_STATE);
     check_geometry_addresses(walk, range->geometry);
 }
