@@ -166,8 +166,8 @@ static VkAccelerationStructureKHR as_khr(const struct nv_structure *structure)
     return (VkAccelerationStructureKHR)structure->handle;
 }
 
-/* The commands of KHR read the bytes, which is not valid: the layer reports the handles, and backend
- * cpu serializes what they stand for. */
+/* The commands of KHR read the bytes, which is not valid: the layer reports the handles, and
+ * backend cpu serializes what they stand for. */
 static void expect_equal(const struct nv_structure *a, VkAccelerationStructureKHR b)
 {
     messages_expect_none(messages);
