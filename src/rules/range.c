@@ -151,8 +151,11 @@ triangles_are_within_buffers(const struct range_view *range,
 /* Other rules are about such counts. */
 static inline bool has_wrong_count(const struct range_view *range)
 {
-    return range->primitive_count > range->geometry->build->call->device->limits.maxPrimitiveCount ||
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_of(range);
+    return range->primitive_count >
+               range->geometry->build->call->device->limits.maxPrimitiveCount ||
            !instance_count_is_within_limit(range, NULL) ||
+           (triangles && range->range->firstVertex > triangles->maxVertex) ||
            !unindexed_vertices_are_within_max_vertex(range, NULL);
 }
 
