@@ -93,6 +93,17 @@ bool unindexed_vertices_are_within_max_vertex(const struct range_view *range,
 
 /* ---- the end of buffers */
 
+/* Other rules are about such counts. */
+__attribute__((cold)) static bool has_wrong_count(const struct range_view *range)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_of(range);
+    return range->primitive_count >
+               range->geometry->build->call->device->limits.maxPrimitiveCount ||
+           !instance_count_is_within_limit(range, NULL) ||
+           (triangles && range->range->firstVertex > triangles->maxVertex) ||
+           !unindexed_vertices_are_within_max_vertex(range, NULL);
+}
+
 /* `count` elements of an input, of which the build reads each one: what follows is certain. */
 struct read {
     enum input_role role;
@@ -109,6 +120,7 @@ static inline bool is_within_buffer(const struct range_view *range, const struct
         return true;
     const uint64_t end = read->offset + (read->count - 1) * read->stride + read->size;
     return end <= facts->bytes_left || range->continued_inputs & 1U << read->role ||
+           has_wrong_count(range) ||
            violated(finding, "primitiveCount",
                     "{} makes the build read up to {} behind {} {}, {} past the end of {}",
                     number(range->primitive_count), count_of(end, "byte"),
@@ -148,38 +160,51 @@ triangles_are_within_buffers(const struct range_view *range,
            is_within_buffer(range, &transform, finding);
 }
 
-/* Other rules are about such counts. */
-static inline bool has_wrong_count(const struct range_view *range)
+enum { VERTEX_SIZE_MAX = 32 }; /* bytes, of any format */
+
+/* Whether there is room for the largest indices and vertices, which is most often so and takes a
+ * third of the instructions to see. */
+static inline bool
+triangles_have_room(const struct range_view *range,
+                    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
 {
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_of(range);
-    return range->primitive_count >
-               range->geometry->build->call->device->limits.maxPrimitiveCount ||
-           !instance_count_is_within_limit(range, NULL) ||
-           (triangles && range->range->firstVertex > triangles->maxVertex) ||
-           !unindexed_vertices_are_within_max_vertex(range, NULL);
+    const VkAccelerationStructureBuildRangeInfoKHR *given = range->range;
+    const bool has_indices = triangles->indexType != VK_INDEX_TYPE_NONE_KHR;
+    const uint64_t corners = (uint64_t)given->primitiveCount * 3,
+                   indices = given->primitiveOffset + corners * sizeof(uint32_t),
+                   vertices = given->firstVertex * triangles->vertexStride + VERTEX_SIZE_MAX;
+    return has_indices && !triangles->transformData.deviceAddress &&
+           indices <= range->geometry->index_data.bytes_left &&
+           vertices <= range->geometry->vertex.bytes_left;
 }
 
 /* No sentence of the specification says so, but what lies behind a buffer may be unmapped. */
 bool inputs_are_read_within_their_buffers(const struct range_view *range, struct finding *finding)
 {
     const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
-    const struct address_facts *data = &range->geometry->data;
-    if (!range->range || !range->range->primitiveCount || has_wrong_count(range))
+    const VkAccelerationStructureBuildRangeInfoKHR *given = range->range;
+    struct read read = {.facts = &range->geometry->data};
+    if (!given || !given->primitiveCount)
         return true;
-    const uint64_t offset = range->range->primitiveOffset, count = range->range->primitiveCount;
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
+    if (triangles)
+        return triangles_have_room(range, triangles) ||
+               triangles_are_within_buffers(range, triangles, finding);
     const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry);
     const VkAccelerationStructureGeometryInstancesDataKHR *instances = instances_in(geometry);
-    const struct read boxes = {
-        INPUT_AABBS, data, offset, count, aabbs ? aabbs->stride : 0, sizeof(VkAabbPositionsKHR)};
-    /* Those with motion take more. */
-    const uint64_t size = instances && instances->arrayOfPointers
-                              ? sizeof(VkDeviceAddress)
-                              : sizeof(VkAccelerationStructureInstanceKHR);
-    const struct read elements = {INPUT_INSTANCES, data, offset, count, size, size};
-    return (!triangles || triangles_are_within_buffers(range, triangles, finding)) &&
-           (!aabbs || is_within_buffer(range, &boxes, finding)) &&
-           (!instances || is_within_buffer(range, &elements, finding));
+    if (!aabbs && !instances)
+        return true;
+    read.role = data_role(range->geometry);
+    read.offset = given->primitiveOffset;
+    read.count = given->primitiveCount;
+    if (aabbs)
+        read.size = sizeof(VkAabbPositionsKHR);
+    else if (instances->arrayOfPointers)
+        read.size = sizeof(VkDeviceAddress);
+    else /* or more, with motion */
+        read.size = sizeof(VkAccelerationStructureInstanceKHR);
+    read.stride = aabbs ? aabbs->stride : read.size;
+    return is_within_buffer(range, &read, finding);
 }
 
 bool instance_count_is_within_limit(const struct range_view *range, struct finding *finding)
