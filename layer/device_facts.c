@@ -107,6 +107,7 @@ static void collect_features(struct device_facts *facts, const void *chain)
     facts->acceleration_structure_indirect_build =
         accel && accel->accelerationStructureIndirectBuild;
     facts->acceleration_structure_host_commands = accel && accel->accelerationStructureHostCommands;
+    facts->accel_capture_replay = accel && accel->accelerationStructureCaptureReplay;
 
     const VkPhysicalDeviceRayTracingMaintenance1FeaturesKHR *maintenance =
         chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MAINTENANCE_1_FEATURES_KHR);
@@ -133,6 +134,7 @@ static void collect_features(struct device_facts *facts, const void *chain)
     facts->micromap.ext = ext && ext->micromap;
     facts->micromap.khr = khr && khr->micromap;
     facts->micromap.host_commands = ext && ext->micromapHostCommands;
+    facts->micromap.capture_replay = ext && ext->micromapCaptureReplay;
 
     const VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX *dense =
         chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX);

@@ -170,7 +170,7 @@ struct size_facts {
 struct micromap_support {
     bool any;      /* one of the three micromap extensions is enabled */
     bool ext, khr; /* feature `micromap` of VK_EXT_ or VK_KHR_opacity_micromap */
-    bool host_commands;
+    bool host_commands, capture_replay; /* features of VK_EXT_opacity_micromap */
     struct {
         uint32_t opacity_2_state_level, opacity_4_state_level;
     } ext_limits;
@@ -220,7 +220,7 @@ struct device_facts {
     uint64_t owners;
     /* Features. */
     bool acceleration_structure, acceleration_structure_indirect_build,
-        acceleration_structure_host_commands;
+        acceleration_structure_host_commands, accel_capture_replay;
     bool device_fault, ray_tracing_maintenance1, synchronization2;
     bool spheres, linear_swept_spheres, dense_geometry_format;
     bool device_address_commands, buffer_device_address_multi_device,
