@@ -143,6 +143,13 @@ void note_buffer_address(struct layer_device *device, const VkBufferDeviceAddres
 
 /* ---- acceleration structures */
 
+void note_callbacks(struct layer_device *device, enum resource_kind kind, uint64_t handle,
+                    const VkAllocationCallbacks *callbacks)
+{
+    if (callbacks)
+        resources_note_callbacks(device->resources, kind, handle);
+}
+
 /* Notes that the address of a new structure is unknown. Instances may refer to it even if the
  * application never queries the address. A guarded build needs the address when it executes; other
  * checks query it when they look up what an instance refers to. */

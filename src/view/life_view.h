@@ -130,6 +130,8 @@ struct destroyed_view {
     const struct call_view *call;
     struct life_object object;
     const struct pending_use *use; /* NULL: none is certain */
+    enum tristate has_callbacks;   /* it was created with VkAllocationCallbacks */
+    bool gets_callbacks;           /* pAllocator is not NULL */
 };
 
 /* A structure or micromap that a copy, query or serialization reads, and its last build when the

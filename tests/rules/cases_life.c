@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands that build no structures. */
+#include <stdlib.h>
+
 #include "case.h"
 #include "placing.h"
 
@@ -65,6 +67,59 @@ static void use_uncompactable(struct scene *scene)
 static void wait_idle(struct scene *scene)
 {
     MUST_SUCCEED(scene->vk->DeviceWaitIdle(scene->fixture->device));
+}
+
+VKAPI_ATTR static void *VKAPI_CALL allocate(void *user, size_t size, size_t alignment,
+                                            VkSystemAllocationScope scope)
+{
+    (void)user, (void)scope;
+    return aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+}
+
+/* No Vulkan command on structures reallocates. */
+VKAPI_ATTR static void *VKAPI_CALL reallocate(void *user, void *original, size_t size,
+                                              size_t alignment, VkSystemAllocationScope scope)
+{
+    return original ? NULL : allocate(user, size, alignment, scope);
+}
+
+VKAPI_ATTR static void VKAPI_CALL release(void *user, void *memory)
+{
+    (void)user;
+    free(memory);
+}
+
+static const VkAllocationCallbacks callbacks = {
+    .pfnAllocation = allocate, .pfnReallocation = reallocate, .pfnFree = release};
+
+static void destroy_with_callbacks(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    if (scene->life.object_type == VK_OBJECT_TYPE_MICROMAP_EXT)
+        scene->vk->DestroyMicromapEXT(device, (VkMicromapEXT)handle, &callbacks);
+    else if (scene->life.object_type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV)
+        scene->vk->DestroyAccelerationStructureNV(device, (VkAccelerationStructureNV)handle,
+                                                  &callbacks);
+    else
+        scene->vk->DestroyAccelerationStructureKHR(device, (VkAccelerationStructureKHR)handle,
+                                                   &callbacks);
+}
+
+/* Has the call destroy an object that was created with callbacks. */
+static void use_created_with_callbacks(struct scene *scene)
+{
+    struct scene_life *life = &scene->life;
+    const VkDevice device = scene->device;
+    void *created = &life->destroyed;
+    if (life->object_type == VK_OBJECT_TYPE_MICROMAP_EXT)
+        MUST_SUCCEED(scene->vk->CreateMicromapEXT(device, &life->create_micromap, &callbacks,
+                                                  (VkMicromapEXT *)created));
+    else if (life->object_type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV)
+        MUST_SUCCEED(scene->vk->CreateAccelerationStructureNV(
+            device, &life->create_nv, &callbacks, (VkAccelerationStructureNV *)created));
+    else
+        MUST_SUCCEED(scene->vk->CreateAccelerationStructureKHR(
+            device, &life->create, &callbacks, (VkAccelerationStructureKHR *)created));
+    scene_defer(scene, device, life->destroyed, destroy_with_callbacks);
 }
 
 /* Submits the build of the scene, and waits for it if asked to. */

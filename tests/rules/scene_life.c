@@ -495,7 +495,7 @@ static void finish_call(struct scene *scene, VkResult result)
         return;
     if (strncmp(name, "vkCreate", strlen("vkCreate")) == 0)
         scene_defer(scene, scene->device, scene->life.created, destroy_created);
-    if (strncmp(name, "vkDestroy", strlen("vkDestroy")) == 0)
+    if (strncmp(name, "vkDestroy", strlen("vkDestroy")) == 0 && scene->life.destroyed != 0)
         scene_forget(scene, scene->life.destroyed);
 }
 

@@ -258,4 +258,11 @@ uint64_t resources_find_id(struct resources *resources, enum resource_kind kind,
 /* Whether there is such an object; UNKNOWN if a record may be missing. */
 enum tristate resources_has(struct resources *resources, enum resource_kind kind, uint64_t handle);
 
+/* Notes that a structure or micromap was created with VkAllocationCallbacks. */
+void resources_note_callbacks(struct resources *resources, enum resource_kind kind,
+                              uint64_t handle);
+/* Returns UNKNOWN if there is no such object. */
+enum tristate resources_has_callbacks(struct resources *resources, enum resource_kind kind,
+                                      uint64_t handle);
+
 #endif
