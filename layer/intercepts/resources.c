@@ -42,7 +42,7 @@ void note_allocation(struct layer_device *device, const VkMemoryAllocateInfo *in
                      VkDeviceMemory memory)
 {
     resources_add_memory(device->resources, memory, info->allocationSize,
-                         properties_of(device, info->memoryTypeIndex), has_instances(device, info));
+                         info->memoryTypeIndex, properties_of(device, info->memoryTypeIndex), has_instances(device, info));
 }
 
 void forget_memory(struct layer_device *device, VkDeviceMemory memory)

@@ -115,6 +115,7 @@ struct nv_size_facts {
     bool known;
     VkDeviceSize object, build_scratch, update_scratch;
     VkDeviceSize alignment; /* of the object in memory; 0: unknown */
+    uint32_t memory_types;  /* VkMemoryRequirements::memoryTypeBits of the object; 0: unknown */
 };
 
 /* The memory binding of a VkAccelerationStructureNV. */

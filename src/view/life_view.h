@@ -6,6 +6,7 @@
 #ifndef ASSAY_VIEW_LIFE_VIEW_H
 #define ASSAY_VIEW_LIFE_VIEW_H
 
+#include "src/state/resources/resources.h"
 #include "src/view/finding.h"
 #include "src/view/view.h"
 
@@ -157,7 +158,7 @@ struct binding_view {
     const VkBindAccelerationStructureMemoryInfoNV *info;
     enum nv_binding before; /* of the structure */
     struct nv_size_facts required;
-    VkDeviceSize memory_size; /* bytes; 0: unknown */
+    struct memory_facts memory;
 };
 
 /* The data of a structure for capture and replay. */

@@ -121,7 +121,7 @@ void check_bindings(struct walk *walk, const struct call_view *call)
             .info = &infos[i],
             .before = facts.binding,
             .required = facts.sizes,
-            .memory_size = resources_find_memory_size(context->resources, infos[i].memory)};
+            .memory = resources_find_memory(context->resources, infos[i].memory)};
         const struct location location = check_element(call, "pBindInfos", i);
         nv_shape_release(facts.created);
         walk_binding(walk, &binding, &location);

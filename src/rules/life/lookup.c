@@ -158,11 +158,21 @@ bool bound_structure_has_no_memory_yet(const struct binding_view *binding, struc
 
 bool bound_offset_is_in_memory(const struct binding_view *binding, struct finding *finding)
 {
-    return !binding->memory_size || binding->info->memoryOffset < binding->memory_size ||
+    return !binding->memory.size || binding->info->memoryOffset < binding->memory.size ||
            violated(finding, "memoryOffset", "{} is not less than the size of {} ({})",
                     number(binding->info->memoryOffset), memory_of(binding),
-                    number(binding->memory_size)) ||
+                    number(binding->memory.size)) ||
            also_violates(finding, RULE_bound_memory_holds_structure);
+}
+
+bool bound_memory_has_an_allowed_type(const struct binding_view *binding, struct finding *finding)
+{
+    const uint32_t type = binding->memory.type, allowed = binding->required.memory_types;
+    return !binding->memory.known || !binding->required.known || !allowed ||
+           (type < VK_MAX_MEMORY_TYPES && (allowed & 1u << type) != 0) ||
+           violated(finding, "memory", "{} was allocated of type {}, which memoryTypeBits ({}) of {} "
+                    "does not include",
+                    memory_of(binding), number(type), hex(allowed), structure_of(binding));
 }
 
 bool bound_offset_is_aligned(const struct binding_view *binding, struct finding *finding)
@@ -175,7 +185,7 @@ bool bound_offset_is_aligned(const struct binding_view *binding, struct finding 
 
 bool bound_memory_holds_structure(const struct binding_view *binding, struct finding *finding)
 {
-    const VkDeviceSize size = binding->memory_size, offset = binding->info->memoryOffset;
+    const VkDeviceSize size = binding->memory.size, offset = binding->info->memoryOffset;
     if (!size || !binding->required.known ||
         (offset < size && size - offset >= binding->required.object))
         return true;

@@ -19,6 +19,7 @@ struct memory_record {
     uint64_t id;
     VkDeviceMemory handle;
     VkDeviceSize size;
+    uint32_t type; /* index of its memory type */
     VkMemoryPropertyFlags properties;
     bool multi_instance;
     struct buffer_record *buffers; /* list of the non-sparse buffers bound to it */
