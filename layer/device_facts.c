@@ -185,6 +185,37 @@ static void keep_micromap_limits(struct micromap_support *support,
     support->displacement_level = properties->displacement.maxDisplacementMicromapSubdivisionLevel;
 }
 
+/* Properties of VK_EXT_descriptor_buffer and of protected memory, which few devices need. */
+struct other_properties {
+    VkPhysicalDeviceDescriptorBufferPropertiesEXT descriptors;
+    VkPhysicalDeviceProtectedMemoryProperties protected_memory;
+};
+
+static void chain_other_properties(const struct device_facts *facts, void **chain,
+                                   struct other_properties *properties)
+{
+    *properties = (struct other_properties){
+        .descriptors = {VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DESCRIPTOR_BUFFER_PROPERTIES_EXT},
+        .protected_memory = {VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROTECTED_MEMORY_PROPERTIES}};
+    if (facts->descriptor_buffer_capture_replay) {
+        properties->descriptors.pNext = *chain;
+        *chain = &properties->descriptors;
+    }
+    if (facts->device_address_commands) {
+        properties->protected_memory.pNext = *chain;
+        *chain = &properties->protected_memory;
+    }
+}
+
+static void keep_other_properties(struct device_facts *facts,
+                                  const struct other_properties *properties)
+{
+    facts->accel_capture_size =
+        properties->descriptors.accelerationStructureCaptureReplayDescriptorDataSize;
+    if (facts->device_address_commands)
+        facts->protected_no_fault = properties->protected_memory.protectedNoFault ? YES : NO;
+}
+
 /* Limits that cannot be queried allow everything. */
 static void collect_limits(struct layer_device *device)
 {
@@ -203,7 +234,9 @@ static void collect_limits(struct layer_device *device)
     VkPhysicalDeviceProperties2 properties = {.sType =
                                                   VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
     struct micromap_properties micromap;
+    struct other_properties other;
     chain_micromap_properties(&device->facts, &properties.pNext, &micromap);
+    chain_other_properties(&device->facts, &properties.pNext, &other);
     if (device->facts.extension.acceleration_structure) {
         limits->pNext = properties.pNext;
         properties.pNext = limits;
@@ -212,8 +245,10 @@ static void collect_limits(struct layer_device *device)
         nv_limits->pNext = properties.pNext;
         properties.pNext = nv_limits;
     }
-    if (get_properties && properties.pNext)
+    if (get_properties && properties.pNext) {
         get_properties(device->physical_device, &properties);
+        keep_other_properties(&device->facts, &other);
+    }
     keep_micromap_limits(&device->facts.micromap, &micromap);
     limits->pNext = nv_limits->pNext = NULL;
 }

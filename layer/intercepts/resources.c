@@ -41,8 +41,8 @@ static bool has_instances(const struct layer_device *device,
 void note_allocation(struct layer_device *device, const VkMemoryAllocateInfo *info,
                      VkDeviceMemory memory)
 {
-    resources_add_memory(device->resources, memory, info->allocationSize,
-                         info->memoryTypeIndex, properties_of(device, info->memoryTypeIndex), has_instances(device, info));
+    resources_add_memory(device->resources, memory, info->allocationSize, info->memoryTypeIndex,
+                         properties_of(device, info->memoryTypeIndex), has_instances(device, info));
 }
 
 void forget_memory(struct layer_device *device, VkDeviceMemory memory)

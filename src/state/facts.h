@@ -237,6 +237,9 @@ struct device_facts {
     VkPhysicalDeviceAccelerationStructurePropertiesKHR limits;
     struct micromap_support micromap;
     VkPhysicalDeviceRayTracingPropertiesNV nv_limits;
+    size_t
+        accel_capture_size; /* accelerationStructureCaptureReplayDescriptorDataSize; 0: unknown */
+    enum tristate protected_no_fault; /* asked for with VK_KHR_device_address_commands only */
 };
 
 #endif

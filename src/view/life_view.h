@@ -21,8 +21,8 @@ struct life_object {
     bool of_another_device; /* alive == NO, but another VkDevice has this handle */
     bool details_known;     /* type, create_flags, size and buffer are meaningful */
     uint32_t type;          /* VkAccelerationStructureTypeKHR or VkMicromapTypeEXT */
-    VkFlags create_flags;
-    VkDeviceSize size; /* bytes, of the create info; NV: that the next layer requires */
+    VkFlags create_flags;   /* NV: VkAccelerationStructureInfoNV::flags */
+    VkDeviceSize size;      /* bytes, of the create info; NV: that the next layer requires */
     VkBuffer buffer;
     enum tristate backed;                       /* all its bytes lie in live memory */
     bool is_sparse;                             /* its buffer is sparse */
@@ -166,6 +166,9 @@ struct capture_view {
     const struct call_view *call;
     const VkAccelerationStructureCaptureDescriptorDataInfoEXT *info;
     struct life_object structure; /* of VK_KHR_acceleration_structure */
+    struct life_object nv_structure;
+    const void *data; /* where the data is written */
+    bool data_is_cut; /* not all bytes of it are readable */
 };
 
 #endif

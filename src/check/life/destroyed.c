@@ -41,9 +41,8 @@ void check_destroyed(struct walk *walk, const struct call_view *call)
         .gets_callbacks = arguments->pAllocator != NULL,
     };
     if (context->level >= LEVEL_STATE)
-        destroyed.has_callbacks =
-            resources_has_callbacks(context->resources, kind_of(destroyed.object.object_type),
-                                    destroyed.object.handle);
+        destroyed.has_callbacks = resources_has_callbacks(
+            context->resources, kind_of(destroyed.object.object_type), destroyed.object.handle);
     if (context->level >= LEVEL_EXECUTION && destroyed.object.id &&
         context->hooks->find_use(context->user, destroyed.object.id, &use))
         destroyed.use = &use;

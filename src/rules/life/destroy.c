@@ -7,8 +7,7 @@ bool callbacks_of_creation_are_given(const struct destroyed_view *destroyed,
                                      struct finding *finding)
 {
     return destroyed->has_callbacks != YES || destroyed->gets_callbacks ||
-           violated(finding, "pAllocator",
-                    "is NULL, and {} was created with VkAllocationCallbacks",
+           violated(finding, "pAllocator", "is NULL, and {} was created with VkAllocationCallbacks",
                     life_object_value(&destroyed->object));
 }
 

@@ -28,8 +28,8 @@ VkResult resources_create(struct resources **resources);
 /* Accepts NULL. No other thread may use `resources`. Takes no lock. */
 void resources_destroy(struct resources *resources);
 
-/* Memory, of which memory type (its index) and what properties. `multi_instance`: the memory has one
- * instance for each physical device of the group. */
+/* Memory, of which memory type (its index) and what properties. `multi_instance`: the memory has
+ * one instance for each physical device of the group. */
 void resources_add_memory(struct resources *resources, VkDeviceMemory handle, VkDeviceSize size,
                           uint32_t type, VkMemoryPropertyFlags properties, bool multi_instance);
 void resources_remove_memory(struct resources *resources, VkDeviceMemory handle);
