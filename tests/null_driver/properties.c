@@ -38,7 +38,7 @@ static const struct property_row rows[] = {
     PART(KHR_driver_properties, DRIVER_PROPERTIES, vulkan12, driverID, conformanceVersion)
     PART(V1_0, ID_PROPERTIES, vulkan11, deviceUUID, deviceLUIDValid)
     PART(V1_1, SUBGROUP_PROPERTIES, vulkan11, subgroupSize, subgroupQuadOperationsInAllStages)
-    PART(V1_1, PROTECTED_MEMORY_PROPERTIES, vulkan11, protectedNoFault, protectedNoFault)
+    CONFIGURED(V1_1, PROTECTED_MEMORY_PROPERTIES, protected_properties)
     PART(KHR_maintenance3, MAINTENANCE_3_PROPERTIES, vulkan11, maxPerSetDescriptors,
          maxMemoryAllocationSize)
     PART(KHR_maintenance4, MAINTENANCE_4_PROPERTIES, vulkan13, maxBufferSize, maxBufferSize)

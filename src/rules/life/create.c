@@ -299,6 +299,37 @@ bool address_flags_have_transform_feedback_usage_of_the_buffer(const struct crea
                                  "VK_BUFFER_USAGE_TRANSFORM_FEEDBACK_BUFFER_BIT_EXT");
 }
 
+static bool may_fault(const struct create_view *create)
+{
+    return create->buffer.alive == YES && create->call->device->protected_no_fault == NO;
+}
+
+static bool is_protected(const struct create_view *create)
+{
+    return create->buffer.flags & VK_BUFFER_CREATE_PROTECTED_BIT;
+}
+
+bool protection_is_in_address_flags(const struct create_view *create, struct finding *finding)
+{
+    return !may_fault(create) || !is_protected(create) ||
+           (create->address_flags & VK_ADDRESS_COMMAND_PROTECTED_BIT_KHR) ||
+           violated(finding, "addressFlags",
+                    "{} lacks VK_ADDRESS_COMMAND_PROTECTED_BIT_KHR, and {} was created with "
+                    "VK_BUFFER_CREATE_PROTECTED_BIT",
+                    hex(create->address_flags), buffer(create));
+}
+
+bool address_flags_have_protection_of_the_buffer(const struct create_view *create,
+                                                 struct finding *finding)
+{
+    return !may_fault(create) || is_protected(create) ||
+           !(create->address_flags & VK_ADDRESS_COMMAND_PROTECTED_BIT_KHR) ||
+           violated(finding, "addressFlags",
+                    "{} includes VK_ADDRESS_COMMAND_PROTECTED_BIT_KHR, and {} was created without "
+                    "VK_BUFFER_CREATE_PROTECTED_BIT",
+                    hex(create->address_flags), buffer(create));
+}
+
 static bool buffer_replays(const struct create_view *create)
 {
     return create->buffer.flags & VK_BUFFER_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT;
