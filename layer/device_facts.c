@@ -78,7 +78,7 @@ static bool has_other_builders(const struct device_facts *facts,
            is_enabled(create_info, VK_NV_PARTITIONED_ACCELERATION_STRUCTURE_EXTENSION_NAME);
 }
 
-static void collect_address_features(struct device_facts *facts, const void *chain)
+static void collect_address_and_descriptor_features(struct device_facts *facts, const void *chain)
 {
     const VkPhysicalDeviceVulkan12Features *core =
         chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
@@ -96,6 +96,10 @@ static void collect_address_features(struct device_facts *facts, const void *cha
     facts->device_address_commands = commands && commands->deviceAddressCommands;
     facts->descriptor_buffer_capture_replay =
         descriptors && descriptors->descriptorBufferCaptureReplay;
+    const VkPhysicalDeviceRobustness2FeaturesKHR *robustness =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ROBUSTNESS_2_FEATURES_KHR);
+    facts->null_descriptor =
+        (robustness && robustness->nullDescriptor) || facts->newer_than_registry;
 }
 
 /* A structure that is absent leaves its features off. */
@@ -289,7 +293,7 @@ VkResult layer_collect_device_facts(struct layer_device *device,
     collect_owners(&device->facts, create_info, device->instance->backend);
     device->facts.has_other_builders = has_other_builders(&device->facts, create_info);
     collect_features(&device->facts, create_info->pNext);
-    collect_address_features(&device->facts, create_info->pNext);
+    collect_address_and_descriptor_features(&device->facts, create_info->pNext);
     device->facts.is_group = device->physical_device_count > 1;
     device->may_query_structures =
         device->facts.acceleration_structure &&

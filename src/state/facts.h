@@ -226,6 +226,7 @@ struct device_facts {
     bool spheres, linear_swept_spheres, dense_geometry_format;
     bool device_address_commands, buffer_device_address_multi_device,
         descriptor_buffer_capture_replay;
+    bool null_descriptor; /* nullDescriptor is enabled, or may be */
     bool is_group; /* it was created with multiple physical devices */
     /* Extensions. */
     struct {

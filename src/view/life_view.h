@@ -161,6 +161,12 @@ struct binding_view {
     struct memory_facts memory;
 };
 
+/* A structure that a descriptor is written for. */
+struct descriptor_view {
+    const struct call_view *call;
+    struct life_object structure; /* handle 0: VK_NULL_HANDLE */
+};
+
 /* The data of a structure for capture and replay. */
 struct capture_view {
     const struct call_view *call;

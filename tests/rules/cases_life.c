@@ -62,6 +62,33 @@ static void use_uncompactable(struct scene *scene)
     life->objects[0] = source;
 }
 
+/* ---- descriptors */
+
+static VkAccelerationStructureKHR generic_structure(struct scene *scene)
+{
+    const struct test_buffer buffer = place_buffer(scene);
+    return scene_accel_in(scene, &buffer, 0, 1024, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
+}
+
+static VkAccelerationStructureNV nv_blas(struct scene *scene)
+{
+    scene->nv.info.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV;
+    scene->nv.info.instanceCount = 0;
+    return scene_nv_accel(scene);
+}
+
+/* Has the call write descriptors of VK_KHR_acceleration_structure, with both structures. */
+static void chain_both_descriptors(struct scene *scene)
+{
+    static VkAccelerationStructureKHR structures[2];
+    struct scene_life *life = &scene->life;
+    structures[0] = structures[1] = scene->infos[TLAS].dstAccelerationStructure;
+    life->descriptor.pAccelerationStructures = structures;
+    life->descriptor.pNext = &life->descriptor_nv;
+    life->write.pNext = &life->descriptor;
+    life->write.descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR;
+}
+
 /* ---- destruction */
 
 static void wait_idle(struct scene *scene)
@@ -194,6 +221,7 @@ static void use_queried_source(struct scene *scene, int dst_size)
 
 #include "copies.inc"
 #include "copy_sizes.inc"
+#include "descriptors.inc"
 #include "destruction.inc"
 #include "life_features.inc"
 #include "life_results.inc"

@@ -35,6 +35,7 @@ static const struct {
     {ENABLE_PUSH_DESCRIPTOR, VK_KHR_MAINTENANCE_6_EXTENSION_NAME},
     {ENABLE_RAY_TRACING_MAINTENANCE_1, VK_KHR_RAY_TRACING_MAINTENANCE_1_EXTENSION_NAME},
     {ENABLE_DESCRIPTOR_BUFFER, VK_EXT_DESCRIPTOR_BUFFER_EXTENSION_NAME},
+    {ENABLE_NULL_DESCRIPTOR, VK_EXT_ROBUSTNESS_2_EXTENSION_NAME},
     {ENABLE_SYNCHRONIZATION_2, VK_KHR_SYNCHRONIZATION_2_EXTENSION_NAME},
 };
 
@@ -143,6 +144,8 @@ static const struct feature {
             ENABLE_DESCRIPTOR_BUFFER, 0),
     FEATURE(VkPhysicalDeviceDescriptorBufferFeaturesEXT, descriptorBufferCaptureReplay, BY_ALL,
             ENABLE_DESCRIPTOR_BUFFER, DISABLE_DESCRIPTOR_CAPTURE),
+    FEATURE(VkPhysicalDeviceRobustness2FeaturesEXT, nullDescriptor, BY_ALL, ENABLE_NULL_DESCRIPTOR,
+            0),
     FEATURE(VkPhysicalDeviceProtectedMemoryFeatures, protectedMemory, BY_ALL, ENABLE_PROTECTED, 0),
     FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructure, BY_ALL, 0,
             DISABLE_ACCELERATION_STRUCTURE),

@@ -35,7 +35,7 @@ PLACES = {
 PREPARES = {"VkAccelerationStructureMotionInfoNV": 
            # Without the flag, or the create info would also lack the structure.
            "life_use_motion(scene); scene->life.create.createFlags = 0;",
-            "VkWriteDescriptorSetAccelerationStructureNV": "life_use_nv_descriptor(scene);"}
+            "VkWriteDescriptorSetAccelerationStructureNV": "scene_use_nv_descriptor(scene);"}
 SETUPS = {"VkAccelerationStructureCaptureDescriptorDataInfoEXT": "ENABLE_RAY_TRACING_NV",
           "VkAccelerationStructureMotionInfoNV": "ENABLE_MOTION",
           "VkWriteDescriptorSetAccelerationStructureNV": "ENABLE_RAY_TRACING_NV"}

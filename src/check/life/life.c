@@ -13,6 +13,7 @@ WALK_ALL(size_query)
 WALK_ALL(lookup)
 WALK_ALL(binding)
 WALK_ALL(capture)
+WALK_ALL(descriptor)
 WALK_ALL(queried)
 WALK_ALL(destroyed)
 

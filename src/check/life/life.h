@@ -58,6 +58,8 @@ void walk_binding(struct walk *walk, const struct binding_view *binding,
                   const struct location *location);
 void walk_capture(struct walk *walk, const struct capture_view *capture,
                   const struct location *location);
+void walk_descriptor(struct walk *walk, const struct descriptor_view *descriptor,
+                     const struct location *location);
 void walk_lookup(struct walk *walk, const struct lookup_view *lookup,
                  const struct location *location);
 void walk_destroyed(struct walk *walk, const struct destroyed_view *destroyed,
