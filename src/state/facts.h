@@ -227,7 +227,7 @@ struct device_facts {
     bool device_address_commands, buffer_device_address_multi_device,
         descriptor_buffer_capture_replay;
     bool null_descriptor; /* nullDescriptor is enabled, or may be */
-    bool is_group; /* it was created with multiple physical devices */
+    bool is_group;        /* it was created with multiple physical devices */
     /* Extensions. */
     struct {
         bool acceleration_structure, motion_blur_nv, opacity_micromap_ext, opacity_micromap_khr,
