@@ -78,7 +78,7 @@ static bool has_other_builders(const struct device_facts *facts,
            is_enabled(create_info, VK_NV_PARTITIONED_ACCELERATION_STRUCTURE_EXTENSION_NAME);
 }
 
-static void collect_address_features(struct device_facts *facts, const void *chain)
+static void collect_address_and_descriptor_features(struct device_facts *facts, const void *chain)
 {
     const VkPhysicalDeviceVulkan12Features *core =
         chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
@@ -96,6 +96,10 @@ static void collect_address_features(struct device_facts *facts, const void *cha
     facts->device_address_commands = commands && commands->deviceAddressCommands;
     facts->descriptor_buffer_capture_replay =
         descriptors && descriptors->descriptorBufferCaptureReplay;
+    const VkPhysicalDeviceRobustness2FeaturesKHR *robustness =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ROBUSTNESS_2_FEATURES_KHR);
+    facts->null_descriptor =
+        (robustness && robustness->nullDescriptor) || facts->newer_than_registry;
 }
 
 /* A structure that is absent leaves its features off. */
@@ -107,6 +111,7 @@ static void collect_features(struct device_facts *facts, const void *chain)
     facts->acceleration_structure_indirect_build =
         accel && accel->accelerationStructureIndirectBuild;
     facts->acceleration_structure_host_commands = accel && accel->accelerationStructureHostCommands;
+    facts->accel_capture_replay = accel && accel->accelerationStructureCaptureReplay;
 
     const VkPhysicalDeviceRayTracingMaintenance1FeaturesKHR *maintenance =
         chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MAINTENANCE_1_FEATURES_KHR);
@@ -133,6 +138,7 @@ static void collect_features(struct device_facts *facts, const void *chain)
     facts->micromap.ext = ext && ext->micromap;
     facts->micromap.khr = khr && khr->micromap;
     facts->micromap.host_commands = ext && ext->micromapHostCommands;
+    facts->micromap.capture_replay = ext && ext->micromapCaptureReplay;
 
     const VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX *dense =
         chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX);
@@ -183,6 +189,37 @@ static void keep_micromap_limits(struct micromap_support *support,
     support->displacement_level = properties->displacement.maxDisplacementMicromapSubdivisionLevel;
 }
 
+/* Properties of VK_EXT_descriptor_buffer and of protected memory, which few devices need. */
+struct other_properties {
+    VkPhysicalDeviceDescriptorBufferPropertiesEXT descriptors;
+    VkPhysicalDeviceProtectedMemoryProperties protected_memory;
+};
+
+static void chain_other_properties(const struct device_facts *facts, void **chain,
+                                   struct other_properties *properties)
+{
+    *properties = (struct other_properties){
+        .descriptors = {VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DESCRIPTOR_BUFFER_PROPERTIES_EXT},
+        .protected_memory = {VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROTECTED_MEMORY_PROPERTIES}};
+    if (facts->descriptor_buffer_capture_replay) {
+        properties->descriptors.pNext = *chain;
+        *chain = &properties->descriptors;
+    }
+    if (facts->device_address_commands) {
+        properties->protected_memory.pNext = *chain;
+        *chain = &properties->protected_memory;
+    }
+}
+
+static void keep_other_properties(struct device_facts *facts,
+                                  const struct other_properties *properties)
+{
+    facts->accel_capture_size =
+        properties->descriptors.accelerationStructureCaptureReplayDescriptorDataSize;
+    if (facts->device_address_commands)
+        facts->protected_no_fault = properties->protected_memory.protectedNoFault ? YES : NO;
+}
+
 /* Limits that cannot be queried allow everything. */
 static void collect_limits(struct layer_device *device)
 {
@@ -201,7 +238,9 @@ static void collect_limits(struct layer_device *device)
     VkPhysicalDeviceProperties2 properties = {.sType =
                                                   VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
     struct micromap_properties micromap;
+    struct other_properties other;
     chain_micromap_properties(&device->facts, &properties.pNext, &micromap);
+    chain_other_properties(&device->facts, &properties.pNext, &other);
     if (device->facts.extension.acceleration_structure) {
         limits->pNext = properties.pNext;
         properties.pNext = limits;
@@ -210,8 +249,10 @@ static void collect_limits(struct layer_device *device)
         nv_limits->pNext = properties.pNext;
         properties.pNext = nv_limits;
     }
-    if (get_properties && properties.pNext)
+    if (get_properties && properties.pNext) {
         get_properties(device->physical_device, &properties);
+        keep_other_properties(&device->facts, &other);
+    }
     keep_micromap_limits(&device->facts.micromap, &micromap);
     limits->pNext = nv_limits->pNext = NULL;
 }
@@ -252,7 +293,7 @@ VkResult layer_collect_device_facts(struct layer_device *device,
     collect_owners(&device->facts, create_info, device->instance->backend);
     device->facts.has_other_builders = has_other_builders(&device->facts, create_info);
     collect_features(&device->facts, create_info->pNext);
-    collect_address_features(&device->facts, create_info->pNext);
+    collect_address_and_descriptor_features(&device->facts, create_info->pNext);
     device->facts.is_group = device->physical_device_count > 1;
     device->may_query_structures =
         device->facts.acceleration_structure &&

@@ -193,13 +193,13 @@ class Entry:
 
     def type_of_argument(self, argument):
         """The type of an argument of an observer: a parameter, *parameter, parameter->member, &value, a
-        word, or (type)argument."""
+        word, (type)argument or (type)*argument."""
         words = {"layer": f"struct layer_{'instance' if self.is_of_instance else 'device'} *",
                  "command": "struct hazard_recording *", "recording": "struct hazard_recording *",
                  "down": f"PFN_vk{self.command.target}", "result": self.command.returns,
                  "true": "bool", "false": "bool", "name": "const char *",
                  **{word: declared for word, (declared, _) in BACKEND.items()}}
-        cast = re.fullmatch(r"\(([^()]+)\)[\w.>-]+", argument)
+        cast = re.fullmatch(r"\(([^()]+)\)\*?[\w.>-]+", argument)
         if argument in words or cast:
             return words.get(argument) or cast[1]
         name, *members = re.split(r"->|\.", argument.lstrip("*&"))

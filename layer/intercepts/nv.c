@@ -38,6 +38,7 @@ static struct nv_size_facts find_sizes(const struct layer_device *device,
         .known = true,
         .object = object.size,
         .alignment = object.alignment,
+        .memory_types = object.memoryTypeBits,
         .build_scratch =
             requirements_of(device, accel,
                             VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV)

@@ -41,7 +41,7 @@ static bool has_instances(const struct layer_device *device,
 void note_allocation(struct layer_device *device, const VkMemoryAllocateInfo *info,
                      VkDeviceMemory memory)
 {
-    resources_add_memory(device->resources, memory, info->allocationSize,
+    resources_add_memory(device->resources, memory, info->allocationSize, info->memoryTypeIndex,
                          properties_of(device, info->memoryTypeIndex), has_instances(device, info));
 }
 
@@ -142,6 +142,13 @@ void note_buffer_address(struct layer_device *device, const VkBufferDeviceAddres
 }
 
 /* ---- acceleration structures */
+
+void note_callbacks(struct layer_device *device, enum resource_kind kind, uint64_t handle,
+                    const VkAllocationCallbacks *callbacks)
+{
+    if (callbacks)
+        resources_note_callbacks(device->resources, kind, handle);
+}
 
 /* Notes that the address of a new structure is unknown. Instances may refer to it even if the
  * application never queries the address. A guarded build needs the address when it executes; other

@@ -115,6 +115,7 @@ struct nv_size_facts {
     bool known;
     VkDeviceSize object, build_scratch, update_scratch;
     VkDeviceSize alignment; /* of the object in memory; 0: unknown */
+    uint32_t memory_types;  /* VkMemoryRequirements::memoryTypeBits of the object; 0: unknown */
 };
 
 /* The memory binding of a VkAccelerationStructureNV. */
@@ -176,7 +177,7 @@ struct micromap_size_facts {
 struct micromap_support {
     bool any;      /* one of the three micromap extensions is enabled */
     bool ext, khr; /* feature `micromap` of VK_EXT_ or VK_KHR_opacity_micromap */
-    bool host_commands;
+    bool host_commands, capture_replay; /* features of VK_EXT_opacity_micromap */
     struct {
         uint32_t opacity_2_state_level, opacity_4_state_level;
     } ext_limits;
@@ -226,12 +227,13 @@ struct device_facts {
     uint64_t owners;
     /* Features. */
     bool acceleration_structure, acceleration_structure_indirect_build,
-        acceleration_structure_host_commands;
+        acceleration_structure_host_commands, accel_capture_replay;
     bool device_fault, ray_tracing_maintenance1, synchronization2;
     bool spheres, linear_swept_spheres, dense_geometry_format;
     bool device_address_commands, buffer_device_address_multi_device,
         descriptor_buffer_capture_replay;
-    bool is_group; /* it was created with multiple physical devices */
+    bool null_descriptor; /* nullDescriptor is enabled, or may be */
+    bool is_group;        /* it was created with multiple physical devices */
     /* Extensions. */
     struct {
         bool acceleration_structure, motion_blur_nv, opacity_micromap_ext, opacity_micromap_khr,
@@ -242,6 +244,9 @@ struct device_facts {
     VkPhysicalDeviceAccelerationStructurePropertiesKHR limits;
     struct micromap_support micromap;
     VkPhysicalDeviceRayTracingPropertiesNV nv_limits;
+    size_t
+        accel_capture_size; /* accelerationStructureCaptureReplayDescriptorDataSize; 0: unknown */
+    enum tristate protected_no_fault; /* asked for with VK_KHR_device_address_commands only */
 };
 
 #endif

@@ -6,6 +6,7 @@
 #ifndef ASSAY_VIEW_LIFE_VIEW_H
 #define ASSAY_VIEW_LIFE_VIEW_H
 
+#include "src/state/resources/resources.h"
 #include "src/view/finding.h"
 #include "src/view/host_view.h"
 #include "src/view/micromap_view.h"
@@ -22,8 +23,8 @@ struct life_object {
     bool of_another_device; /* alive == NO, but another VkDevice has this handle */
     bool details_known;     /* type, create_flags, size and buffer are meaningful */
     uint32_t type;          /* VkAccelerationStructureTypeKHR or VkMicromapTypeEXT */
-    VkFlags create_flags;
-    VkDeviceSize size; /* bytes, of the create info; NV: that the next layer requires */
+    VkFlags create_flags;   /* NV: VkAccelerationStructureInfoNV::flags */
+    VkDeviceSize size;      /* bytes, of the create info; NV: that the next layer requires */
     VkBuffer buffer;
     enum tristate backed;                       /* all its bytes lie in live memory */
     bool is_sparse;                             /* its buffer is sparse */
@@ -163,6 +164,8 @@ struct destroyed_view {
     const struct call_view *call;
     struct life_object object;
     const struct pending_use *use; /* NULL: none is certain */
+    enum tristate has_callbacks;   /* it was created with VkAllocationCallbacks */
+    bool gets_callbacks;           /* pAllocator is not NULL */
 };
 
 /* A structure or micromap that a copy, query or serialization reads, and its last build when the
@@ -188,7 +191,13 @@ struct binding_view {
     const VkBindAccelerationStructureMemoryInfoNV *info;
     enum nv_binding before; /* of the structure */
     struct nv_size_facts required;
-    VkDeviceSize memory_size; /* bytes; 0: unknown */
+    struct memory_facts memory;
+};
+
+/* A structure that a descriptor is written for. */
+struct descriptor_view {
+    const struct call_view *call;
+    struct life_object structure; /* handle 0: VK_NULL_HANDLE */
 };
 
 /* The data of a structure for capture and replay. */
@@ -196,6 +205,9 @@ struct capture_view {
     const struct call_view *call;
     const VkAccelerationStructureCaptureDescriptorDataInfoEXT *info;
     struct life_object structure; /* of VK_KHR_acceleration_structure */
+    struct life_object nv_structure;
+    const void *data; /* where the data is written */
+    bool data_is_cut; /* not all bytes of it are readable */
 };
 
 #endif

@@ -74,7 +74,8 @@ struct world *open_world(void)
     GET(cpu_query_pools_add(world.device->query_pools,
                             VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR, QUERIES, &world.pool));
     resources_add_buffer(world.resources, BUFFER, &buffer);
-    resources_add_memory(world.resources, (VkDeviceMemory)(uintptr_t)0x50, BUFFER_SIZE, 0, false);
+    resources_add_memory(world.resources, (VkDeviceMemory)(uintptr_t)0x50, BUFFER_SIZE, 0, 0,
+                         false);
     resources_bind_buffer(world.resources, BUFFER, (VkDeviceMemory)(uintptr_t)0x50, 0, false);
     resources_set_address(world.resources, BUFFER, BUFFER_ADDRESS);
     return &world;

@@ -116,6 +116,7 @@ struct null_driver_config null_driver_default_config(void)
                           .maxInstanceCount = 4096,
                           .maxTriangleCount = 1 << 20,
                           .maxDescriptorSetAccelerationStructures = 16},
+        .protected_properties = {.protectedNoFault = VK_TRUE},
         .pipeline_properties = {.shaderGroupHandleSize = 32,
                                 .maxRayRecursionDepth = 31,
                                 .maxShaderGroupStride = 4096,

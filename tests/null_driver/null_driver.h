@@ -81,6 +81,7 @@ struct null_driver_config {
     VkPhysicalDeviceProperties properties;
     VkPhysicalDeviceAccelerationStructurePropertiesKHR as_properties;
     VkPhysicalDeviceRayTracingPropertiesNV nv_properties;
+    VkPhysicalDeviceProtectedMemoryProperties protected_properties;
     VkPhysicalDeviceRayTracingPipelinePropertiesKHR pipeline_properties;
     VkPhysicalDeviceOpacityMicromapPropertiesEXT micromap_properties;
     VkPhysicalDeviceOpacityMicromapPropertiesKHR micromap_properties_khr;

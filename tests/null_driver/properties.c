@@ -5,6 +5,9 @@
 static const VkPhysicalDeviceExternalMemoryHostPropertiesEXT external_memory_host = {
     .minImportedHostPointerAlignment = 4096};
 
+static const VkPhysicalDeviceDescriptorBufferPropertiesEXT descriptor_buffer = {
+    .accelerationStructureCaptureReplayDescriptorDataSize = 24};
+
 /* From where a structure's members are copied: one of the above, or the configuration at offset. */
 struct property_row {
     VkStructureType sType;
@@ -35,7 +38,7 @@ static const struct property_row rows[] = {
     PART(KHR_driver_properties, DRIVER_PROPERTIES, vulkan12, driverID, conformanceVersion)
     PART(V1_0, ID_PROPERTIES, vulkan11, deviceUUID, deviceLUIDValid)
     PART(V1_1, SUBGROUP_PROPERTIES, vulkan11, subgroupSize, subgroupQuadOperationsInAllStages)
-    PART(V1_1, PROTECTED_MEMORY_PROPERTIES, vulkan11, protectedNoFault, protectedNoFault)
+    CONFIGURED(V1_1, PROTECTED_MEMORY_PROPERTIES, protected_properties)
     PART(KHR_maintenance3, MAINTENANCE_3_PROPERTIES, vulkan11, maxPerSetDescriptors,
          maxMemoryAllocationSize)
     PART(KHR_maintenance4, MAINTENANCE_4_PROPERTIES, vulkan13, maxBufferSize, maxBufferSize)
@@ -44,6 +47,7 @@ static const struct property_row rows[] = {
     PART(KHR_push_descriptor, PUSH_DESCRIPTOR_PROPERTIES, vulkan14, maxPushDescriptors,
          maxPushDescriptors)
     ROW(EXT_external_memory_host, EXTERNAL_MEMORY_HOST_PROPERTIES_EXT, external_memory_host)
+    ROW(EXT_descriptor_buffer, DESCRIPTOR_BUFFER_PROPERTIES_EXT, descriptor_buffer)
     CONFIGURED(KHR_acceleration_structure, ACCELERATION_STRUCTURE_PROPERTIES_KHR, as_properties)
     CONFIGURED(NV_ray_tracing, RAY_TRACING_PROPERTIES_NV, nv_properties)
     CONFIGURED(KHR_ray_tracing_pipeline, RAY_TRACING_PIPELINE_PROPERTIES_KHR, pipeline_properties)

@@ -34,8 +34,7 @@ static void create_sparse_buffer(struct play *play, struct play_object *object)
 {
     VkBufferCreateInfo info = play_buffer_info(play, PLAY_PAGE_SIZE);
     VkMemoryRequirements requirements;
-    info.flags = VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT |
-                 VK_BUFFER_CREATE_SPARSE_ALIASED_BIT;
+    info.flags = VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_SPARSE_ALIASED_BIT;
     buffer_destroy(&play->vk, play->device, &object->buffer);
     object->buffer = (struct device_buffer){.size = info.size};
     GET(play->vk.CreateBuffer(play->device, &info, NULL, &object->buffer.handle));

@@ -38,16 +38,6 @@ static void life_use_motion(struct scene *scene)
     life->create.pNext = &life->motion;
 }
 
-static void life_use_nv_descriptor(struct scene *scene)
-{
-    struct scene_life *life = &scene->life;
-    scene_nv_open(scene);
-    scene_nv_use_instances(scene);
-    life->objects[0] = life->objects[1] = (uint64_t)scene->nv.dst;
-    life->write.descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_NV;
-    life->write.pNext = &life->descriptor_nv;
-}
-
 /* Chains two structures of one type. */
 static void life_use_two_motions(struct scene *scene)
 {

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands that build no structures. */
+#include <stdlib.h>
+
 #include "case.h"
 #include "placing.h"
 
@@ -60,11 +62,91 @@ static void use_uncompactable(struct scene *scene)
     life->objects[0] = source;
 }
 
+/* ---- descriptors */
+
+static VkAccelerationStructureKHR generic_structure(struct scene *scene)
+{
+    const struct test_buffer buffer = place_buffer(scene);
+    return scene_accel_in(scene, &buffer, 0, 1024, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
+}
+
+static VkAccelerationStructureNV nv_blas(struct scene *scene)
+{
+    scene->nv.info.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV;
+    scene->nv.info.instanceCount = 0;
+    return scene_nv_accel(scene);
+}
+
+/* Has the call write descriptors of VK_KHR_acceleration_structure, with both structures. */
+static void chain_both_descriptors(struct scene *scene)
+{
+    static VkAccelerationStructureKHR structures[2];
+    struct scene_life *life = &scene->life;
+    structures[0] = structures[1] = scene->infos[TLAS].dstAccelerationStructure;
+    life->descriptor.pAccelerationStructures = structures;
+    life->descriptor.pNext = &life->descriptor_nv;
+    life->write.pNext = &life->descriptor;
+    life->write.descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR;
+}
+
 /* ---- destruction */
 
 static void wait_idle(struct scene *scene)
 {
     MUST_SUCCEED(scene->vk->DeviceWaitIdle(scene->fixture->device));
+}
+
+VKAPI_ATTR static void *VKAPI_CALL allocate(void *user, size_t size, size_t alignment,
+                                            VkSystemAllocationScope scope)
+{
+    (void)user, (void)scope;
+    return aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+}
+
+/* No Vulkan command on structures reallocates. */
+VKAPI_ATTR static void *VKAPI_CALL reallocate(void *user, void *original, size_t size,
+                                              size_t alignment, VkSystemAllocationScope scope)
+{
+    return original ? NULL : allocate(user, size, alignment, scope);
+}
+
+VKAPI_ATTR static void VKAPI_CALL release(void *user, void *memory)
+{
+    (void)user;
+    free(memory);
+}
+
+static const VkAllocationCallbacks callbacks = {
+    .pfnAllocation = allocate, .pfnReallocation = reallocate, .pfnFree = release};
+
+static void destroy_with_callbacks(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    if (scene->life.object_type == VK_OBJECT_TYPE_MICROMAP_EXT)
+        scene->vk->DestroyMicromapEXT(device, (VkMicromapEXT)handle, &callbacks);
+    else if (scene->life.object_type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV)
+        scene->vk->DestroyAccelerationStructureNV(device, (VkAccelerationStructureNV)handle,
+                                                  &callbacks);
+    else
+        scene->vk->DestroyAccelerationStructureKHR(device, (VkAccelerationStructureKHR)handle,
+                                                   &callbacks);
+}
+
+/* Has the call destroy an object that was created with callbacks. */
+static void use_created_with_callbacks(struct scene *scene)
+{
+    struct scene_life *life = &scene->life;
+    const VkDevice device = scene->device;
+    void *created = &life->destroyed;
+    if (life->object_type == VK_OBJECT_TYPE_MICROMAP_EXT)
+        MUST_SUCCEED(scene->vk->CreateMicromapEXT(device, &life->create_micromap, &callbacks,
+                                                  (VkMicromapEXT *)created));
+    else if (life->object_type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV)
+        MUST_SUCCEED(scene->vk->CreateAccelerationStructureNV(
+            device, &life->create_nv, &callbacks, (VkAccelerationStructureNV *)created));
+    else
+        MUST_SUCCEED(scene->vk->CreateAccelerationStructureKHR(
+            device, &life->create, &callbacks, (VkAccelerationStructureKHR *)created));
+    scene_defer(scene, device, life->destroyed, destroy_with_callbacks);
 }
 
 /* Submits the build of the scene, and waits for it if asked to. */
@@ -139,6 +221,7 @@ static void use_queried_source(struct scene *scene, int dst_size)
 
 #include "copies.inc"
 #include "copy_sizes.inc"
+#include "descriptors.inc"
 #include "destruction.inc"
 #include "life_features.inc"
 #include "life_results.inc"

@@ -24,6 +24,18 @@ static void create_in_sparse_buffer(struct scene *scene, VkBufferCreateFlags fla
     create_in(scene, &buffer);
 }
 
+static void create_in_protected_buffer(struct scene *scene)
+{
+    const STRUCT(VkBufferCreateInfo, info, .flags = VK_BUFFER_CREATE_PROTECTED_BIT, .size = 4096,
+                 .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
+                          VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    struct test_buffer buffer = scene_create_buffer_with(scene, &info);
+    const struct test_memory memory =
+        scene_allocate_with(scene, 4096, VK_MEMORY_PROPERTY_PROTECTED_BIT, NULL);
+    scene_bind(scene, &buffer, &memory, 0);
+    create_in(scene, &buffer);
+}
+
 static void chain_captured_data(struct scene *scene)
 {
     static const uint64_t data[8];

@@ -97,7 +97,6 @@ static VkDeviceSize page_size;
 static struct test_buffer aliased_buffer(struct scene *scene, VkBufferUsageFlags usage)
 {
     return scene_sparse_buffer(scene, PAGES * page_size, usage,
-                               VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT |
-                                   VK_BUFFER_CREATE_SPARSE_ALIASED_BIT);
+                               VK_BUFFER_CREATE_SPARSE_ALIASED_BIT);
 }
 #include "sparse.inc"

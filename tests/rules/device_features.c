@@ -15,7 +15,7 @@ static const struct {
 } extensions_of_setup[] = {
     {ENABLE_UINT8_KHR, VK_KHR_INDEX_TYPE_UINT8_EXTENSION_NAME},
     {ENABLE_UINT8_EXT, VK_EXT_INDEX_TYPE_UINT8_EXTENSION_NAME},
-    {ENABLE_OPACITY_MICROMAP_EXT, VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME},
+    {ENABLE_OPACITY_MICROMAP_EXT | ENABLE_MICROMAP_REPLAY, VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME},
     {ENABLE_OPACITY_MICROMAP_KHR, VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME},
     {ENABLE_OPACITY_MICROMAP_KHR, VK_KHR_DEVICE_ADDRESS_COMMANDS_EXTENSION_NAME},
     {ENABLE_DISPLACEMENT_MICROMAP, VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME},
@@ -35,6 +35,7 @@ static const struct {
     {ENABLE_PUSH_DESCRIPTOR, VK_KHR_MAINTENANCE_6_EXTENSION_NAME},
     {ENABLE_RAY_TRACING_MAINTENANCE_1, VK_KHR_RAY_TRACING_MAINTENANCE_1_EXTENSION_NAME},
     {ENABLE_DESCRIPTOR_BUFFER, VK_EXT_DESCRIPTOR_BUFFER_EXTENSION_NAME},
+    {ENABLE_NULL_DESCRIPTOR, VK_EXT_ROBUSTNESS_2_EXTENSION_NAME},
     {ENABLE_SYNCHRONIZATION_2, VK_KHR_SYNCHRONIZATION_2_EXTENSION_NAME},
 };
 
@@ -115,6 +116,8 @@ static const struct feature {
             ENABLE_UINT8_KHR | ENABLE_UINT8_EXT, 0),
     FEATURE(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromap, BY_ALL,
             ENABLE_OPACITY_MICROMAP_EXT | ENABLE_DISPLACEMENT_MICROMAP, DISABLE_MICROMAP_EXT),
+    FEATURE(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromapCaptureReplay, BY_ALL,
+            ENABLE_MICROMAP_REPLAY, 0),
     FEATURE(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromapHostCommands, BY_ALL,
             ENABLE_OPACITY_MICROMAP_EXT | ENABLE_DISPLACEMENT_MICROMAP,
             DISABLE_MICROMAP_HOST_COMMANDS),
@@ -141,9 +144,13 @@ static const struct feature {
             ENABLE_DESCRIPTOR_BUFFER, 0),
     FEATURE(VkPhysicalDeviceDescriptorBufferFeaturesEXT, descriptorBufferCaptureReplay, BY_ALL,
             ENABLE_DESCRIPTOR_BUFFER, DISABLE_DESCRIPTOR_CAPTURE),
+    FEATURE(VkPhysicalDeviceRobustness2FeaturesEXT, nullDescriptor, BY_ALL, ENABLE_NULL_DESCRIPTOR,
+            0),
     FEATURE(VkPhysicalDeviceProtectedMemoryFeatures, protectedMemory, BY_ALL, ENABLE_PROTECTED, 0),
     FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructure, BY_ALL, 0,
             DISABLE_ACCELERATION_STRUCTURE),
+    FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructureCaptureReplay,
+            BY_ALL, ENABLE_CAPTURE_REPLAY, 0),
     FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructureIndirectBuild,
             BY_ALL, 0, DISABLE_INDIRECT_BUILD),
     FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructureHostCommands,
@@ -209,6 +216,18 @@ static bool has_extension(const VkExtensionProperties *offered, uint32_t count, 
     return false;
 }
 
+/* Backend cpu and some drivers lack it. */
+static bool replays_addresses(const struct fixture *fixture)
+{
+    const uint32_t enable = fixture->setup.enable;
+    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromaps);
+    STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, features, .pNext = &micromaps);
+    STRUCT(VkPhysicalDeviceFeatures2, core, .pNext = &features);
+    fixture->vki.GetPhysicalDeviceFeatures2(fixture->physical_device, &core);
+    return ((enable & ENABLE_CAPTURE_REPLAY) == 0 || features.accelerationStructureCaptureReplay) &&
+           ((enable & ENABLE_MICROMAP_REPLAY) == 0 || micromaps.micromapCaptureReplay);
+}
+
 static bool captures_descriptors(const struct fixture *fixture)
 {
     STRUCT(VkPhysicalDeviceDescriptorBufferFeaturesEXT, features);
@@ -230,6 +249,8 @@ static const char *core_missing(const struct fixture *fixture)
         return "no protected memory";
     if ((enable & ENABLE_DESCRIPTOR_BUFFER) != 0 && !captures_descriptors(fixture))
         return "no capture and replay of descriptors";
+    if (!replays_addresses(fixture))
+        return "no capture and replay";
     if ((enable & ENABLE_SPARSE) != 0 && !core.features.sparseResidencyAliased)
         return "no sparse buffers that alias";
     if ((enable & ENABLE_UINT8_CORE) != 0 && properties.apiVersion < VK_API_VERSION_1_4)

@@ -31,6 +31,9 @@ enum setup_enable {
     ENABLE_PUSH_DESCRIPTOR = 1 << 18,   /* with VK_KHR_maintenance6 */
     ENABLE_RAY_TRACING_MAINTENANCE_1 = 1 << 19,
     ENABLE_NO_QUEUES = 1 << 20, /* the device has no queues */
+    ENABLE_CAPTURE_REPLAY = 1 << 21,
+    ENABLE_NULL_DESCRIPTOR = 1 << 23,
+    ENABLE_MICROMAP_REPLAY = 1 << 22, /* with VK_EXT_opacity_micromap */
 };
 
 /* Features that are left off though their extension is enabled. */

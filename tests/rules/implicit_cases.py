@@ -35,8 +35,9 @@ PLACES = {
 PREPARES = {"VkAccelerationStructureMotionInfoNV": 
            # Without the flag, or the create info would also lack the structure.
            "life_use_motion(scene); scene->life.create.createFlags = 0;",
-            "VkWriteDescriptorSetAccelerationStructureNV": "life_use_nv_descriptor(scene);"}
-SETUPS = {"VkAccelerationStructureMotionInfoNV": "ENABLE_MOTION",
+            "VkWriteDescriptorSetAccelerationStructureNV": "scene_use_nv_descriptor(scene);"}
+SETUPS = {"VkAccelerationStructureCaptureDescriptorDataInfoEXT": "ENABLE_RAY_TRACING_NV",
+          "VkAccelerationStructureMotionInfoNV": "ENABLE_MOTION",
           "VkWriteDescriptorSetAccelerationStructureNV": "ENABLE_RAY_TRACING_NV"}
 FORGED = "0xdeadbeef"
 # Ids that the hand-written cases break for all commands alike.

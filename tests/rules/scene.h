@@ -441,6 +441,8 @@ void scene_nv_build(struct scene *scene, VkAccelerationStructureNV dst);
 bool command_is_of_micromaps(enum build_command command);
 bool command_is_of_nv(enum build_command command);
 bool command_writes_descriptors(enum build_command command);
+/* Has the call write descriptors of VK_NV_ray_tracing. */
+void scene_use_nv_descriptor(struct scene *scene);
 bool command_is_on_host(enum build_command command); /* its work is done by the host */
 bool command_returns_result(enum build_command command);
 uint32_t command_enables(enum build_command command); /* enum setup_enable */

@@ -336,6 +336,16 @@ void scene_life_open(struct scene *scene)
         open_descriptors(scene);
 }
 
+void scene_use_nv_descriptor(struct scene *scene)
+{
+    struct scene_life *life = &scene->life;
+    scene_nv_open(scene);
+    scene_nv_use_instances(scene);
+    life->objects[0] = life->objects[1] = (uint64_t)scene->nv.dst;
+    life->write.descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_NV;
+    life->write.pNext = &life->descriptor_nv;
+}
+
 /* ---- the call */
 
 /* The same mode of a micromap. */
@@ -489,7 +499,7 @@ static void finish_call(struct scene *scene, VkResult result)
         return;
     if (strncmp(name, "vkCreate", strlen("vkCreate")) == 0)
         scene_defer(scene, scene->device, scene->life.created, destroy_created);
-    if (strncmp(name, "vkDestroy", strlen("vkDestroy")) == 0)
+    if (strncmp(name, "vkDestroy", strlen("vkDestroy")) == 0 && scene->life.destroyed != 0)
         scene_forget(scene, scene->life.destroyed);
 }
 

@@ -12,7 +12,8 @@ struct resources *no_resources(void)
 
 void have_memory(struct resources *resources, unsigned n)
 {
-    resources_add_memory(resources, memory(n), 1 << 20, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, false);
+    resources_add_memory(resources, memory(n), 1 << 20, 0, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT,
+                         false);
 }
 
 static void add_buffer(struct resources *resources, unsigned n, VkDeviceSize size,

@@ -18,7 +18,7 @@ static struct resources *make(void)
 {
     struct resources *resources = no_resources();
     for (unsigned n = 1; n <= 3; n++)
-        resources_add_memory(resources, memory(n), 0x1000, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT,
+        resources_add_memory(resources, memory(n), 0x1000, 0, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT,
                              false);
     return resources;
 }
@@ -62,7 +62,7 @@ enum { BUFFER_AT = 0x100000, BUFFER_SIZE = 0x400, OFFSET = 0x200 /* in the memor
 static struct resources *make_buffer(VkMemoryPropertyFlags properties)
 {
     struct resources *resources = make();
-    resources_add_memory(resources, memory(4), 0x1000, properties, false);
+    resources_add_memory(resources, memory(4), 0x1000, 0, properties, false);
     have_bound_buffer(resources, 1, BUFFER_SIZE, VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, 4,
                       OFFSET);
     resources_set_address(resources, buffer(1), BUFFER_AT);

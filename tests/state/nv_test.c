@@ -148,7 +148,7 @@ RESOURCES_TEST(test_memory_that_goes_away)
 
 RESOURCES_TEST(test_imported_memory_may_be_of_any_size)
 {
-    resources_add_memory(resources, memory(1), 0, 0, false);
+    resources_add_memory(resources, memory(1), 0, 0, 0, false);
     have_nv(resources, 1);
     resources_bind_nv_accel(resources, nv(1), memory(1), 0, false);
     assert_binding(resources, 1, NV_BOUND);

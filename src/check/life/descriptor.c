@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Validates writes of descriptors of structures. */
 #include "arguments.h"
+#include "src/base/chain.h"
+#include "src/check/assemble/chains.h"
 #include "src/check/life/life.h"
 
 struct writes {
@@ -37,6 +39,40 @@ static bool is_of_structures(VkDescriptorType type)
            type == VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_NV;
 }
 
+/* Both extensions' structures have the same members, up to the type of the handles. */
+_Static_assert(sizeof(VkWriteDescriptorSetAccelerationStructureKHR) ==
+                   sizeof(VkWriteDescriptorSetAccelerationStructureNV),
+               "read alike");
+
+/* A chain may also have the structure of the other type of descriptors, which is ignored. */
+static void check_structures(struct walk *walk, const struct call_view *call,
+                             struct location location, const VkWriteDescriptorSet *write)
+{
+    struct check_context *context = walk->context;
+    const bool is_nv = write->descriptorType == VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_NV;
+    if (!chain_is_readable(context, write->pNext))
+        return;
+    const VkWriteDescriptorSetAccelerationStructureKHR *info = check_read(
+        context,
+        chain_find(write->pNext,
+                   is_nv ? VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET_ACCELERATION_STRUCTURE_NV
+                         : VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET_ACCELERATION_STRUCTURE_KHR),
+        sizeof(*info));
+    const uint64_t *handles = info ? check_read(context, info->pAccelerationStructures,
+                                                info->accelerationStructureCount * sizeof(*handles))
+                                   : NULL;
+    for (uint32_t i = 0; handles && i < info->accelerationStructureCount; i++) {
+        const struct descriptor_view descriptor = {
+            .call = call,
+            .structure = check_find_object(context,
+                                           is_nv ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
+                                                 : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                                           handles[i])};
+        location.geometry = i;
+        walk_descriptor(walk, &descriptor, &location);
+    }
+}
+
 void check_descriptors(struct walk *walk, const struct call_view *call)
 {
     const struct writes writes = find_writes(walk->context, call);
@@ -47,5 +83,6 @@ void check_descriptors(struct walk *walk, const struct call_view *call)
             continue;
         const struct location location = check_element(call, writes.parameter, i);
         check_implicit_descriptor(walk, call, &location, all[i].pNext);
+        check_structures(walk, call, location, &all[i]);
     }
 }

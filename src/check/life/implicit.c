@@ -340,6 +340,24 @@ static struct object_state find_object(struct subject_of_check *subject, VkObjec
     return state;
 }
 
+/* A handle of an extension or feature that is off is a mistake with an id of its own, whose message
+ * names the id of the handle, too. */
+static bool is_reported_as_off(const struct subject_of_check *subject,
+                               const struct implicit_check *check)
+{
+    const struct device_facts *device = subject->call->device;
+    const bool *active = subject->walk->active;
+    switch ((int)check->rule) {
+    case RULE_VkAccelerationStructureCaptureDescriptorDataInfoEXT_accelerationStructure_parameter:
+        return !device->acceleration_structure && active[RULE_captured_structure_has_its_feature];
+    case RULE_VkAccelerationStructureCaptureDescriptorDataInfoEXT_accelerationStructureNV_parameter:
+        return !device->extension.ray_tracing_nv &&
+               active[RULE_captured_nv_structure_has_its_extension];
+    default:
+        return false;
+    }
+}
+
 static void check_object(struct subject_of_check *subject, const struct implicit_check *check,
                          uint64_t handle)
 {
@@ -350,6 +368,8 @@ static void check_object(struct subject_of_check *subject, const struct implicit
             report_plainly(subject, check, "is VK_NULL_HANDLE");
         return;
     }
+    if (is_reported_as_off(subject, check))
+        return;
     const struct object_state state = find_object(subject, type, handle);
     if (state.alive != NO || state.of_another_device != is_parent)
         return;

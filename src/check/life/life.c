@@ -16,6 +16,7 @@ WALK_ALL(micromap_triangles)
 WALK_ALL(lookup)
 WALK_ALL(binding)
 WALK_ALL(capture)
+WALK_ALL(descriptor)
 WALK_ALL(queried)
 WALK_ALL(destroyed)
 

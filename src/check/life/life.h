@@ -67,6 +67,8 @@ void walk_built_micromap(struct walk *walk, const struct built_micromap_view *bu
 void walk_micromap_triangles(struct walk *walk,
                              const struct micromap_triangles_view *micromap_triangles,
                              const struct location *location);
+void walk_descriptor(struct walk *walk, const struct descriptor_view *descriptor,
+                     const struct location *location);
 void walk_lookup(struct walk *walk, const struct lookup_view *lookup,
                  const struct location *location);
 void walk_destroyed(struct walk *walk, const struct destroyed_view *destroyed,

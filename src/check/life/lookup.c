@@ -95,11 +95,17 @@ void check_capture(struct walk *walk, const struct call_view *call)
     const struct location location = check_argument(call, "pInfo");
     struct capture_view capture = {
         .call = call,
-        .info = check_read(walk->context, arguments->pInfo, sizeof(*arguments->pInfo))};
+        .info = check_read(walk->context, arguments->pInfo, sizeof(*arguments->pInfo)),
+        .data = arguments->pData};
     if (!capture.info)
         return;
     capture.structure = check_find_object(walk->context, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                                           (uint64_t)(uintptr_t)capture.info->accelerationStructure);
+    capture.nv_structure =
+        check_find_object(walk->context, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
+                          (uint64_t)(uintptr_t)capture.info->accelerationStructureNV);
+    capture.data_is_cut =
+        !readable(walk->context->readable, capture.data, call->device->accel_capture_size);
     walk_capture(walk, &capture, &location);
 }
 
@@ -121,7 +127,7 @@ void check_bindings(struct walk *walk, const struct call_view *call)
             .info = &infos[i],
             .before = facts.binding,
             .required = facts.sizes,
-            .memory_size = resources_find_memory_size(context->resources, infos[i].memory)};
+            .memory = resources_find_memory(context->resources, infos[i].memory)};
         const struct location location = check_element(call, "pBindInfos", i);
         nv_shape_release(facts.created);
         walk_binding(walk, &binding, &location);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Looks up the structures and micromaps that a call names. */
 #include "src/check/life/life.h"
+#include "src/state/resources/nv_shape.h"
 
 static void find_accel(struct check_context *context, struct life_object *object)
 {
@@ -52,7 +53,11 @@ static void find_nv_accel(struct check_context *context, struct life_object *obj
                            &facts);
     object->id = facts.id;
     object->alive = facts.alive;
-    object->details_known = facts.sizes.known;
+    object->details_known = facts.sizes.known && facts.created;
+    if (facts.created) {
+        object->type = (uint32_t)facts.created->type;
+        object->create_flags = facts.created->flags;
+    }
     object->size = facts.sizes.object;
     object->backed = is_backed(facts.binding);
     object->span = facts.span;

@@ -88,6 +88,76 @@ bool replayed_address_has_its_flag(const struct create_view *create, struct find
                     hex(create->create_flags), replay_flag(create), hex(create->device_address));
 }
 
+/* ---- features */
+
+static bool has_feature(const struct create_view *create, struct finding *finding, bool is_enabled,
+                        struct value flag, const char *feature)
+{
+    return is_enabled || violated(finding, "createFlags", "{} includes {}, which requires {}",
+                                  hex(create->create_flags), flag, text(feature));
+}
+
+/* The flag of the address has an id of its own. */
+bool replayed_address_has_its_feature(const struct create_view *create, struct finding *finding)
+{
+    return !create->device_address || create->call->device->accel_capture_replay ||
+           violated(finding, "deviceAddress",
+                    "{} is not 0, which requires "
+                    "VkPhysicalDeviceAccelerationStructureFeaturesKHR::"
+                    "accelerationStructureCaptureReplay",
+                    hex(create->device_address)) ||
+           (replays_address(create) &&
+            also_violates(finding, RULE_capture_replay_feature_is_enabled));
+}
+
+bool capture_replay_feature_is_enabled(const struct create_view *create, struct finding *finding)
+{
+    const struct device_facts *device = create->call->device;
+    if (!replays_address(create))
+        return true;
+    if (create->is_micromap)
+        return has_feature(create, finding, device->micromap.capture_replay, replay_flag(create),
+                           "VkPhysicalDeviceOpacityMicromapFeaturesEXT::micromapCaptureReplay");
+    return has_feature(create, finding, device->accel_capture_replay, replay_flag(create),
+                       "VkPhysicalDeviceAccelerationStructureFeaturesKHR::"
+                       "accelerationStructureCaptureReplay") ||
+           (create->device_address &&
+            is_reported_with(finding, RULE_replayed_address_has_its_feature));
+}
+
+bool multi_device_capture_replay_feature_is_enabled(const struct create_view *create,
+                                                    struct finding *finding)
+{
+    const struct device_facts *device = create->call->device;
+    return !replays_address(create) || !device->is_group ||
+           device->buffer_device_address_multi_device ||
+           violated(finding, "createFlags",
+                    "{} includes {}, which requires VkPhysicalDeviceBufferDeviceAddressFeatures::"
+                    "bufferDeviceAddressMultiDevice on a device with multiple physical devices",
+                    hex(create->create_flags), replay_flag(create));
+}
+
+bool descriptor_capture_replay_feature_is_enabled(const struct create_view *create,
+                                                  struct finding *finding)
+{
+    return create->is_micromap ||
+           !(create->create_flags &
+             VK_ACCELERATION_STRUCTURE_CREATE_DESCRIPTOR_BUFFER_CAPTURE_REPLAY_BIT_EXT) ||
+           has_feature(
+               create, finding, create->call->device->descriptor_buffer_capture_replay,
+               text("VK_ACCELERATION_STRUCTURE_CREATE_DESCRIPTOR_BUFFER_CAPTURE_REPLAY_BIT_EXT"),
+               "VkPhysicalDeviceDescriptorBufferFeaturesEXT::descriptorBufferCaptureReplay");
+}
+
+bool created_opacity_micromap_has_its_feature(const struct create_view *create,
+                                              struct finding *finding)
+{
+    return !is_opacity_micromap(create) || create->call->device->micromap.khr ||
+           violated_plainly(finding, "type",
+                            "is VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR, which "
+                            "requires VkPhysicalDeviceOpacityMicromapFeaturesKHR::micromap");
+}
+
 /* ---- the place in the buffer */
 
 enum { STORAGE_ALIGNMENT = 256 };
@@ -227,6 +297,37 @@ bool address_flags_have_transform_feedback_usage_of_the_buffer(const struct crea
     return usage_is_not_invented(create, finding, FEEDBACK,
                                  VK_ADDRESS_COMMAND_TRANSFORM_FEEDBACK_BUFFER_USAGE_BIT_KHR,
                                  "VK_BUFFER_USAGE_TRANSFORM_FEEDBACK_BUFFER_BIT_EXT");
+}
+
+static bool may_fault(const struct create_view *create)
+{
+    return create->buffer.alive == YES && create->call->device->protected_no_fault == NO;
+}
+
+static bool is_protected(const struct create_view *create)
+{
+    return create->buffer.flags & VK_BUFFER_CREATE_PROTECTED_BIT;
+}
+
+bool protection_is_in_address_flags(const struct create_view *create, struct finding *finding)
+{
+    return !may_fault(create) || !is_protected(create) ||
+           (create->address_flags & VK_ADDRESS_COMMAND_PROTECTED_BIT_KHR) ||
+           violated(finding, "addressFlags",
+                    "{} lacks VK_ADDRESS_COMMAND_PROTECTED_BIT_KHR, and {} was created with "
+                    "VK_BUFFER_CREATE_PROTECTED_BIT",
+                    hex(create->address_flags), buffer(create));
+}
+
+bool address_flags_have_protection_of_the_buffer(const struct create_view *create,
+                                                 struct finding *finding)
+{
+    return !may_fault(create) || is_protected(create) ||
+           !(create->address_flags & VK_ADDRESS_COMMAND_PROTECTED_BIT_KHR) ||
+           violated(finding, "addressFlags",
+                    "{} includes VK_ADDRESS_COMMAND_PROTECTED_BIT_KHR, and {} was created without "
+                    "VK_BUFFER_CREATE_PROTECTED_BIT",
+                    hex(create->address_flags), buffer(create));
 }
 
 static bool buffer_replays(const struct create_view *create)

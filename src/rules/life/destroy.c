@@ -2,6 +2,24 @@
 /* Rules about the destruction of structures and micromaps. */
 #include "src/rules/predicates.h"
 
+/* Whether two sets of callbacks are compatible is unknown. */
+bool callbacks_of_creation_are_given(const struct destroyed_view *destroyed,
+                                     struct finding *finding)
+{
+    return destroyed->has_callbacks != YES || destroyed->gets_callbacks ||
+           violated(finding, "pAllocator", "is NULL, and {} was created with VkAllocationCallbacks",
+                    life_object_value(&destroyed->object));
+}
+
+bool callbacks_are_those_of_creation(const struct destroyed_view *destroyed,
+                                     struct finding *finding)
+{
+    return destroyed->has_callbacks != NO || !destroyed->gets_callbacks ||
+           violated(finding, "pAllocator",
+                    "is not NULL, and {} was created without VkAllocationCallbacks",
+                    life_object_value(&destroyed->object));
+}
+
 bool destroyed_object_is_not_in_use(const struct destroyed_view *destroyed, struct finding *finding)
 {
     const struct pending_use *use = destroyed->use;

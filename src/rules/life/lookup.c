@@ -136,6 +136,59 @@ bool captured_structure_was_created_for_capture(const struct capture_view *captu
                     life_object_value(structure), hex(structure->create_flags));
 }
 
+/* The specification means this bit of VkBuildAccelerationStructureFlagsNV, although its name there
+ * is VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_NV. */
+bool captured_nv_structure_was_created_for_capture(const struct capture_view *capture,
+                                                   struct finding *finding)
+{
+    const struct life_object *structure = &capture->nv_structure;
+    return !structure->details_known ||
+           (structure->create_flags &
+            VK_ACCELERATION_STRUCTURE_CREATE_DESCRIPTOR_BUFFER_CAPTURE_REPLAY_BIT_EXT) != 0 ||
+           violated(finding, "accelerationStructureNV",
+                    "{} was created with info.flags {}, without "
+                    "VK_ACCELERATION_STRUCTURE_CREATE_DESCRIPTOR_BUFFER_CAPTURE_REPLAY_BIT_EXT",
+                    life_object_value(structure), hex(structure->create_flags));
+}
+
+bool captured_structure_has_its_feature(const struct capture_view *capture, struct finding *finding)
+{
+    const struct life_object *structure = &capture->structure;
+    return !structure->handle || capture->call->device->acceleration_structure ||
+           violated(
+               finding, "accelerationStructure",
+               "{} is not VK_NULL_HANDLE, and the feature accelerationStructure is not enabled",
+               life_object_value(structure)) ||
+           (structure->alive == NO &&
+            also_violates(
+                finding,
+                RULE_VkAccelerationStructureCaptureDescriptorDataInfoEXT_accelerationStructure_parameter));
+}
+
+bool captured_nv_structure_has_its_extension(const struct capture_view *capture,
+                                             struct finding *finding)
+{
+    const struct life_object *structure = &capture->nv_structure;
+    return !structure->handle || capture->call->device->extension.ray_tracing_nv ||
+           violated(finding, "accelerationStructureNV",
+                    "{} is not VK_NULL_HANDLE, and VK_NV_ray_tracing is not enabled",
+                    life_object_value(structure)) ||
+           (structure->alive == NO &&
+            also_violates(
+                finding,
+                RULE_VkAccelerationStructureCaptureDescriptorDataInfoEXT_accelerationStructureNV_parameter));
+}
+
+bool captured_data_fits(const struct capture_view *capture, struct finding *finding)
+{
+    return !capture->data_is_cut ||
+           violated(finding, "",
+                    "pData {} does not point to {} "
+                    "(accelerationStructureCaptureReplayDescriptorDataSize)",
+                    hex((uint64_t)(uintptr_t)capture->data),
+                    count_of(capture->call->device->accel_capture_size, "byte"));
+}
+
 /* ---- memory of VK_NV_ray_tracing */
 
 static struct value structure_of(const struct binding_view *binding)
@@ -158,11 +211,22 @@ bool bound_structure_has_no_memory_yet(const struct binding_view *binding, struc
 
 bool bound_offset_is_in_memory(const struct binding_view *binding, struct finding *finding)
 {
-    return !binding->memory_size || binding->info->memoryOffset < binding->memory_size ||
+    return !binding->memory.size || binding->info->memoryOffset < binding->memory.size ||
            violated(finding, "memoryOffset", "{} is not less than the size of {} ({})",
                     number(binding->info->memoryOffset), memory_of(binding),
-                    number(binding->memory_size)) ||
+                    number(binding->memory.size)) ||
            also_violates(finding, RULE_bound_memory_holds_structure);
+}
+
+bool bound_memory_has_an_allowed_type(const struct binding_view *binding, struct finding *finding)
+{
+    const uint32_t type = binding->memory.type, allowed = binding->required.memory_types;
+    return !binding->memory.known || !binding->required.known || !allowed ||
+           (type < VK_MAX_MEMORY_TYPES && (allowed & 1u << type) != 0) ||
+           violated(finding, "memory",
+                    "{} was allocated of type {}, which memoryTypeBits ({}) of {} "
+                    "does not include",
+                    memory_of(binding), number(type), hex(allowed), structure_of(binding));
 }
 
 bool bound_offset_is_aligned(const struct binding_view *binding, struct finding *finding)
@@ -175,7 +239,7 @@ bool bound_offset_is_aligned(const struct binding_view *binding, struct finding 
 
 bool bound_memory_holds_structure(const struct binding_view *binding, struct finding *finding)
 {
-    const VkDeviceSize size = binding->memory_size, offset = binding->info->memoryOffset;
+    const VkDeviceSize size = binding->memory.size, offset = binding->info->memoryOffset;
     if (!size || !binding->required.known ||
         (offset < size && size - offset >= binding->required.object))
         return true;

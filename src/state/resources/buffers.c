@@ -249,13 +249,15 @@ uint64_t resources_find_memory_id(struct resources *resources, VkDeviceMemory ha
     return id;
 }
 
-VkDeviceSize resources_find_memory_size(struct resources *resources, VkDeviceMemory handle)
+struct memory_facts resources_find_memory(struct resources *resources, VkDeviceMemory handle)
 {
     unsigned token = resources_begin_reading(resources);
     const struct memory_record *memory = resources_memory(resources, handle);
-    const VkDeviceSize size = memory ? memory->size : 0;
+    const struct memory_facts facts =
+        memory ? (struct memory_facts){.known = true, .size = memory->size, .type = memory->type}
+               : (struct memory_facts){.known = false};
     resources_end_reading(resources, token);
-    return size;
+    return facts;
 }
 
 static bool find_bytes(const struct buffer_record *buffer, struct memory_bytes *bytes)

@@ -169,6 +169,41 @@ enum tristate resources_has(struct resources *resources, enum resource_kind kind
     return found ? YES : incomplete ? UNKNOWN : NO;
 }
 
+/* Returns NULL if there is no such structure or micromap. */
+static bool *find_callbacks(const struct resources *resources, enum resource_kind kind,
+                            uint64_t handle)
+{
+    if (kind == RESOURCE_ACCEL) {
+        struct accel_record *accel = handle_table_find(&resources->accels, handle);
+        return accel ? &accel->has_callbacks : NULL;
+    }
+    if (kind == RESOURCE_ACCEL_NV) {
+        struct nv_accel_record *accel = handle_table_find(&resources->nv_accels, handle);
+        return accel ? &accel->has_callbacks : NULL;
+    }
+    struct micromap_record *micromap = handle_table_find(&resources->micromaps, handle);
+    return micromap ? &micromap->has_callbacks : NULL;
+}
+
+void resources_note_callbacks(struct resources *resources, enum resource_kind kind, uint64_t handle)
+{
+    reader_lock_write(&resources->lock);
+    bool *has_callbacks = find_callbacks(resources, kind, handle);
+    if (has_callbacks)
+        *has_callbacks = true;
+    reader_lock_write_done(&resources->lock);
+}
+
+enum tristate resources_has_callbacks(struct resources *resources, enum resource_kind kind,
+                                      uint64_t handle)
+{
+    unsigned token = resources_begin_reading(resources);
+    const bool *has_callbacks = find_callbacks(resources, kind, handle);
+    enum tristate found = !has_callbacks ? UNKNOWN : *has_callbacks ? YES : NO;
+    resources_end_reading(resources, token);
+    return found;
+}
+
 /* If buffers share an address, a bound buffer outweighs an unbound one. A buffer whose binding is
  * unknown outweighs both, because its usage and size may make the address valid. */
 static int weight(enum address_status status)

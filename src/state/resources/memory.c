@@ -61,7 +61,7 @@ static void remove_memory(struct resources *resources, VkDeviceMemory handle)
 }
 
 void resources_add_memory(struct resources *resources, VkDeviceMemory handle, VkDeviceSize size,
-                          VkMemoryPropertyFlags properties, bool multi_instance)
+                          uint32_t type, VkMemoryPropertyFlags properties, bool multi_instance)
 {
     struct memory_record *memory = malloc(sizeof(*memory));
     if (memory)
@@ -69,6 +69,7 @@ void resources_add_memory(struct resources *resources, VkDeviceMemory handle, Vk
                                          .alive = true,
                                          .handle = handle,
                                          .size = size,
+                                         .type = type,
                                          .properties = properties,
                                          .multi_instance = multi_instance};
     reader_lock_write(&resources->lock);

@@ -19,6 +19,7 @@ struct memory_record {
     uint64_t id;
     VkDeviceMemory handle;
     VkDeviceSize size;
+    uint32_t type; /* index of its memory type */
     VkMemoryPropertyFlags properties;
     bool multi_instance;
     struct buffer_record *buffers; /* list of the non-sparse buffers bound to it */
@@ -76,6 +77,7 @@ struct accel_record {
     /* The device address that instances refer to it by; 0 if unknown. */
     VkDeviceAddress address;
     bool address_is_unknown; /* counted in unknown_references */
+    bool has_callbacks;      /* it was created with VkAllocationCallbacks */
     struct accel_record *same_address;
 };
 _Static_assert(offsetof(struct accel_facts, handle) == CACHE_LINE,
@@ -84,6 +86,7 @@ _Static_assert(offsetof(struct accel_facts, handle) == CACHE_LINE,
 /* A VkMicromapEXT. */
 struct micromap_record {
     uint64_t id;
+    bool has_callbacks; /* see struct accel_record */
     VkMicromapTypeEXT type;
     VkMicromapCreateFlagsEXT create_flags;
     VkBuffer buffer;
@@ -95,6 +98,7 @@ struct nv_accel_record {
     uint64_t id;
     enum tristate bound; /* YES: bound to `memory` at `memory_offset` */
     bool instances_differ;
+    bool has_callbacks; /* see struct accel_record */
     struct memory_record *memory;
     VkDeviceSize memory_offset;
     struct nv_size_facts sizes;

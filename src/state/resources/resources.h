@@ -28,9 +28,10 @@ VkResult resources_create(struct resources **resources);
 /* Accepts NULL. No other thread may use `resources`. Takes no lock. */
 void resources_destroy(struct resources *resources);
 
-/* Memory. `multi_instance`: the memory has one instance for each physical device of the group. */
+/* Memory, of which memory type (its index) and what properties. `multi_instance`: the memory has
+ * one instance for each physical device of the group. */
 void resources_add_memory(struct resources *resources, VkDeviceMemory handle, VkDeviceSize size,
-                          VkMemoryPropertyFlags properties, bool multi_instance);
+                          uint32_t type, VkMemoryPropertyFlags properties, bool multi_instance);
 void resources_remove_memory(struct resources *resources, VkDeviceMemory handle);
 
 /* vkMapMemory maps `size` bytes at `offset`, or all bytes after `offset` if `size` is
@@ -209,8 +210,13 @@ uint64_t resources_find_mapped(struct resources *resources, VkDeviceAddress addr
  * the memory has several instances: then equal offsets need not be equal bytes. */
 uint64_t resources_find_memory_id(struct resources *resources, VkDeviceMemory handle);
 
-/* Returns the size of live memory in bytes; 0 if it is unknown. */
-VkDeviceSize resources_find_memory_size(struct resources *resources, VkDeviceMemory handle);
+/* Live memory. */
+struct memory_facts {
+    bool known;
+    VkDeviceSize size; /* bytes; 0: unknown, because it was imported */
+    uint32_t type;     /* index of its memory type */
+};
+struct memory_facts resources_find_memory(struct resources *resources, VkDeviceMemory handle);
 
 /* Finds where all bytes of a buffer, or of a micromap, lie. Returns false if they are unknown, or
  * not in one piece of such memory. */
@@ -257,5 +263,12 @@ enum resource_kind {
 uint64_t resources_find_id(struct resources *resources, enum resource_kind kind, uint64_t handle);
 /* Whether there is such an object; UNKNOWN if a record may be missing. */
 enum tristate resources_has(struct resources *resources, enum resource_kind kind, uint64_t handle);
+
+/* Notes that a structure or micromap was created with VkAllocationCallbacks. */
+void resources_note_callbacks(struct resources *resources, enum resource_kind kind,
+                              uint64_t handle);
+/* Returns UNKNOWN if there is no such object. */
+enum tristate resources_has_callbacks(struct resources *resources, enum resource_kind kind,
+                                      uint64_t handle);
 
 #endif
