@@ -82,7 +82,7 @@ struct query_view {
     uint32_t count; /* of structures */
     VkQueryType type;
     /* In command buffers. */
-    VkQueryPool pool;
+    struct query_pool_facts pool; /* from level STATE on */
     uint32_t first_query;
     /* On the host. */
     size_t data_size, stride; /* bytes */

@@ -143,4 +143,5 @@ static void use_queried_source(struct scene *scene, int dst_size)
 #include "life_features.inc"
 #include "life_results.inc"
 #include "queries.inc"
+#include "query_pools.inc"
 #include "sources.inc"
