@@ -141,12 +141,21 @@ struct used_source_view {
     const struct built *built; /* never BUILT_UNKNOWN */
 };
 
-/* A copy of a structure when it executes, and what the host has read of the compacted size. */
+/* A query when a command that writes it executes; it is not unavailable. */
+struct written_query_view {
+    VkQueryPool pool;
+    uint32_t number;   /* of the query in the pool */
+    bool is_available; /* false: nothing has reset or written it */
+};
+
+/* A copy or serialization when it executes, and what the host has read of its size. */
 struct sized_copy_view {
-    uint64_t src, dst; /* VkAccelerationStructureKHR */
-    bool compacts;
-    VkDeviceSize dst_size;       /* bytes, of the create info */
-    VkDeviceSize compacted_size; /* bytes: the smallest query result for the build of src */
+    VkObjectType object_type; /* as in struct life_object */
+    uint64_t src, dst;        /* handles; dst of a serialization: the address */
+    bool serializes, compacts;
+    VkDeviceSize dst_size;     /* bytes: of the create info, or from the address to the buffer's end */
+    VkDeviceSize queried_size; /* bytes: the serialization size of src, or its compacted size: the
+                                * smallest query result for the build of src */
 };
 
 /* One element of pBindInfos of vkBindAccelerationStructureMemoryNV. */

@@ -416,6 +416,8 @@ struct test_memory scene_nv_allocate(struct scene *scene, VkAccelerationStructur
 void scene_nv_bind(struct scene *scene, VkAccelerationStructureNV accel, VkDeviceMemory memory,
                    VkDeviceSize offset);
 VkAccelerationStructureNV scene_nv_accel(struct scene *scene);
+/* For a compacting copy. */
+VkAccelerationStructureNV scene_nv_accel_of_size(struct scene *scene, VkDeviceSize compacted);
 
 /* A buffer of another VkDevice, for what a build reads; its handle. */
 uint64_t scene_nv_foreign_buffer(struct scene *scene);
