@@ -42,13 +42,13 @@ static struct journal_entry serialize_entry(const struct layer_device *device,
                                             enum build_command command,
                                             VkAccelerationStructureKHR src, VkDeviceAddress address)
 {
-    return (struct journal_entry){.kind = JOURNAL_READ,
-                                  .command = (unsigned char)command,
-                                  .dst = address,
-                                  .src = (uint64_t)(uintptr_t)src,
-                                  .src_id = layer_accel_id(device, src),
-                                  .read = {.query = VK_QUERY_TYPE_MAX_ENUM,
-                                           .dst_size = layer_bytes_at(device, address)}};
+    return (struct journal_entry){
+        .kind = JOURNAL_READ,
+        .command = (unsigned char)command,
+        .dst = address,
+        .src = (uint64_t)(uintptr_t)src,
+        .src_id = layer_accel_id(device, src),
+        .read = {.query = VK_QUERY_TYPE_MAX_ENUM, .dst_size = layer_bytes_at(device, address)}};
 }
 
 bool note_accel_copy(struct layer_device *device, VkCommandBuffer handle,

@@ -35,6 +35,19 @@ static inline struct value life_object_value(const struct life_object *object_)
     return object(object_->object_type, object_->handle);
 }
 
+/* Serialized data that the host reads, from level CONTENT on. Zero where unknown. */
+struct serialized_facts {
+    enum tristate compatible; /* the physical device can read this version */
+    /* The following are not of micromaps of VK_EXT_opacity_micromap. */
+    bool has_sizes;
+    uint64_t size, deserialized_size; /* bytes, as the header says */
+    uint64_t header_size;             /* bytes, with its references or blocks; or a lower bound */
+    /* What is in its blocks, if the data are compatible. */
+    uint32_t invalid_type;
+    bool has_micromaps;
+    VkDeviceAddress invalid_address; /* of a micromap */
+};
+
 enum copy_direction { COPY_BETWEEN_OBJECTS, COPY_TO_MEMORY, COPY_FROM_MEMORY };
 
 /* A copy of a structure or micromap. */
@@ -51,6 +64,7 @@ struct copy_view {
     uint64_t address;
     bool memory_unreadable;      /* on the host: the header of serialized data is not there */
     struct address_facts memory; /* in command buffers, from level STATE on */
+    struct serialized_facts data;
 };
 
 /* The creation of a structure or micromap. */
@@ -153,7 +167,7 @@ struct sized_copy_view {
     VkObjectType object_type; /* as in struct life_object */
     uint64_t src, dst;        /* handles; dst of a serialization: the address */
     bool serializes, compacts;
-    VkDeviceSize dst_size;     /* bytes: of the create info, or from the address to the buffer's end */
+    VkDeviceSize dst_size; /* bytes: of the create info, or from the address to the buffer's end */
     VkDeviceSize queried_size; /* bytes: the serialization size of src, or its compacted size: the
                                 * smallest query result for the build of src */
 };

@@ -55,6 +55,7 @@ static uint64_t in_the_memory_of_dst(struct scene *scene)
 
 #include "copied.inc"
 #include "copied_memory.inc"
+#include "serialized.inc"
 
 /* Queries name structures of the same kinds. */
 #include "bindings.inc"

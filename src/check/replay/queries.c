@@ -3,9 +3,9 @@
  *
  * A query is written like a structure: it holds the structure that it was written for until it is
  * written again. A reset by a command buffer keeps the structure: until the next write, the host
- * reads either the earlier result or none. A result that the host reads is trusted if the host knows
- * that its write has executed, or if there was only one write; otherwise it may be the result of an
- * earlier write. */
+ * reads either the earlier result or none. A result that the host reads is trusted if the host
+ * knows that its write has executed, or if there was only one write; otherwise it may be the result
+ * of an earlier write. */
 #include "src/check/replay/judge.h"
 #include "src/check/walk/rows.h"
 #include "src/view/life_view.h"

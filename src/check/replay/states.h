@@ -41,8 +41,8 @@ extern const struct built built_unknown, built_filled;
  * built_unknown. */
 const struct built *replay_read(struct replay *replay, const struct journal_entry *entry);
 
-/* Returns the state of a query before the command that writes it; built_unknown if none is certainly
- * visible to this batch. Returns NULL if nothing has reset or written the query. */
+/* Returns the state of a query before the command that writes it; built_unknown if none is
+ * certainly visible to this batch. Returns NULL if nothing has reset or written the query. */
 const struct built *replay_find_query(struct replay *replay, const struct journal_entry *entry);
 
 /* Sets the last build of a structure after this batch. Ignores `id` 0. */

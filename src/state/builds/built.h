@@ -154,8 +154,8 @@ struct built {
     struct compacted_size *compacted_size;
 };
 
-/* Returns the compacted size of the build of a structure, with one reference, or NULL if there is no
- * memory. */
+/* Returns the compacted size of the build of a structure, with one reference, or NULL if there is
+ * no memory. */
 struct compacted_size *compacted_size_create(uint64_t id);
 /* Lowers the compacted size to `size`, a query result. Ignores 0. */
 void compacted_size_update(struct compacted_size *compacted, VkDeviceSize size);
