@@ -35,10 +35,10 @@ static void start_hosted(struct build_call *call, struct layer_device *device,
     }
 }
 
-static bool find_use(void *user, uint64_t id, struct pending_use *use)
+static bool find_use(void *user, const struct used_object *object, struct pending_use *use)
 {
     const struct build_call *call = user;
-    return submitted_builds_find_use(call->device->submitted_builds, id, use);
+    return submitted_builds_find_use(call->device->submitted_builds, object, use);
 }
 
 static enum tristate is_compatible(void *user, bool is_micromap,

@@ -139,10 +139,17 @@ struct pending_use {
     uint64_t submission; /* see struct order_batch */
 };
 
-/* A structure or micromap that is about to be destroyed. */
+/* What a command may use: one of these. */
+struct used_object {
+    uint64_t id;           /* of a structure or micromap */
+    uint64_t buffer_id;    /* of a buffer that holds a structure or an input of a build */
+    VkDeviceMemory memory; /* the same */
+};
+
+/* A structure, micromap, buffer or memory that is about to be destroyed. */
 struct destroyed_view {
     const struct call_view *call;
-    struct life_object object;
+    struct life_object object;     /* of a buffer or memory: only its type and handle */
     const struct pending_use *use; /* NULL: none is certain */
 };
 

@@ -82,6 +82,16 @@ static void submit_build(struct scene *scene, int waits)
         wait_idle(scene);
 }
 
+/* Builds a structure in a buffer and memory of its own. */
+static struct test_buffer buffer_of_a_build(struct scene *scene)
+{
+    const struct test_buffer buffer = place_buffer(scene);
+    scene->infos[INDEXED].dstAccelerationStructure =
+        scene_accel_in(scene, &buffer, 0, place_size(scene, INDEXED), scene->infos[INDEXED].type);
+    scene_build_before(scene, INDEXED, 1);
+    return buffer;
+}
+
 /* ---- queries */
 
 static void record_queries(struct scene *scene, VkCommandBuffer command_buffer, uint64_t object,

@@ -30,6 +30,13 @@ static uint64_t in_visible_memory(struct scene *scene)
     return object_in(scene, place_buffer_of_instances(scene, 1));
 }
 
+static VkAccelerationStructureKHR micromap_in_memory(struct scene *scene)
+{
+    const struct test_buffer buffer = place_buffer_of_instances(scene, 1);
+    return scene_accel_in(scene, &buffer, 0, PLACE_FAR,
+                          VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+}
+
 static uint64_t in_device_memory(struct scene *scene)
 {
     return object_in(scene, place_device_local_buffer(scene));
