@@ -166,7 +166,8 @@ static bool lies_in(const struct use_search *search, uint64_t handle, uint64_t i
 
 static bool is_it(const struct use_search *search, uint64_t handle, uint64_t id)
 {
-    return search->object->id ? id == search->object->id : lies_in(search, handle, id);
+    return search->object->id ? id == search->object->id
+                              : search->object->may_hold_structures && lies_in(search, handle, id);
 }
 
 static bool is_use(const struct use_search *search, const struct journal_entry *entry)

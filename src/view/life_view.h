@@ -141,9 +141,10 @@ struct pending_use {
 
 /* What a command may use: one of these. */
 struct used_object {
-    uint64_t id;           /* of a structure or micromap */
-    uint64_t buffer_id;    /* of a buffer that holds a structure or an input of a build */
-    VkDeviceMemory memory; /* the same */
+    uint64_t id;              /* of a structure or micromap */
+    uint64_t buffer_id;       /* of a buffer that holds a structure or an input of a build */
+    VkDeviceMemory memory;    /* the same */
+    bool may_hold_structures; /* a buffer or memory */
 };
 
 /* A structure, micromap, buffer or memory that is about to be destroyed. */

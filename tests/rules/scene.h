@@ -365,7 +365,7 @@ VkMicromapEXT scene_micromap_ext(struct scene *scene, VkMicromapTypeEXT type);
  * triangles. */
 VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count);
 
-/* Deserializes anything, on the host or recorded. */
+/* Deserializes the source of an update on the host, or records a deserialization of anything. */
 void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure);
 
 /* ---- extensions (scene_extensions.c) ---- */

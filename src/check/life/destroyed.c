@@ -31,11 +31,15 @@ static struct used_object used_object_of(struct check_context *context,
 {
     struct buffer_facts buffer;
     if (object->object_type == VK_OBJECT_TYPE_DEVICE_MEMORY)
-        return (struct used_object){.memory = (VkDeviceMemory)(uintptr_t)object->handle};
+        return (struct used_object){.memory = (VkDeviceMemory)(uintptr_t)object->handle,
+                                    .may_hold_structures = true};
     if (object->object_type != VK_OBJECT_TYPE_BUFFER)
         return (struct used_object){.id = object->id};
     resources_ask_buffer(context->resources, (VkBuffer)(uintptr_t)object->handle, &buffer);
-    return (struct used_object){.buffer_id = buffer.id};
+    return (struct used_object){.buffer_id = buffer.id,
+                                .may_hold_structures =
+                                    buffer.usage &
+                                    VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR};
 }
 
 /* The commands have the same parameters, up to the type of the handle. */
