@@ -96,6 +96,7 @@ static struct replay replay_of(struct judging *judging, const struct order_batch
     return (struct replay){
         .active = submissions->device->active_rules,
         .resources = submissions->device->resources,
+        .query_pools = submissions->device->query_pools,
         .structures = submissions->device->structures,
         .now = batch->timestamp,
         .follows = &batch->clock,

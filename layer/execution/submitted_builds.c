@@ -140,29 +140,74 @@ struct batch_consumer submitted_builds_consumer(struct submitted_builds *submitt
         .user = submitted, .submit = submit, .fail = fail, .deliver = deliver};
 }
 
-/* ---- uses of one structure
+/* ---- uses of one object
  *
  * The slot of a batch is the number of execution_order_find_observed() when it was submitted: if
  * that has changed, the application may know that the batch is complete. */
 
-static bool is_use(const struct journal_entry *entry, uint64_t id)
+struct use_search {
+    struct resources *resources;
+    const struct used_object *object;
+    struct pending_use *use; /* the result */
+};
+
+/* A structure that was created by address may lie in several buffers. */
+static bool lies_in(const struct use_search *search, uint64_t handle, uint64_t id)
+{
+    const struct used_object *object = search->object;
+    struct accel_facts facts;
+    resources_look_up_accel(search->resources, (VkAccelerationStructureKHR)(uintptr_t)handle,
+                            &facts);
+    if (!id || facts.id != id || facts.by_address)
+        return false;
+    return object->buffer_id ? facts.buffer_id == object->buffer_id
+                             : facts.memory == object->memory;
+}
+
+static bool is_it(const struct use_search *search, uint64_t handle, uint64_t id)
+{
+    return search->object->id ? id == search->object->id
+                              : search->object->may_hold_structures && lies_in(search, handle, id);
+}
+
+static bool is_use(const struct use_search *search, const struct journal_entry *entry)
 {
     bool has_source = JOURNAL_BIT(entry->kind) & (JOURNAL_READS | JOURNAL_BIT(JOURNAL_UPDATE) |
                                                   JOURNAL_BIT(JOURNAL_USE_MICROMAP));
     bool has_dst = JOURNAL_BIT(entry->kind) & JOURNAL_WRITES;
-    return (has_dst && entry->dst_id == id) || (has_source && entry->src_id == id);
+    return (has_dst && is_it(search, entry->dst, entry->dst_id)) ||
+           (has_source && is_it(search, entry->src, entry->src_id));
 }
 
-static bool find_in_journal(const struct journal *journal, uint64_t id, struct pending_use *use)
+/* An address may lie in several buffers: then a build may use any of them. */
+static bool is_input_use(const struct use_search *search, const struct journal_input *input)
 {
-    struct journal_cursor cursor = journal_start(journal, USES | JOURNAL_BIT(JOURNAL_EXECUTE));
+    const struct used_object *object = search->object;
+    struct address_facts facts;
+    if (object->id || (object->buffer_id && input->buffer_id != object->buffer_id))
+        return false;
+    if (input->command == COMMAND_NV)
+        return object->buffer_id;
+    resources_look_up_address(search->resources, input->address, &facts);
+    return facts.status == ADDRESS_IN_BUFFER && facts.buffer_id == input->buffer_id &&
+           !facts.is_shared && (!object->memory || facts.memory == object->memory);
+}
+
+static bool find_in_journal(const struct use_search *search, const struct journal *journal)
+{
+    struct journal_cursor cursor = journal_start(journal, USES | JOURNAL_BIT(JOURNAL_EXECUTE) |
+                                                              JOURNAL_BIT(JOURNAL_USE_BUFFER));
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (entry->kind == JOURNAL_EXECUTE && find_in_journal(entry->secondary, id, use))
+        const struct journal_input *input = (const void *)entry;
+        if (entry->kind == JOURNAL_EXECUTE && find_in_journal(search, entry->secondary))
             return true;
-        if (entry->kind == JOURNAL_EXECUTE || !is_use(entry, id))
+        if (entry->kind == JOURNAL_EXECUTE ||
+            !(entry->kind == JOURNAL_USE_BUFFER ? is_input_use(search, input)
+                                                : is_use(search, entry)))
             continue;
-        use->command = (enum build_command)entry->command;
-        use->command_buffer = journal->command_buffer;
+        search->use->command = (enum build_command)(
+            entry->kind == JOURNAL_USE_BUFFER ? input->command : entry->command);
+        search->use->command_buffer = journal->command_buffer;
         return true;
     }
     return false;
@@ -179,20 +224,22 @@ static bool is_certainly_pending(const struct order_batch *batch,
            (state == BATCH_ORDERED && !execution_clock_has(seen, batch->timestamp));
 }
 
-bool submitted_builds_find_use(struct submitted_builds *submitted, uint64_t id,
+bool submitted_builds_find_use(struct submitted_builds *submitted, const struct used_object *object,
                                struct pending_use *use)
 {
+    const bool is_known = object->id || object->buffer_id || object->memory;
     struct execution_clock seen;
     uint64_t untracked;
     bool is_found = false;
-    if (!submitted || !id || !atomic_load(&submitted->count) ||
+    if (!submitted || !is_known || !atomic_load(&submitted->count) ||
         !execution_order_find_observed(submitted->device->order, &seen, &untracked))
         return false;
+    const struct use_search search = {submitted->device->resources, object, use};
     pthread_mutex_lock(&submitted->batches->lock);
     for (struct batch_cursor at = submitted_builds_start(submitted);
          !is_found && batch_cursor_next(&at);) {
         is_found = is_certainly_pending(at.batch, &seen, untracked) &&
-                   find_in_journal(journal_of(&at), id, use);
+                   find_in_journal(&search, journal_of(&at));
         use->queue = at.batch->queue;
         use->submission = at.batch->number;
     }

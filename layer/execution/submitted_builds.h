@@ -29,9 +29,10 @@ struct batch_consumer submitted_builds_consumer(struct submitted_builds *submitt
 /* The batch is complete. */
 void submitted_builds_end(struct submitted_builds *submitted, struct order_batch *batch);
 
-/* Finds a command that was submitted, uses the structure or micromap, and is certainly not complete
- * as far as the application has observed. */
-bool submitted_builds_find_use(struct submitted_builds *submitted, uint64_t id,
+/* Finds a command that was submitted, uses the object, and is certainly not complete as far as the
+ * application has observed. Of buffers and memory, the uses are the structures of the command and
+ * the inputs and scratch memory of builds of structures. */
+bool submitted_builds_find_use(struct submitted_builds *submitted, const struct used_object *object,
                                struct pending_use *use);
 
 /* One build. */

@@ -35,10 +35,36 @@ static void start_hosted(struct build_call *call, struct layer_device *device,
     }
 }
 
-static bool find_use(void *user, uint64_t id, struct pending_use *use)
+static bool find_use(void *user, const struct used_object *object, struct pending_use *use)
 {
     const struct build_call *call = user;
-    return submitted_builds_find_use(call->device->submitted_builds, id, use);
+    return submitted_builds_find_use(call->device->submitted_builds, object, use);
+}
+
+static enum tristate is_compatible(void *user, bool is_micromap,
+                                   const uint8_t version[2 * VK_UUID_SIZE])
+{
+    const struct build_call *call = user;
+    const struct layer_device *device = call->device;
+    VkAccelerationStructureCompatibilityKHR result =
+        VK_ACCELERATION_STRUCTURE_COMPATIBILITY_MAX_ENUM_KHR;
+    const VkAccelerationStructureVersionInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_VERSION_INFO_KHR,
+        .pVersionData = version};
+    const VkMicromapVersionInfoEXT micromap_info = {
+        .sType = VK_STRUCTURE_TYPE_MICROMAP_VERSION_INFO_EXT, .pVersionData = version};
+    if (!is_micromap && device->vk.GetDeviceAccelerationStructureCompatibilityKHR)
+        device->vk.GetDeviceAccelerationStructureCompatibilityKHR(device->handle, &info, &result);
+    if (is_micromap && device->vk.GetDeviceMicromapCompatibilityEXT)
+        device->vk.GetDeviceMicromapCompatibilityEXT(device->handle, &micromap_info, &result);
+    switch (result) {
+    case VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR:
+        return YES;
+    case VK_ACCELERATION_STRUCTURE_COMPATIBILITY_INCOMPATIBLE_KHR:
+        return NO;
+    default:
+        return UNKNOWN;
+    }
 }
 
 /* The query is a call of the layer's own, and needs what one of the application would need. */
@@ -62,6 +88,7 @@ bool check_command(struct layer_device *device, enum build_command command, cons
     static const struct check_hooks hooks = {.found = build_call_found,
                                              .find_micromap_sizes = find_micromap_sizes,
                                              .of_another_device = build_call_of_another_device,
+                                             .is_compatible = is_compatible,
                                              .find_use = find_use};
     struct build_call call;
     if (command_is_recorded(command))

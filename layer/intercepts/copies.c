@@ -6,6 +6,7 @@
 #include "layer/intercepts/host_work.h"
 #include "layer/intercepts/journal_access.h"
 #include "observers.h"
+#include "src/state/resources/nv_shape.h"
 
 static struct journal_entry copy_entry(const struct layer_device *device,
                                        enum build_command command,
@@ -36,15 +37,18 @@ static struct journal_entry fill_entry(const struct layer_device *device,
                                   .dst_id = layer_accel_id(device, dst)};
 }
 
+/* `address`: of device memory, or 0. */
 static struct journal_entry serialize_entry(const struct layer_device *device,
                                             enum build_command command,
-                                            VkAccelerationStructureKHR src)
+                                            VkAccelerationStructureKHR src, VkDeviceAddress address)
 {
-    return (struct journal_entry){.kind = JOURNAL_READ,
-                                  .command = (unsigned char)command,
-                                  .src = (uint64_t)(uintptr_t)src,
-                                  .src_id = layer_accel_id(device, src),
-                                  .read = {.query = VK_QUERY_TYPE_MAX_ENUM}};
+    return (struct journal_entry){
+        .kind = JOURNAL_READ,
+        .command = (unsigned char)command,
+        .dst = address,
+        .src = (uint64_t)(uintptr_t)src,
+        .src_id = layer_accel_id(device, src),
+        .read = {.query = VK_QUERY_TYPE_MAX_ENUM, .dst_size = layer_bytes_at(device, address)}};
 }
 
 bool note_accel_copy(struct layer_device *device, VkCommandBuffer handle,
@@ -60,14 +64,19 @@ bool note_nv_copy(struct layer_device *device, VkCommandBuffer handle,
 {
     const bool compacts = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
     uint64_t dst_handle = (uint64_t)(uintptr_t)dst, src_handle = (uint64_t)(uintptr_t)src;
+    struct nv_accel_facts facts;
+    resources_ask_nv_accel(device->resources, dst, &facts);
+    nv_shape_release(facts.created);
     struct journal_entry entry = {
         .kind = compacts ? JOURNAL_COMPACT : JOURNAL_COPY,
         .command = COMMAND_CmdCopyAccelerationStructureNV,
         .dst = dst_handle,
         .src = src_handle,
-        .dst_id = resources_find_id(device->resources, RESOURCE_ACCEL_NV, dst_handle),
+        .dst_id = facts.id,
         .src_id = resources_find_id(device->resources, RESOURCE_ACCEL_NV, src_handle),
-        .read = {.compacts = compacts, .query = VK_QUERY_TYPE_MAX_ENUM},
+        .read = {.compacts = compacts,
+                 .query = VK_QUERY_TYPE_MAX_ENUM,
+                 .dst_size = facts.sizes.known ? facts.sizes.object : 0},
     };
     return layer_record(device, handle, &entry, 1);
 }
@@ -84,7 +93,8 @@ bool note_accel_write(struct layer_device *device, VkCommandBuffer handle,
                       const VkCopyAccelerationStructureToMemoryInfoKHR *info)
 {
     struct journal_entry entry =
-        serialize_entry(device, COMMAND_CmdCopyAccelerationStructureToMemoryKHR, info->src);
+        serialize_entry(device, COMMAND_CmdCopyAccelerationStructureToMemoryKHR, info->src,
+                        info->dst.deviceAddress);
     return layer_record(device, handle, &entry, 1);
 }
 
@@ -117,6 +127,6 @@ struct host_work begin_accel_write(struct layer_device *device,
                                    const VkCopyAccelerationStructureToMemoryInfoKHR *info)
 {
     struct journal_entry entry =
-        serialize_entry(device, COMMAND_CopyAccelerationStructureToMemoryKHR, info->src);
+        serialize_entry(device, COMMAND_CopyAccelerationStructureToMemoryKHR, info->src, 0);
     return begin(device, &entry);
 }

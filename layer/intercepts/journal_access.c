@@ -9,6 +9,13 @@ uint64_t layer_accel_id(const struct layer_device *device, VkAccelerationStructu
     return resources_find_id(device->resources, RESOURCE_ACCEL, (uint64_t)(uintptr_t)handle);
 }
 
+VkDeviceSize layer_bytes_at(const struct layer_device *device, VkDeviceAddress address)
+{
+    struct address_facts facts;
+    resources_look_up_address(device->resources, address, &facts);
+    return facts.status == ADDRESS_IN_BUFFER ? facts.bytes_left : 0;
+}
+
 struct command_buffer *layer_find_recording(const struct layer_device *device,
                                             VkCommandBuffer handle)
 {

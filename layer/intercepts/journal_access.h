@@ -8,6 +8,9 @@
 /* The id of a structure in journals; 0 if it is unknown. */
 uint64_t layer_accel_id(const struct layer_device *device, VkAccelerationStructureKHR handle);
 
+/* The bytes from an address to the end of its VkBuffer; 0: unknown. */
+VkDeviceSize layer_bytes_at(const struct layer_device *device, VkDeviceAddress address);
+
 /* The command buffer, if its commands are recorded in a journal. Returns NULL otherwise. */
 struct command_buffer *layer_find_recording(const struct layer_device *device,
                                             VkCommandBuffer handle);

@@ -100,6 +100,8 @@ bool note_micromap_write(struct layer_device *device, VkCommandBuffer handle,
                          const VkCopyMicromapToMemoryInfoEXT *info)
 {
     struct journal_entry entry = read_entry(device, COMMAND_CmdCopyMicromapToMemoryEXT, info->src);
+    entry.dst = info->dst.deviceAddress;
+    entry.read.dst_size = layer_bytes_at(device, info->dst.deviceAddress);
     return layer_record(device, handle, &entry, 1);
 }
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Observes queries of properties. Commands that query structures are recorded in journals;
- * resets and reads by the host are placed in execution order among the batches. */
+/* Observes queries of properties. Commands that query structures, and resets of their queries, are
+ * recorded in journals; resets and reads by the host are placed in execution order among the
+ * batches. */
 #include "layer/execution/input_checks.h"
 #include "src/state/commands/query_pools.h"
 
@@ -14,13 +15,32 @@
 
 /* ---- pools */
 
+static bool is_property(VkQueryType type)
+{
+    switch ((int)type) {
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR:
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR:
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR:
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR:
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV:
+    case VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT:
+    case VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT:
+        return true;
+    default:
+        return false;
+    }
+}
+
 void note_query_pool(struct layer_device *device, VkQueryPool pool,
                      const VkQueryPoolCreateInfo *info)
 {
-    if (device->order && info->queryType == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR)
-        query_pools_add(device->query_pools, pool, info->queryCount);
-    else
+    if (!device->order || !is_property(info->queryType)) {
         query_pools_add_plain(device->query_pools, pool, info->queryType, info->queryCount);
+        return;
+    }
+    query_pools_add(device->query_pools, pool, info->queryType, info->queryCount);
+    if (info->flags & VK_QUERY_POOL_CREATE_RESET_BIT_KHR)
+        note_query_resets(device, pool, 0, info->queryCount);
 }
 
 void forget_query_pool(struct layer_device *device, VkQueryPool handle)
@@ -40,7 +60,10 @@ struct queried {
     enum resource_kind kind;
     VkQueryType type;
     uint32_t count;
-    const void *handles;    /* of 64 bits each */
+    const void *handles; /* of 64 bits each */
+    /* In command buffers. */
+    VkQueryPool pool;
+    uint32_t first;
     uint64_t first_id;      /* of the first query; 0: it is unknown */
     uint32_t tracked_count; /* as many queries from the first one on have ids */
 };
@@ -54,17 +77,24 @@ static struct journal_entry read_entry(const struct layer_device *device,
         .kind = JOURNAL_READ,
         .command = (unsigned char)queried->command,
         .info = i,
+        .dst = (uint64_t)(uintptr_t)queried->pool,
         .src = handle,
         .src_id = resources_find_id(device->resources, queried->kind, handle),
         .dst_id = i < queried->tracked_count ? queried->first_id + i : 0,
-        .read = {.query = queried->type},
+        .read = {.query = queried->type, .number = queried->first + i},
     };
 }
 
+/* A query of another type than that of the command has no result that means anything. */
 static bool note_queries(struct layer_device *device, VkCommandBuffer handle,
-                         const struct queried *queried)
+                         struct queried *queried)
 {
     bool skip = false;
+    struct query_pool pool;
+    if (query_pools_find(device->query_pools, queried->pool, &pool) && pool.type == queried->type) {
+        queried->tracked_count = query_pool_clamp(&pool, queried->first, queried->count);
+        queried->first_id = pool.first_id + queried->first;
+    }
     for (uint32_t i = 0; i < queried->count;) {
         struct journal_entry entries[QUERIED_AT_ONCE];
         uint32_t count = 0;
@@ -77,41 +107,43 @@ static bool note_queries(struct layer_device *device, VkCommandBuffer handle,
 
 bool note_accel_queries(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
                         const VkAccelerationStructureKHR *accels, VkQueryType type,
-                        VkQueryPool pool_handle, uint32_t first)
+                        VkQueryPool pool, uint32_t first)
 {
     struct queried queried = {.command = COMMAND_CmdWriteAccelerationStructuresPropertiesKHR,
                               .kind = RESOURCE_ACCEL,
                               .type = type,
                               .count = count,
-                              .handles = accels};
-    struct query_pool pool;
-    if (type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR &&
-        query_pools_find(device->query_pools, pool_handle, &pool)) {
-        queried.tracked_count = query_pool_clamp(&pool, first, count);
-        queried.first_id = pool.first_id + first;
-    }
+                              .handles = accels,
+                              .pool = pool,
+                              .first = first};
     return note_queries(device, handle, &queried);
 }
 
 bool note_nv_queries(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
-                     const VkAccelerationStructureNV *accels, VkQueryType type)
+                     const VkAccelerationStructureNV *accels, VkQueryType type, VkQueryPool pool,
+                     uint32_t first)
 {
-    const struct queried queried = {.command = COMMAND_CmdWriteAccelerationStructuresPropertiesNV,
-                                    .kind = RESOURCE_ACCEL_NV,
-                                    .type = type,
-                                    .count = count,
-                                    .handles = accels};
+    struct queried queried = {.command = COMMAND_CmdWriteAccelerationStructuresPropertiesNV,
+                              .kind = RESOURCE_ACCEL_NV,
+                              .type = type,
+                              .count = count,
+                              .handles = accels,
+                              .pool = pool,
+                              .first = first};
     return note_queries(device, handle, &queried);
 }
 
 bool note_micromap_queries(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
-                           const VkMicromapEXT *micromaps, VkQueryType type)
+                           const VkMicromapEXT *micromaps, VkQueryType type, VkQueryPool pool,
+                           uint32_t first)
 {
-    const struct queried queried = {.command = COMMAND_CmdWriteMicromapsPropertiesEXT,
-                                    .kind = RESOURCE_MICROMAP,
-                                    .type = type,
-                                    .count = count,
-                                    .handles = micromaps};
+    struct queried queried = {.command = COMMAND_CmdWriteMicromapsPropertiesEXT,
+                              .kind = RESOURCE_MICROMAP,
+                              .type = type,
+                              .count = count,
+                              .handles = micromaps,
+                              .pool = pool,
+                              .first = first};
     return note_queries(device, handle, &queried);
 }
 
@@ -148,7 +180,15 @@ struct host_work begin_micromap_queries(struct layer_device *device, uint32_t co
     return begin_queries(device, &queried);
 }
 
-/* ---- the host resets */
+/* ---- resets */
+
+static struct journal_entry reset_entry(const struct query_pool *pool, uint32_t first,
+                                        uint32_t count)
+{
+    return (struct journal_entry){.kind = JOURNAL_RESET_QUERIES,
+                                  .dst_id = pool->first_id + first,
+                                  .info = query_pool_clamp(pool, first, count)};
+}
 
 void note_query_resets(struct layer_device *device, VkQueryPool handle, uint32_t first,
                        uint32_t count)
@@ -156,14 +196,25 @@ void note_query_resets(struct layer_device *device, VkQueryPool handle, uint32_t
     struct query_pool pool;
     if (!query_pools_find(device->query_pools, handle, &pool))
         return;
+    const struct journal_entry entry = reset_entry(&pool, first, count);
     struct journal *journal = journal_create(VK_NULL_HANDLE);
     if (journal)
-        journal_add(journal, &(struct journal_entry){
-                                 .kind = JOURNAL_RESET_QUERIES,
-                                 .dst_id = pool.first_id + first,
-                                 .info = query_pool_clamp(&pool, first, count),
-                             });
+        journal_add(journal, &entry);
     layer_run_host_command(device, journal);
+}
+
+void note_recorded_query_resets(struct layer_device *device, VkCommandBuffer command_buffer,
+                                VkQueryPool handle, uint32_t first, uint32_t count)
+{
+    struct query_pool pool;
+    if (!query_pools_find(device->query_pools, handle, &pool))
+        return;
+    const struct journal_entry entry = reset_entry(&pool, first, count);
+    struct command_buffer *recording = layer_find_recording(device, command_buffer);
+    if (!recording)
+        return;
+    journal_begin_call(recording->journal);
+    journal_add(recording->journal, &entry);
 }
 
 /* ---- the host reads
@@ -186,6 +237,15 @@ static struct journal *begin_reading(struct layer_device *device)
     execution_order_start_idle(device->order, VK_NULL_HANDLE, &wait);
     host->submitted = wait.clock;
     return journal;
+}
+
+/* Whether a later copy is validated against results of this type. */
+static bool is_size_to_track(VkQueryType type)
+{
+    return type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR ||
+           type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR ||
+           type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV ||
+           type == VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT;
 }
 
 /* Results as vkGetQueryPoolResults lays them out. */
@@ -227,12 +287,14 @@ static VkDeviceSize read_result(const struct results *results, uint32_t i)
     return available ? read_word(results, at, 0) : 0;
 }
 
-static void add_answers(struct journal *journal, uint64_t first_id, uint32_t count,
-                        const struct results *results)
+static void add_answers(struct journal *journal, VkQueryType type, uint64_t first_id,
+                        uint32_t count, const struct results *results)
 {
     for (uint32_t i = 0; i < count && has_result(results, i); i++) {
-        struct journal_entry answer = {
-            .kind = JOURNAL_ANSWER, .src_id = first_id + i, .number = read_result(results, i)};
+        struct journal_entry answer = {.kind = JOURNAL_ANSWER,
+                                       .info = (uint32_t)type,
+                                       .src_id = first_id + i,
+                                       .number = read_result(results, i)};
         if (answer.number)
             journal_add(journal, &answer);
     }
@@ -241,7 +303,9 @@ static void add_answers(struct journal *journal, uint64_t first_id, uint32_t cou
 struct journal *begin_query_reading(struct layer_device *device, VkQueryPool handle)
 {
     struct query_pool pool;
-    return query_pools_find(device->query_pools, handle, &pool) ? begin_reading(device) : NULL;
+    return query_pools_find(device->query_pools, handle, &pool) && is_size_to_track(pool.type)
+               ? begin_reading(device)
+               : NULL;
 }
 
 /* Looks the pool up again: it may not be destroyed during the call. */
@@ -263,21 +327,19 @@ void note_query_results(struct layer_device *device, struct journal *reading, Vk
         .all_available = result == VK_SUCCESS && !partial,
     };
     if (result >= VK_SUCCESS && query_pools_find(device->query_pools, handle, &pool))
-        add_answers(reading, pool.first_id + first, query_pool_clamp(&pool, first, count),
-                    &results);
+        add_answers(reading, pool.type, pool.first_id + first,
+                    query_pool_clamp(&pool, first, count), &results);
     layer_run_host_command(device, reading);
 }
 
 struct journal *begin_size_reading(struct layer_device *device, VkQueryType type)
 {
-    return device->order && type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR
-               ? begin_reading(device)
-               : NULL;
+    return device->order && is_size_to_track(type) ? begin_reading(device) : NULL;
 }
 
 void note_sizes(struct layer_device *device, struct journal *reading, uint32_t count,
-                const VkAccelerationStructureKHR *accels, size_t size, void *data, size_t stride,
-                VkResult result)
+                const VkAccelerationStructureKHR *accels, VkQueryType type, size_t size, void *data,
+                size_t stride, VkResult result)
 {
     const struct results results = {.data = data,
                                     .size = size,
@@ -286,6 +348,7 @@ void note_sizes(struct layer_device *device, struct journal *reading, uint32_t c
                                     .all_available = result == VK_SUCCESS};
     for (uint32_t i = 0; reading && i < count && has_result(&results, i); i++) {
         struct journal_entry answer = {.kind = JOURNAL_ANSWER,
+                                       .info = (uint32_t)type,
                                        .src = (uint64_t)(uintptr_t)accels[i],
                                        .src_id = layer_accel_id(device, accels[i]),
                                        .number = read_result(&results, i)};

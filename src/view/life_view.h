@@ -38,6 +38,19 @@ static inline struct value life_object_value(const struct life_object *object_)
     return object(object_->object_type, object_->handle);
 }
 
+/* Serialized data that the host reads, from level CONTENT on. Zero where unknown. */
+struct serialized_facts {
+    enum tristate compatible; /* the physical device can read this version */
+    /* The following are not of micromaps of VK_EXT_opacity_micromap. */
+    bool has_sizes;
+    uint64_t size, deserialized_size; /* bytes, as the header says */
+    uint64_t header_size;             /* bytes, with its references or blocks; or a lower bound */
+    /* What is in its blocks, if the data are compatible. */
+    uint32_t invalid_type;
+    bool has_micromaps;
+    VkDeviceAddress invalid_address; /* of a micromap */
+};
+
 enum copy_direction { COPY_BETWEEN_OBJECTS, COPY_TO_MEMORY, COPY_FROM_MEMORY };
 
 /* A copy of a structure or micromap. */
@@ -54,6 +67,7 @@ struct copy_view {
     uint64_t address;
     bool memory_unreadable;      /* on the host: the header of serialized data is not there */
     struct address_facts memory; /* in command buffers, from level STATE on */
+    struct serialized_facts data;
 };
 
 /* The creation of a structure or micromap. */
@@ -85,7 +99,7 @@ struct query_view {
     uint32_t count; /* of structures */
     VkQueryType type;
     /* In command buffers. */
-    VkQueryPool pool;
+    struct query_pool_facts pool; /* from level STATE on */
     uint32_t first_query;
     /* On the host. */
     size_t data_size, stride; /* bytes */
@@ -159,10 +173,18 @@ struct pending_use {
     uint64_t submission; /* see struct order_batch */
 };
 
-/* A structure or micromap that is about to be destroyed. */
+/* What a command may use: one of these. */
+struct used_object {
+    uint64_t id;              /* of a structure or micromap */
+    uint64_t buffer_id;       /* of a buffer that holds a structure or an input of a build */
+    VkDeviceMemory memory;    /* the same */
+    bool may_hold_structures; /* a buffer or memory */
+};
+
+/* A structure, micromap, buffer or memory that is about to be destroyed. */
 struct destroyed_view {
     const struct call_view *call;
-    struct life_object object;
+    struct life_object object;     /* of a buffer or memory: only its type and handle */
     const struct pending_use *use; /* NULL: none is certain */
     enum tristate has_callbacks;   /* it was created with VkAllocationCallbacks */
     bool gets_callbacks;           /* pAllocator is not NULL */
@@ -177,12 +199,21 @@ struct used_source_view {
     const struct built *built; /* never BUILT_UNKNOWN */
 };
 
-/* A copy of a structure when it executes, and what the host has read of the compacted size. */
+/* A query when a command that writes it executes; it is not unavailable. */
+struct written_query_view {
+    VkQueryPool pool;
+    uint32_t number;   /* of the query in the pool */
+    bool is_available; /* false: nothing has reset or written it */
+};
+
+/* A copy or serialization when it executes, and what the host has read of its size. */
 struct sized_copy_view {
-    uint64_t src, dst; /* VkAccelerationStructureKHR */
-    bool compacts;
-    VkDeviceSize dst_size;       /* bytes, of the create info */
-    VkDeviceSize compacted_size; /* bytes: the smallest query result for the build of src */
+    VkObjectType object_type; /* as in struct life_object */
+    uint64_t src, dst;        /* handles; dst of a serialization: the address */
+    bool serializes, compacts;
+    VkDeviceSize dst_size; /* bytes: of the create info, or from the address to the buffer's end */
+    VkDeviceSize queried_size; /* bytes: the serialization size of src, or its compacted size: the
+                                * smallest query result for the build of src */
 };
 
 /* One element of pBindInfos of vkBindAccelerationStructureMemoryNV. */

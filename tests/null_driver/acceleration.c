@@ -130,3 +130,56 @@ COMMAND(GetAccelerationStructureHandleNV)
     memcpy(pData, &address, dataSize < sizeof(address) ? dataSize : sizeof(address));
     return VK_SUCCESS;
 }
+
+/* ---- serialized data: only the header, in memory of the device that the host sees */
+
+struct serialized_header {
+    uint8_t driver[VK_UUID_SIZE], format[VK_UUID_SIZE];
+    uint64_t size, deserialized_size, reference_count;
+};
+
+/* Ignores other addresses, which may be invalid. */
+static VkResult write_header(VkDevice device, void *address)
+{
+    const struct null_driver_config *config = CONFIG(device);
+    struct serialized_header header = {.size = config->sizes.serialized,
+                                       .deserialized_size = config->sizes.compacted};
+    const struct object *memory;
+    memcpy(header.driver, vulkan11.driverUUID, VK_UUID_SIZE);
+    memcpy(header.format, vulkan11.driverUUID, VK_UUID_SIZE);
+    for (uint32_t i = 0; (memory = object_child(OBJECT(device), VK_OBJECT_TYPE_DEVICE_MEMORY, i));
+         i++) {
+        const uintptr_t begin = (uintptr_t)memory->memory.host, at = (uintptr_t)address;
+        if (begin != 0 && at >= begin && memory->memory.size >= sizeof(header) &&
+            at - begin <= memory->memory.size - sizeof(header))
+            memcpy(address, &header, sizeof(header));
+    }
+    return VK_SUCCESS;
+}
+
+COMMAND(CopyAccelerationStructureToMemoryKHR)
+{
+    return write_header(device, pInfo->dst.hostAddress);
+}
+
+COMMAND(CopyMicromapToMemoryEXT)
+{
+    return write_header(device, pInfo->dst.hostAddress);
+}
+
+static VkAccelerationStructureCompatibilityKHR compare_version(const uint8_t *version)
+{
+    return memcmp(version, vulkan11.driverUUID, VK_UUID_SIZE) == 0
+               ? VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR
+               : VK_ACCELERATION_STRUCTURE_COMPATIBILITY_INCOMPATIBLE_KHR;
+}
+
+COMMAND(GetDeviceAccelerationStructureCompatibilityKHR)
+{
+    *pCompatibility = compare_version(pVersionInfo->pVersionData);
+}
+
+COMMAND(GetDeviceMicromapCompatibilityEXT)
+{
+    *pCompatibility = compare_version(pVersionInfo->pVersionData);
+}

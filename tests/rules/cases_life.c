@@ -164,6 +164,51 @@ static void submit_build(struct scene *scene, int waits)
         wait_idle(scene);
 }
 
+/* Builds a structure in a buffer and memory of its own. */
+static struct test_buffer buffer_of_a_build(struct scene *scene)
+{
+    const struct test_buffer buffer = place_buffer(scene);
+    scene->infos[INDEXED].dstAccelerationStructure =
+        scene_accel_in(scene, &buffer, 0, place_size(scene, INDEXED), scene->infos[INDEXED].type);
+    scene_build_before(scene, INDEXED, 1);
+    return buffer;
+}
+
+/* ---- queries */
+
+static void record_queries(struct scene *scene, VkCommandBuffer command_buffer, uint64_t object,
+                           uint32_t query, VkQueryType type, VkQueryPool pool)
+{
+    const VkuDeviceDispatchTable *vk = scene->vk;
+    if (command_is_of_micromaps(scene->command))
+        vk->CmdWriteMicromapsPropertiesEXT(command_buffer, 1, (const VkMicromapEXT *)&object, type,
+                                           pool, query);
+    else if (command_is_of_nv(scene->command))
+        vk->CmdWriteAccelerationStructuresPropertiesNV(
+            command_buffer, 1, (const VkAccelerationStructureNV *)&object, type, pool, query);
+    else
+        vk->CmdWriteAccelerationStructuresPropertiesKHR(
+            command_buffer, 1, (const VkAccelerationStructureKHR *)&object, type, pool, query);
+}
+
+/* Writes queries of the pool from the first one on, which the scene has reset. */
+static void write_queries_before(struct scene *scene, uint32_t count)
+{
+    const struct scene_life *life = &scene->life;
+    for (uint32_t i = 0; i < count; i++)
+        record_queries(scene, scene->command_buffer, life->src, i, life->query_type, life->pool);
+}
+
+static void reset_queries(struct scene *scene, uint32_t first, uint32_t count)
+{
+    scene->vk->CmdResetQueryPool(scene->command_buffer, scene->life.pool, first, count);
+}
+
+static void reset_queries_on_host(struct scene *scene)
+{
+    scene->vk->ResetQueryPool(scene->fixture->device, scene->life.pool, 0, 4);
+}
+
 /* ---- sizes */
 
 static void build_and_query(struct scene *scene, VkAccelerationStructureKHR accel, VkQueryPool pool)
@@ -219,6 +264,58 @@ static void use_queried_source(struct scene *scene, int dst_size)
                                               scene->infos[INDEXED].type);
 }
 
+/* Queries the structure that the scene has built, and returns what the host reads. */
+static VkDeviceSize queried_size_of_source(struct scene *scene, VkQueryType type)
+{
+    const VkQueryPool pool = scene_query_pool(scene, type, 1);
+    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
+    const VkCommandBuffer command_buffer = scene->command_buffer;
+    uint64_t size = 0;
+    scene_barrier(scene, command_buffer);
+    scene->vk->CmdResetQueryPool(command_buffer, pool, 0, 1);
+    record_queries(scene, command_buffer, scene->life.src, 0, type, pool);
+    scene_end(scene, command_buffer);
+    scene_submit(scene, family, command_buffer);
+    scene->command_buffer = scene_command_buffer(scene, family);
+    scene_begin(scene, scene->command_buffer, 0);
+    MUST_SUCCEED(scene->vk->GetQueryPoolResults(scene->fixture->device, pool, 0, 1, sizeof(size),
+                                                &size, sizeof(size),
+                                                VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
+    return size;
+}
+
+enum { NV_ALIGNMENT = 256 };
+
+static void use_queried_nv_source(struct scene *scene, int dst_size)
+{
+    const VkDeviceSize size =
+        queried_size_of_source(scene, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV);
+    if (dst_size != FULL)
+        scene->life.copy.dst = (VkAccelerationStructureKHR)(uint64_t)scene_nv_accel_of_size(
+            scene, size - (dst_size == SMALL ? NV_ALIGNMENT : 0));
+}
+
+/* Lets src be serialized to the end of a buffer, which is `missing` bytes too short. */
+static void serialize_queried_source(struct scene *scene, uint32_t missing)
+{
+    enum { ALIGNMENT = 256 };
+    const VkDeviceSize size = queried_size_of_source(
+        scene, command_is_of_micromaps(scene->command)
+                   ? VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT
+                   : VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR);
+    const struct test_buffer buffer =
+        scene_buffer(scene, ALIGNMENT + size - missing, SCRATCH_USAGE);
+    scene->life.to_memory.dst.deviceAddress = scene_address(scene, &buffer, ALIGNMENT);
+}
+
+static void rebuild_source(struct scene *scene)
+{
+    if (command_is_of_micromaps(scene->command))
+        build_uncompactable_micromap(scene, scene->life.src);
+    else
+        scene_build_before(scene, INDEXED, 1);
+}
+
 #include "copies.inc"
 #include "copy_sizes.inc"
 #include "descriptors.inc"
@@ -226,4 +323,6 @@ static void use_queried_source(struct scene *scene, int dst_size)
 #include "life_features.inc"
 #include "life_results.inc"
 #include "queries.inc"
+#include "query_pools.inc"
 #include "sources.inc"
+#include "written_queries.inc"

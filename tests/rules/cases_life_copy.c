@@ -36,6 +36,13 @@ static uint64_t in_visible_memory(struct scene *scene)
     return object_in(scene, place_buffer_of_instances(scene, 1));
 }
 
+static VkAccelerationStructureKHR micromap_in_memory(struct scene *scene)
+{
+    const struct test_buffer buffer = place_buffer_of_instances(scene, 1);
+    return scene_accel_in(scene, &buffer, 0, PLACE_FAR,
+                          VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+}
+
 static uint64_t in_device_memory(struct scene *scene)
 {
     return object_in(scene, place_device_local_buffer(scene));
@@ -169,6 +176,7 @@ static void place_micromap_and_scratch(struct scene *scene, uint32_t build, enum
 #include "built_triangles.inc"
 #include "copied.inc"
 #include "copied_memory.inc"
+#include "serialized.inc"
 
 /* Queries name structures of the same kinds. */
 #include "bindings.inc"

@@ -378,7 +378,7 @@ struct scene_micromap_build scene_build_of_micromap(struct scene *scene, VkMicro
  * triangles. */
 VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count);
 
-/* Deserializes anything, on the host or recorded. */
+/* Deserializes the source of an update on the host, or records a deserialization of anything. */
 void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure);
 
 /* ---- extensions (scene_extensions.c) ---- */
@@ -429,6 +429,8 @@ struct test_memory scene_nv_allocate(struct scene *scene, VkAccelerationStructur
 void scene_nv_bind(struct scene *scene, VkAccelerationStructureNV accel, VkDeviceMemory memory,
                    VkDeviceSize offset);
 VkAccelerationStructureNV scene_nv_accel(struct scene *scene);
+/* For a compacting copy. */
+VkAccelerationStructureNV scene_nv_accel_of_size(struct scene *scene, VkDeviceSize compacted);
 
 /* A buffer of another VkDevice, for what a build reads; its handle. */
 uint64_t scene_nv_foreign_buffer(struct scene *scene);

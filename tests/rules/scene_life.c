@@ -435,6 +435,8 @@ static void fill_arguments(struct scene *scene, union life_arguments *arguments)
         OF_DEVICE(DestroyAccelerationStructureNV, (VkAccelerationStructureNV)life->destroyed,
                   life->allocator)
         OF_DEVICE(DestroyMicromapEXT, (VkMicromapEXT)life->destroyed, life->allocator)
+        OF_DEVICE(DestroyBuffer, (VkBuffer)life->destroyed, life->allocator)
+        OF_DEVICE(FreeMemory, (VkDeviceMemory)life->destroyed, life->allocator)
         OF_DEVICE(BindAccelerationStructureMemoryNV, life->binding_count, life->bindings)
         OF_DEVICE(BuildMicromapsEXT, scene->deferred_operation, life->build_count, life->builds)
         OF_DEVICE(GetAccelerationStructureBuildSizesKHR, life->build_type, life->build_argument,

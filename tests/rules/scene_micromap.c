@@ -80,12 +80,26 @@ VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t t
     return info.dstAccelerationStructure;
 }
 
+/* Returns what the source of an update is serialized to. */
+static const void *serialized_on_host(struct scene *scene)
+{
+    enum { SERIALIZED_SIZE = 1 << 16 };
+    const struct test_buffer buffer = scene_buffer(scene, SERIALIZED_SIZE, SCRATCH_USAGE);
+    const STRUCT(VkCopyAccelerationStructureToMemoryInfoKHR, info,
+                 .src = scene->infos[REFIT].srcAccelerationStructure,
+                 .dst.hostAddress = buffer.host,
+                 .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR);
+    scene->vk->CopyAccelerationStructureToMemoryKHR(scene->fixture->device, VK_NULL_HANDLE, &info);
+    return buffer.host;
+}
+
 void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure)
 {
-    const STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info,
-                 .src.deviceAddress = scene_address(scene, &scene->vertices, 0), .dst = structure,
-                 .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
+    STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info,
+           .src.deviceAddress = scene_address(scene, &scene->vertices, 0), .dst = structure,
+           .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
     if (command_is_on_host(scene->command)) {
+        info.src.hostAddress = serialized_on_host(scene);
         scene->vk->CopyMemoryToAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE,
                                                         &info);
         return;

@@ -16,13 +16,14 @@ static struct query_pools *make(void)
     return pools;
 }
 
+#define COMPACTED_SIZE VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR
 #define POOLS_TEST(name) TEST_WITH(name, struct query_pools *pools, make, query_pools_destroy)
 
 POOLS_TEST(ids_are_of_one_query_alone)
 {
     struct query_pool first, second, again;
-    query_pools_add(pools, handle(1), 3);
-    query_pools_add(pools, handle(2), 2);
+    query_pools_add(pools, handle(1), COMPACTED_SIZE, 3);
+    query_pools_add(pools, handle(2), COMPACTED_SIZE, 2);
     assert_true(query_pools_find(pools, handle(1), &first));
     assert_true(query_pools_find(pools, handle(2), &second));
     assert_int_equal(first.count, 3);
@@ -32,8 +33,8 @@ POOLS_TEST(ids_are_of_one_query_alone)
     assert_true(query_pools_remove(pools, handle(1), &first));
     assert_false(query_pools_find(pools, handle(1), &first));
     assert_false(query_pools_remove(pools, handle(1), &first));
-    query_pools_add(pools, handle(1), 1);
-    query_pools_add(pools, handle(2), 1); /* its destruction was not seen */
+    query_pools_add(pools, handle(1), COMPACTED_SIZE, 1);
+    query_pools_add(pools, handle(2), COMPACTED_SIZE, 1); /* its destruction was not seen */
     assert_true(query_pools_find(pools, handle(1), &again));
     assert_true(again.first_id == second.first_id + 2);
     assert_true(query_pools_find(pools, handle(2), &again));
@@ -57,10 +58,10 @@ POOLS_TEST(without_memory_a_pool_is_not_known)
     struct query_pool pool;
     for (int left = 0; left < 2; left++) {
         memory_fail_after(left);
-        query_pools_add(pools, handle(1), 3);
+        query_pools_add(pools, handle(1), COMPACTED_SIZE, 3);
         assert_true(memory_fail_no_more());
         assert_false(query_pools_find(pools, handle(1), &pool));
     }
-    query_pools_add(pools, handle(1), 3);
+    query_pools_add(pools, handle(1), COMPACTED_SIZE, 3);
     assert_true(query_pools_find(pools, handle(1), &pool));
 }

@@ -93,6 +93,7 @@ static void view_deserialization(struct walk *walk, struct copy_view *copy,
     set_mode(copy, info->mode);
     copy->dst = find(walk, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, info->dst);
     view_memory(walk, copy, COPY_FROM_MEMORY, info->src.deviceAddress);
+    check_view_serialized(walk->context, copy);
 }
 
 static void view_micromap_serialization(struct walk *walk, struct copy_view *copy,
@@ -109,6 +110,7 @@ static void view_micromap_deserialization(struct walk *walk, struct copy_view *c
     set_micromap_mode(copy, info->mode);
     copy->dst = find(walk, VK_OBJECT_TYPE_MICROMAP_EXT, info->dst);
     view_memory(walk, copy, COPY_FROM_MEMORY, info->src.deviceAddress);
+    check_view_serialized(walk->context, copy);
 }
 
 /* Makes the view if the parameters are readable. Returns false if they are not. */

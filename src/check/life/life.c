@@ -107,6 +107,8 @@ static void check_operands(struct walk *walk, const struct call_view *call)
     case COMMAND_CmdPushDescriptorSet2:
         check_descriptors(walk, call);
         break;
+    case COMMAND_DestroyBuffer:
+    case COMMAND_FreeMemory:
     case COMMAND_DestroyAccelerationStructureKHR:
     case COMMAND_DestroyAccelerationStructureNV:
     case COMMAND_DestroyMicromapEXT:

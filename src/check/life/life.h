@@ -22,6 +22,8 @@ void check_implicit_descriptor(struct walk *walk, const struct call_view *call,
                                const struct location *location, const void *chain);
 
 void check_copy(struct walk *walk, const struct call_view *call);
+/* Sets copy->data from the memory that a copy on the host reads. */
+void check_view_serialized(struct check_context *context, struct copy_view *copy);
 void check_descriptors(struct walk *walk, const struct call_view *call);
 void check_bindings(struct walk *walk, const struct call_view *call);
 void check_capture(struct walk *walk, const struct call_view *call);

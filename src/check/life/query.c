@@ -2,6 +2,7 @@
 /* Makes the views of queries of properties of structures and micromaps. */
 #include "arguments.h"
 #include "src/check/life/life.h"
+#include "src/state/commands/query_pools.h"
 
 /* The structures of a query; their handles are 64-bit words. */
 struct queried {
@@ -10,13 +11,14 @@ struct queried {
     const char *parameter;
 };
 
-static struct queried view_recorded(struct query_view *query)
+static struct queried view_recorded(struct check_context *context, struct query_view *query)
 {
     const struct arguments_of_CmdWriteAccelerationStructuresPropertiesKHR *arguments =
         query->call->arguments;
     query->count = arguments->accelerationStructureCount;
     query->type = arguments->queryType;
-    query->pool = arguments->queryPool;
+    if (context->level >= LEVEL_STATE)
+        query_pools_facts(context->query_pools, arguments->queryPool, &query->pool);
     query->first_query = arguments->firstQuery;
     return (struct queried){.handles = (const void *)arguments->pAccelerationStructures};
 }
@@ -41,11 +43,11 @@ SAME_ARGUMENTS(CmdWriteAccelerationStructuresPropertiesKHR,
 SAME_ARGUMENTS(CmdWriteAccelerationStructuresPropertiesKHR, CmdWriteMicromapsPropertiesEXT);
 SAME_ARGUMENTS(WriteAccelerationStructuresPropertiesKHR, WriteMicromapsPropertiesEXT);
 
-static struct queried view_arguments(struct query_view *query)
+static struct queried view_arguments(struct check_context *context, struct query_view *query)
 {
     enum build_command command = query->call->command;
     struct queried queried =
-        command_is_recorded(command) ? view_recorded(query) : view_hosted(query);
+        command_is_recorded(command) ? view_recorded(context, query) : view_hosted(query);
     bool is_of_micromaps = command == COMMAND_CmdWriteMicromapsPropertiesEXT ||
                            command == COMMAND_WriteMicromapsPropertiesEXT;
     queried.parameter = is_of_micromaps ? "pMicromaps" : "pAccelerationStructures";
@@ -59,7 +61,7 @@ static struct queried view_arguments(struct query_view *query)
 void check_query(struct walk *walk, const struct call_view *call)
 {
     struct query_view query = {.call = call};
-    struct queried all = view_arguments(&query);
+    struct queried all = view_arguments(walk->context, &query);
     const struct location parameters = check_argument(call, NULL);
     const uint64_t *handles =
         check_read(walk->context, all.handles, query.count * sizeof(*all.handles));

@@ -79,6 +79,15 @@ void judge_begin_read(struct judge *judge, struct replay *replay, const struct j
     judge->origin = entry->origin;
 }
 
+void judge_begin_query(struct judge *judge, struct replay *replay, const struct journal *journal,
+                       const struct journal_entry *entry)
+{
+    const struct location location = {.command = (enum build_command)entry->command,
+                                      .subject = SUBJECT_ARGUMENT};
+    judge_begin(judge, replay, journal, 0, &location);
+    judge->origin = entry->origin;
+}
+
 void judge_report(struct judge *judge, enum rule rule, const struct finding *finding)
 {
     enum rule other = finding->reported_with;

@@ -33,6 +33,10 @@ void judge_begin_entry(struct judge *judge, struct replay *replay, const struct 
 void judge_begin_read(struct judge *judge, struct replay *replay, const struct journal *journal,
                       const struct journal_entry *entry);
 
+/* Begins to judge the query that an entry of kind JOURNAL_READ writes. */
+void judge_begin_query(struct judge *judge, struct replay *replay, const struct journal *journal,
+                       const struct journal_entry *entry);
+
 /* Reports a finding about the judge's location if `rule` is active, and the message of no other
  * active rule names it. */
 void judge_report(struct judge *judge, enum rule rule, const struct finding *finding);

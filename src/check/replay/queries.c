@@ -1,44 +1,88 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Queries of compacted sizes, in execution order.
+/* Queries of properties, in execution order.
  *
  * A query is written like a structure: it holds the structure that it was written for until it is
- * written again. A reset by a command buffer changes nothing: until the next write, the host reads
- * either the earlier result or none. A result that the host reads is trusted if the host knows that
- * its write has executed, or if there was only one write; otherwise it may be the result of an
- * earlier write. */
-#include "src/check/replay/states.h"
+ * written again. A reset by a command buffer keeps the structure: until the next write, the host
+ * reads either the earlier result or none. A result that the host reads is trusted if the host
+ * knows that its write has executed, or if there was only one write; otherwise it may be the result
+ * of an earlier write. */
+#include "src/check/replay/judge.h"
+#include "src/check/walk/rows.h"
+#include "src/view/life_view.h"
 
-/* Returns the record of the compacted size of a structure, or NULL. A compacted structure has none:
- * queries of it don't report the size that its source compacts to. */
-static struct compacted_size *compacted_size_of(struct replay *replay,
-                                                const struct journal_entry *entry)
+static WALK_ALL(written_query)
+
+    void replay_judge_query(struct replay *replay, const struct journal *journal,
+                            const struct journal_entry *entry)
 {
-    const struct built *built = replay_read(replay, entry);
-    if (built->state != BUILT_BEFORE || built->compacted)
+    const struct built *before = replay_find_query(replay, entry);
+    if (before && before->state != BUILT_BEFORE)
+        return;
+    struct judge judge;
+    judge_begin_query(&judge, replay, journal, entry);
+    const struct written_query_view view = {.pool = (VkQueryPool)(uintptr_t)entry->dst,
+                                            .number = entry->read.number,
+                                            .is_available = before != NULL};
+    walk_written_query(&judge.walk, &view, &judge.location);
+}
+
+static bool is_serialization_size(VkQueryType type)
+{
+    return type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR ||
+           type == VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT;
+}
+
+/* Whether a query of this type reports a size of the build. Queries of a compacted structure don't
+ * report the size that its source compacts to. */
+static bool reports_size(const struct built *built, VkQueryType type)
+{
+    if (built->state == BUILT_FILLED)
+        return built->is_micromap && is_serialization_size(type);
+    return built->state == BUILT_BEFORE && !built->compacted &&
+           (is_serialization_size(type) ||
+            type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR ||
+            type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV);
+}
+
+/* Returns the record of the sizes of a structure that a query reports, or NULL. */
+static struct compacted_size *compacted_size_of(struct replay *replay,
+                                                const struct journal_entry *entry, VkQueryType type)
+{
+    if (!reports_size(replay_read(replay, entry), type))
         return NULL;
-    struct structure *state = structures_find(replay->structures, entry->src_id);
-    if (!state->built.compacted_size)
-        state->built.compacted_size = compacted_size_create();
-    return state->built.compacted_size;
+    struct built *built = &structures_find(replay->structures, entry->src_id)->built;
+    if (!built->compacted_size)
+        built->compacted_size = compacted_size_create(entry->src_id);
+    if (built->compacted_size && is_serialization_size(type) &&
+        built->compacted_size->serialized_id != entry->src_id)
+        return NULL;
+    return built->compacted_size;
 }
 
 void replay_query(struct replay *replay, const struct journal_entry *entry)
 {
+    const struct structure *before = structures_find(replay->structures, entry->dst_id);
     if (!entry->dst_id)
         return;
     struct built query = {
-        .state = BUILT_UNKNOWN,
+        .state = BUILT_BEFORE,
         .queried = entry->src,
-        .sole = !structures_find(replay->structures, entry->dst_id),
-        .compacted_size = compacted_size_of(replay, entry),
+        .sole = !before || before->built.unwritten,
+        .compacted_size = compacted_size_of(replay, entry, entry->read.query),
     };
     replay_write(replay, entry->dst_id, &query);
 }
 
-void replay_reset_queries(struct replay *replay, const struct journal_entry *entry)
+/* The host resets only queries that no pending command uses, so nothing reads an earlier result. */
+void replay_reset_queries(struct replay *replay, const struct journal_entry *entry, bool by_host)
 {
-    for (uint32_t i = 0; i < entry->info; i++)
-        replay_erase(replay, entry->dst_id + i);
+    for (uint32_t i = 0; i < entry->info; i++) {
+        const struct structure *before =
+            by_host ? NULL : structures_find(replay->structures, entry->dst_id + i);
+        struct built query = before ? before->built : (struct built){.unwritten = true};
+        query.state = BUILT_NEVER;
+        replay_write(replay, entry->dst_id + i, &query);
+    }
 }
 
 static bool is_visible_to_host(const struct host_view *host, const struct structure *state)
@@ -51,14 +95,20 @@ void replay_answer(struct replay *replay, const struct host_view *host,
                    const struct journal_entry *entry)
 {
     const struct structure *state = structures_find(replay->structures, entry->src_id);
+    const VkQueryType type = (VkQueryType)entry->info;
     if (!state || !replay->predecessors_known || !is_visible_to_host(host, state))
         return;
     struct compacted_size *compacted =
-        entry->src ? compacted_size_of(replay, entry) : state->built.compacted_size;
+        entry->src ? compacted_size_of(replay, entry, type) : state->built.compacted_size;
     if (!compacted)
         return;
+    if (is_serialization_size(type)) {
+        compacted->serialized = entry->number;
+        return;
+    }
     compacted_size_update(compacted, entry->number);
-    if (replay->compacted && entry->number)
+    if (replay->compacted && entry->number &&
+        type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR)
         replay->compacted(replay->user, entry->src ? entry->src : state->built.queried,
                           entry->number);
 }

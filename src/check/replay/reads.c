@@ -30,22 +30,48 @@ void judge_read(struct replay *replay, const struct journal *journal,
     walk_used_source(&judge.walk, &view, &judge.location);
 }
 
-/* The compacted size of a compacted structure is unknown: it is that of its source or less. */
+/* Returns the bytes that a copy certainly writes, as the host has read; 0: unknown. The compacted
+ * size of a compacted structure is unknown: it is that of its source or less. */
+static VkDeviceSize queried_size(const struct journal_entry *entry, const struct built *source)
+{
+    const struct compacted_size *sizes = source->compacted_size;
+    if (entry->kind == JOURNAL_READ)
+        return sizes->serialized_id == entry->src_id ? sizes->serialized : 0;
+    return source->state != BUILT_BEFORE || (source->compacted && entry->read.compacts)
+               ? 0
+               : sizes->size;
+}
+
+/* Returns the bytes for dst. The application may have placed another buffer at the address of a
+ * serialization since the command was recorded. */
+static VkDeviceSize size_of_dst(const struct replay *replay, const struct journal_entry *entry)
+{
+    struct address_facts now;
+    if (entry->kind != JOURNAL_READ)
+        return entry->read.dst_size;
+    resources_look_up_address(replay->resources, entry->dst, &now);
+    return now.status == ADDRESS_IN_BUFFER && now.bytes_left > entry->read.dst_size
+               ? now.bytes_left
+               : entry->read.dst_size;
+}
+
 void judge_copy_size(struct replay *replay, const struct journal *journal,
                      const struct journal_entry *entry, const struct built *source)
 {
-    const struct compacted_size *compacted = source->compacted_size;
-    if (!entry->read.dst_size || source->state != BUILT_BEFORE || !compacted || !compacted->size ||
-        (source->compacted && entry->read.compacts))
+    const VkDeviceSize size =
+        entry->read.dst_size && source->compacted_size ? queried_size(entry, source) : 0;
+    if (size <= entry->read.dst_size)
         return;
     struct judge judge;
     judge_begin_read(&judge, replay, journal, entry);
     const struct sized_copy_view view = {
+        .object_type = type_of_source(entry),
         .src = entry->src,
         .dst = entry->dst,
+        .serializes = entry->kind == JOURNAL_READ,
         .compacts = entry->read.compacts,
-        .dst_size = entry->read.dst_size,
-        .compacted_size = compacted->size,
+        .dst_size = size_of_dst(replay, entry),
+        .queried_size = size,
     };
     walk_sized_copy(&judge.walk, &view, &judge.location);
 }

@@ -180,7 +180,7 @@ static void write_entry(struct replay *replay, const struct journal *journal,
         replay_query(replay, entry);
         break;
     case JOURNAL_RESET_QUERIES:
-        replay_reset_queries(replay, entry);
+        replay_reset_queries(replay, entry, !journal->command_buffer);
         break;
     case JOURNAL_ANSWER:
         replay_answer(replay, journal->host, entry);
@@ -218,6 +218,8 @@ static void submit_entry(struct replay *replay, const struct journal *journal,
         judge_by_live_states(replay, journal, entry);
     if (JOURNAL_BIT(entry->kind) & JOURNAL_READS)
         judge_copy_size(replay, journal, entry, replay_read(replay, entry));
+    if (entry->kind == JOURNAL_READ && entry->dst_id)
+        replay_judge_query(replay, journal, entry);
     judge_sparse(replay, journal, entry);
     write_entry(replay, journal, entry);
 }

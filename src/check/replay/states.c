@@ -3,6 +3,7 @@
 #include "src/check/replay/states.h"
 
 #include "src/state/builds/structures.h"
+#include "src/state/commands/query_pools.h"
 
 const struct built built_unknown = {.state = BUILT_UNKNOWN};
 const struct built built_filled = {.state = BUILT_FILLED};
@@ -41,6 +42,23 @@ const struct built *replay_read(struct replay *replay, const struct journal_entr
                                                                       : &built_unknown;
 }
 
+static bool query_is_alive(struct replay *replay, const struct journal_entry *entry)
+{
+    struct query_pool pool;
+    return query_pools_find(replay->query_pools, (VkQueryPool)(uintptr_t)entry->dst, &pool) &&
+           entry->dst_id - pool.first_id < pool.count;
+}
+
+const struct built *replay_find_query(struct replay *replay, const struct journal_entry *entry)
+{
+    const struct structure *state = structures_find(replay->structures, entry->dst_id);
+    if (!entry->dst_id || !replay->predecessors_known || replay->out_of_memory)
+        return &built_unknown;
+    if (!state)
+        return replay->never_is_certain && query_is_alive(replay, entry) ? NULL : &built_unknown;
+    return is_visible(replay, state->written) ? &state->built : &built_unknown;
+}
+
 static void note_undo(struct replay *replay, uint64_t id, struct structure *before)
 {
     if (replay->may_fail && !structures_note_undo(replay->structures, id, before))
@@ -62,13 +80,4 @@ void replay_write(struct replay *replay, uint64_t id, const struct built *built)
         structures_replace(replay->structures, before, built, written);
     else if (!structures_set(replay->structures, id, built, written))
         replay->out_of_memory = true;
-}
-
-void replay_erase(struct replay *replay, uint64_t id)
-{
-    struct structure *before = structures_find(replay->structures, id);
-    if (!before)
-        return;
-    note_undo(replay, id, before);
-    structures_remove(replay->structures, id);
 }

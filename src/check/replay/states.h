@@ -11,6 +11,7 @@ struct input_notes;
 struct replay {
     const bool (*active)[RULE_COUNT]; /* by enum build_command */
     struct resources *resources;
+    struct query_pools *query_pools; /* used at submission only */
 
     /* Used at submission only. */
     struct structures *structures;         /* the table of the device */
@@ -40,11 +41,12 @@ extern const struct built built_unknown, built_filled;
  * built_unknown. */
 const struct built *replay_read(struct replay *replay, const struct journal_entry *entry);
 
+/* Returns the state of a query before the command that writes it; built_unknown if none is
+ * certainly visible to this batch. Returns NULL if nothing has reset or written the query. */
+const struct built *replay_find_query(struct replay *replay, const struct journal_entry *entry);
+
 /* Sets the last build of a structure after this batch. Ignores `id` 0. */
 void replay_write(struct replay *replay, uint64_t id, const struct built *built);
-
-/* Removes the state of a structure, as if it had never been written. */
-void replay_erase(struct replay *replay, uint64_t id);
 
 /* Sparse buffers: apply the binding of an entry, validate the memory of a build's structures, and
  * validate the ranges of a call that share memory. */
@@ -54,9 +56,12 @@ void replay_backing(struct replay *replay, const struct journal *journal,
 void replay_ranges(struct replay *replay, const struct journal *journal,
                    const struct journal_entry *entry);
 
-/* Queries of compacted sizes: apply the entries of a journal. */
+/* Queries of properties: validate and apply the entries of a journal. `by_host`: its commands are
+ * the host's. */
+void replay_judge_query(struct replay *replay, const struct journal *journal,
+                        const struct journal_entry *entry);
 void replay_query(struct replay *replay, const struct journal_entry *entry);
-void replay_reset_queries(struct replay *replay, const struct journal_entry *entry);
+void replay_reset_queries(struct replay *replay, const struct journal_entry *entry, bool by_host);
 void replay_answer(struct replay *replay, const struct host_view *host,
                    const struct journal_entry *entry);
 

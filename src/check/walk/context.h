@@ -16,6 +16,7 @@
 
 struct query_pools;
 struct pending_use;
+struct used_object;
 struct structures;
 struct sweep;
 
@@ -48,9 +49,12 @@ struct check_hooks {
                     uint32_t largest);
     /* Returns whether another device of the process has such an object with that handle. */
     bool (*of_another_device)(void *user, enum resource_kind kind, uint64_t handle);
-    /* Finds a command that is not complete and uses the structure or micromap with this id. Returns
-     * false if none is certain. */
-    bool (*find_use)(void *user, uint64_t id, struct pending_use *use);
+    /* Returns whether the physical device can read serialized data of this version: two UUIDs. */
+    enum tristate (*is_compatible)(void *user, bool is_micromap,
+                                   const uint8_t version[2 * VK_UUID_SIZE]);
+    /* Finds a command that is not complete and uses the object. Returns false if none is certain.
+     */
+    bool (*find_use)(void *user, const struct used_object *object, struct pending_use *use);
 };
 
 /* Functions that record the builds of a call for its journal. They are called like check_hooks. */

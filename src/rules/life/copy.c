@@ -29,13 +29,33 @@ static const char *memory_field(const struct copy_view *copy)
     return copy->is_on_host ? "src.hostAddress" : "src.deviceAddress";
 }
 
+enum { DEVICE_ALIGNMENT = 256, HOST_ALIGNMENT = 16, MICROMAP_ALIGNMENT = 128 };
+
+/* A structure of that type is never built as another one. */
+static bool serializes_micromap(const struct copy_view *copy)
+{
+    return copy->direction == COPY_TO_MEMORY && copy->src.details_known &&
+           copy->src.object_type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR &&
+           copy->src.type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
+}
+
 bool copy_memory_is_aligned(const struct copy_view *copy, struct finding *finding)
 {
-    enum { DEVICE_ALIGNMENT = 256, HOST_ALIGNMENT = 16 };
     const uint64_t alignment = copy->is_on_host ? HOST_ALIGNMENT : DEVICE_ALIGNMENT;
     return copy->address % alignment == 0 ||
            violated(finding, memory_field(copy), "{} is not aligned to {}", hex(copy->address),
-                    count_of(alignment, "byte"));
+                    count_of(alignment, "byte")) ||
+           (!copy->is_on_host && !serialized_micromap_is_aligned(copy, NULL) &&
+            also_violates(finding, RULE_serialized_micromap_is_aligned));
+}
+
+/* The specification requires an alignment to more bytes of all serialized data. */
+bool serialized_micromap_is_aligned(const struct copy_view *copy, struct finding *finding)
+{
+    return !serializes_micromap(copy) || copy->address % MICROMAP_ALIGNMENT == 0 ||
+           violated(finding, memory_field(copy), "{} is not aligned to {}", hex(copy->address),
+                    count_of(MICROMAP_ALIGNMENT, "byte")) ||
+           is_reported_with(finding, RULE_copy_memory_is_aligned);
 }
 
 static bool device_address_is_valid(const struct copy_view *copy, struct finding *finding)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about the destruction of structures and micromaps. */
+/* Rules about the destruction of structures and micromaps, and of what they and builds use. */
 #include "src/rules/predicates.h"
 
 /* Whether two sets of callbacks are compatible is unknown. */
@@ -20,12 +20,25 @@ bool callbacks_are_those_of_creation(const struct destroyed_view *destroyed,
                     life_object_value(&destroyed->object));
 }
 
+static const char *parameter_of(VkObjectType type)
+{
+    switch ((int)type) {
+    case VK_OBJECT_TYPE_MICROMAP_EXT:
+        return "micromap";
+    case VK_OBJECT_TYPE_BUFFER:
+        return "buffer";
+    case VK_OBJECT_TYPE_DEVICE_MEMORY:
+        return "memory";
+    default:
+        return "accelerationStructure";
+    }
+}
+
 bool destroyed_object_is_not_in_use(const struct destroyed_view *destroyed, struct finding *finding)
 {
     const struct pending_use *use = destroyed->use;
-    const bool is_micromap = destroyed->object.object_type == VK_OBJECT_TYPE_MICROMAP_EXT;
     return !use ||
-           violated(finding, is_micromap ? "micromap" : "accelerationStructure",
+           violated(finding, parameter_of(destroyed->object.object_type),
                     "{} is used by {} in {}, which was submitted to {} (submission {}) and has not "
                     "completed as far as the application has observed",
                     life_object_value(&destroyed->object), text(build_command_name(use->command)),

@@ -32,6 +32,40 @@ bool query_type_is_of_the_command(const struct query_view *query, struct finding
                     query_type(query->type));
 }
 
+/* ---- the pool */
+
+static struct value pool_of(const struct query_view *query)
+{
+    return object(VK_OBJECT_TYPE_QUERY_POOL, (uint64_t)(uintptr_t)query->pool.handle);
+}
+
+/* If queryType is invalid, the pool cannot match it. */
+bool query_pool_has_the_query_type(const struct query_view *query, struct finding *finding)
+{
+    return query->pool.alive != YES || query->pool.type == query->type ||
+           !is_of_command(query->call->command, query->type) ||
+           violated(finding, "queryPool", "{} was created with queryType {}, not {}",
+                    pool_of(query), query_type(query->pool.type), query_type(query->type));
+}
+
+static const char *count_parameter(const struct query_view *query)
+{
+    return query->call->command == COMMAND_CmdWriteMicromapsPropertiesEXT
+               ? "micromapCount"
+               : "accelerationStructureCount";
+}
+
+bool queries_are_in_the_pool(const struct query_view *query, struct finding *finding)
+{
+    return query->pool.alive != YES ||
+           (uint64_t)query->first_query + query->count <= query->pool.count ||
+           violated(finding, "firstQuery", "{} plus {} {} exceeds the queryCount of {} ({})",
+                    number(query->first_query), text(count_parameter(query)), number(query->count),
+                    pool_of(query), number(query->pool.count));
+}
+
+/* ---- the structures' types */
+
 /* A structure of the generic type may have been built as either. */
 bool pointers_are_queried_of_top_levels(const struct queried_view *queried, struct finding *finding)
 {

@@ -73,28 +73,57 @@ bool source_allows_compaction(const struct used_source_view *used_source, struct
                     built_at(built->command_buffer, built->position));
 }
 
+/* ---- the query that the command writes */
+
+bool written_query_is_unavailable(const struct written_query_view *written_query,
+                                  struct finding *finding)
+{
+    return violated(finding, "queryPool", "{} has query {}, which {}",
+                    object(VK_OBJECT_TYPE_QUERY_POOL, (uint64_t)(uintptr_t)written_query->pool),
+                    number(written_query->number),
+                    text(written_query->is_available
+                             ? "an earlier command wrote and nothing reset since"
+                             : "nothing has reset since the pool was created"));
+}
+
 /* ---- the size of dst */
 
 static bool violated_by_size(const struct sized_copy_view *copy, struct finding *finding)
 {
-    return violated(
-        finding, "dst",
-        "{} was created with size {}, less than the queried compacted size of src {} "
-        "({})",
-        object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, copy->dst), number(copy->dst_size),
-        object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, copy->src), number(copy->compacted_size));
+    return violated(finding, "dst",
+                    "{} was created with size {}, less than the queried compacted size of src {} "
+                    "({})",
+                    object(copy->object_type, copy->dst), number(copy->dst_size),
+                    object(copy->object_type, copy->src), number(copy->queried_size));
+}
+
+static bool fits_into_dst(const struct sized_copy_view *copy)
+{
+    return copy->serializes || copy->dst_size >= copy->queried_size;
 }
 
 bool compacting_dst_is_large_enough(const struct sized_copy_view *sized_copy,
                                     struct finding *finding)
 {
-    return !sized_copy->compacts || sized_copy->dst_size >= sized_copy->compacted_size ||
+    return !sized_copy->compacts || fits_into_dst(sized_copy) ||
            violated_by_size(sized_copy, finding);
 }
 
 /* No structure is smaller than its compacted size. */
 bool clone_dst_is_large_enough(const struct sized_copy_view *sized_copy, struct finding *finding)
 {
-    return sized_copy->compacts || sized_copy->dst_size >= sized_copy->compacted_size ||
+    return sized_copy->compacts || fits_into_dst(sized_copy) ||
            violated_by_size(sized_copy, finding);
+}
+
+bool serialized_data_fits_the_memory(const struct sized_copy_view *sized_copy,
+                                     struct finding *finding)
+{
+    return !sized_copy->serializes || sized_copy->dst_size >= sized_copy->queried_size ||
+           violated(finding, "dst.deviceAddress",
+                    "{} is {} before the end of its VkBuffer, less than the queried serialization "
+                    "size of src {} ({})",
+                    hex(sized_copy->dst), count_of(sized_copy->dst_size, "byte"),
+                    object(sized_copy->object_type, sized_copy->src),
+                    number(sized_copy->queried_size));
 }

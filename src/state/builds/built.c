@@ -112,13 +112,14 @@ void built_release(struct built *built)
     *built = (struct built){0};
 }
 
-struct compacted_size *compacted_size_create(void)
+struct compacted_size *compacted_size_create(uint64_t id)
 {
     struct compacted_size *compacted = malloc(sizeof(*compacted));
     if (!compacted)
         return NULL;
     atomic_init(&compacted->references, 1);
-    compacted->size = 0;
+    compacted->size = compacted->serialized = 0;
+    compacted->serialized_id = id;
     return compacted;
 }
 

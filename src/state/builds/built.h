@@ -110,13 +110,18 @@ const struct dense_shape *built_dense_shapes(const struct geometry_shapes *shape
 struct micromap_shape built_micromap_shape(const struct geometry_shapes *shapes, uint32_t geometry);
 
 /* The compacted size of one build, as queried. Shared by the structure that holds the build, its
- * copies, and the queries that are not read yet. Only the owner of the live states accesses
- * `size`. */
+ * copies, and the queries that are not read yet. Only the owner of the live states accesses the
+ * sizes. */
 struct compacted_size {
     atomic_uint references;
     VkDeviceSize size; /* in bytes: the smallest query result; 0: none was read yet */
+    /* The serialization size of the structure with this id, while it holds the build: copies may
+     * have another one. In bytes; 0: no query result was read yet. */
+    VkDeviceSize serialized;
+    uint64_t serialized_id;
 };
 
+/* Of a query: BUILT_NEVER if it is unavailable, BUILT_BEFORE if it is available. */
 enum built_state {
     BUILT_UNKNOWN, /* the last write is unknown */
     BUILT_NEVER,   /* created and never written */
@@ -142,14 +147,16 @@ struct built {
     enum built_state state;
     bool compacted;   /* the structure holds a compacting copy */
     bool sole;        /* of a query: this is its first write */
+    bool unwritten;   /* of a query: it was reset, and never written before */
     bool is_micromap; /* BUILT_FILLED by a build of a VkMicromapEXT, with `flags` */
     /* In live states and queries: the compacted size of the build, or of the build that was
      * compacted. NULL if it has not been queried. */
     struct compacted_size *compacted_size;
 };
 
-/* Returns a compacted size with one reference, or NULL if there is no memory. */
-struct compacted_size *compacted_size_create(void);
+/* Returns the compacted size of the build of a structure, with one reference, or NULL if there is
+ * no memory. */
+struct compacted_size *compacted_size_create(uint64_t id);
 /* Lowers the compacted size to `size`, a query result. Ignores 0. */
 void compacted_size_update(struct compacted_size *compacted, VkDeviceSize size);
 
@@ -190,7 +197,7 @@ static inline void built_describe(struct built *built,
     built->shapes = NULL;
     built->inputs = NULL;
     built->state = BUILT_BEFORE;
-    built->compacted = built->sole = built->is_micromap = false;
+    built->compacted = built->sole = built->unwritten = built->is_micromap = false;
     built->compacted_size = NULL;
 }
 

@@ -40,12 +40,13 @@ enum journal_kind {
     JOURNAL_RANGES,       /* the ranges of a call that uses sparse buffers; after its builds */
     JOURNAL_BIND,         /* dst: a sparse buffer, src: memory */
     /* A command reads the structure src and writes none: a query of a property, a serialization, or
-     * the reading half of a copy of a VkMicromapEXT. dst_id: the query of a compacted size, or 0.
+     * the reading half of a copy of a VkMicromapEXT. dst: the VkQueryPool; dst_id: the query, or 0.
      */
     JOURNAL_READ,
-    /* Queries of compacted sizes, with the ids of query_pools.h. */
-    JOURNAL_RESET_QUERIES, /* by the host; dst_id: the first query, info: the number of queries */
-    JOURNAL_ANSWER,        /* the host read `number`; src: the structure, or src_id: the query */
+    /* Queries of properties, with the ids of query_pools.h. */
+    JOURNAL_RESET_QUERIES, /* dst_id: the first query, info: the number of queries */
+    /* The host read `number`; src: the structure, or src_id: the query; info: its VkQueryType. */
+    JOURNAL_ANSWER,
     /* dst: a VkEvent. Only waits that may have to wait for the host have an entry (events.h). */
     JOURNAL_SET_EVENT,
     JOURNAL_RESET_EVENT,
@@ -120,7 +121,9 @@ struct journal_micromap {
 struct journal_read {
     bool compacts;
     VkQueryType query;     /* VK_QUERY_TYPE_MAX_ENUM: it is no query */
-    VkDeviceSize dst_size; /* of a copy, in bytes: the size that dst was created with; 0: unknown */
+    VkDeviceSize dst_size; /* of a copy, in bytes: the size that dst was created with, or, of a
+                            * serialization, of the memory at the address dst; 0: unknown */
+    uint32_t number;       /* of a query in its pool */
 };
 
 /* Where builds were recorded, for messages. */

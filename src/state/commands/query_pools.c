@@ -13,7 +13,6 @@
 
 struct pool_record {
     struct query_pool pool; /* first_id: 0 if the queries have no ids */
-    VkQueryType type;
 };
 
 struct query_pools {
@@ -57,7 +56,7 @@ static void add_pool(struct query_pools *pools, VkQueryPool handle, VkQueryType 
     reader_lock_write(&pools->lock);
     free(take_out(pools, handle));
     if (record) {
-        *record = (struct pool_record){{has_ids ? pools->next_id : 0, count}, type};
+        *record = (struct pool_record){{has_ids ? pools->next_id : 0, count, type}};
         pools->next_id += has_ids ? count : 0;
     }
     if (record && handle_table_set(&pools->by_handle, (uint64_t)(uintptr_t)handle, record)) {
@@ -69,9 +68,10 @@ static void add_pool(struct query_pools *pools, VkQueryPool handle, VkQueryType 
     reader_lock_write_done(&pools->lock);
 }
 
-void query_pools_add(struct query_pools *pools, VkQueryPool handle, uint32_t count)
+void query_pools_add(struct query_pools *pools, VkQueryPool handle, VkQueryType type,
+                     uint32_t count)
 {
-    add_pool(pools, handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, count, true);
+    add_pool(pools, handle, type, count, true);
 }
 
 void query_pools_add_plain(struct query_pools *pools, VkQueryPool handle, VkQueryType type,
@@ -91,7 +91,7 @@ void query_pools_facts(struct query_pools *pools, VkQueryPool handle,
         handle_table_find(&pools->by_handle, (uint64_t)(uintptr_t)handle);
     facts->alive = record ? YES : pools->incomplete ? UNKNOWN : NO;
     if (record) {
-        facts->type = record->type;
+        facts->type = record->pool.type;
         facts->count = record->pool.count;
     }
     reader_lock_leave(&pools->lock, stripe);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The query pools of one device. Each query that may hold a compacted size of an acceleration
- * structure has an id that is never reused, even if the handle of its pool is. The table has its
- * own lock. */
+/* The query pools of one device. Each query of a property of structures or micromaps has an id that
+ * is never reused, even if the handle of its pool is. The table has its own lock. */
 #ifndef ASSAY_STATE_COMMANDS_QUERY_POOLS_H
 #define ASSAY_STATE_COMMANDS_QUERY_POOLS_H
 
@@ -19,11 +18,12 @@ void query_pools_destroy(struct query_pools *pools);
 struct query_pool {
     uint64_t first_id; /* id of query 0; the ids of the others follow */
     uint32_t count;    /* number of queries */
+    VkQueryType type;
 };
 
-/* If memory runs out, the pool is unknown. The queries of query_pools_add() are of type
- * VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR and have ids. */
-void query_pools_add(struct query_pools *pools, VkQueryPool handle, uint32_t count);
+/* If memory runs out, the pool is unknown. The queries of query_pools_add() have ids. */
+void query_pools_add(struct query_pools *pools, VkQueryPool handle, VkQueryType type,
+                     uint32_t count);
 void query_pools_add_plain(struct query_pools *pools, VkQueryPool handle, VkQueryType type,
                            uint32_t count);
 /* For any pool. */
