@@ -5,6 +5,7 @@ A line is an id, or an id with a condition. # begins a comment.
   ID@GLOB       matches the debug name of one of the finding's objects, or one of its labels
   ID@fn:GLOB    matches a function that called the command, with its parameters or without
   ID@file:GLOB  matches the source file of such a function, by its path or relative to the working folder
+  ID@A & B      matches if both do
 
 A mistake may violate several ids: the finding has one, and names the others ("also"). A line with
 one of the others is used, because what it knows is still there, but only a line with the finding's
@@ -17,6 +18,7 @@ import pathlib
 from .call_sites import frames_of_application
 from .groups import CARRIERS
 
+AND = " & "  # between conditions
 MOST_PARTS = 32  # of the labels around a finding
 
 
@@ -24,42 +26,45 @@ class BaselineFailure(Exception):
     """A baseline that cannot be read; the text says which line and why."""
 
 
+class Condition:
+    def __init__(self, text):
+        self.kind = next((kind for kind in CALLERS if text.startswith(kind)), "")
+        self.pattern = text[len(self.kind):]
+
+    def matches(self, finding):
+        names = CALLERS[self.kind](finding) if self.kind else names_of(finding)
+        return any(fnmatch.fnmatchcase(name, self.pattern) for name in names)
+
+
 class Entry:
     def __init__(self, text, path, line):
         self.text, self.path, self.line, self.used = text, path, line, 0
-        self.id, _, self.glob = text.partition("@")
-        self.kind = next((kind for kind in CALLERS if self.glob.startswith(kind)), "")
-        self.pattern = self.glob[len(self.kind):]
+        self.id, _, conditions = text.partition("@")
+        self.conditions = list(map(Condition, conditions.split(AND))) if conditions else []
         self.carriers = set()  # names that alone made it match: they say where, not what
 
     @property
     def needs_call_sites(self):
-        return bool(self.kind)
+        return any(condition.kind for condition in self.conditions)
 
     def matches(self, finding):
-        return self.id in ids_of(finding) and self.matches_condition(finding)
+        return self.id in ids_of(finding) and self.matches_conditions(finding)
 
-    def matches_condition(self, finding):
-        names = CALLERS[self.kind](finding) if self.kind else names_of(finding)
-        return not self.glob or self.matches_one(names)
-
-    def matches_one(self, names):
-        return any(fnmatch.fnmatchcase(name, self.pattern) for name in names)
+    def matches_conditions(self, finding):
+        return all(condition.matches(finding) for condition in self.conditions)
 
     def is_used_by(self, finding):
         return (self.matches(finding) or
-                (self.id in finding.get("also", []) and self.matches_condition(finding)))
+                (self.id in finding.get("also", []) and self.matches_conditions(finding)))
 
     def note_carriers(self, finding):
-        """Notes the name that made the line match, if it is that of a command buffer or the like."""
-        if not self.glob or self.kind:
+        """Notes the names of command buffers and the like without which no condition would match."""
+        objects = finding.get("Objects", [])
+        others = {**finding, "Objects": [item for item in objects if item["type"] not in CARRIERS]}
+        if any(condition.matches(others) for condition in self.conditions):
             return
-        carriers = {f"{item['type']} \"{item['name']}\"" for item in finding.get("Objects", [])
-                    if item.get("name") and item["type"] in CARRIERS and
-                    self.matches_one([item["name"]])}
-        others = [item for item in finding.get("Objects", []) if item["type"] not in CARRIERS]
-        if not self.matches_one(names_of({**finding, "Objects": others})):
-            self.carriers |= carriers
+        self.carriers |= {f"{item['type']} \"{item['name']}\"" for item in objects if item.get("name")
+                          for condition in self.conditions if condition.matches({"Objects": [item]})}
 
 
 def ids_of(finding):
@@ -70,7 +75,8 @@ def ids_of(finding):
 def functions_of(finding):
     """Returns the functions of the call site. C++ ones have their parameters, which a line may leave
     out."""
-    names = [frame["function"] for frame in frames_of_application(finding) if frame.get("function", "??") != "??"]
+    names = [frame["function"] for frame in frames_of_application(finding)
+             if frame.get("function", "??") != "??"]
     return names + [name.partition("(")[0] for name in names if "(" in name]
 
 
@@ -107,7 +113,7 @@ def read_baseline(path):
             continue
         name, at, glob = text.partition("@")
         if not name or any(character.isspace() for character in name) or \
-                (at and (not glob or glob in CALLERS)):
+                (at and any(part in ("", *CALLERS) for part in glob.split(AND))):
             raise BaselineFailure(f"{path}:{number}: not an id, nor ID@GLOB: {text}")
         entries.append(Entry(text, path, number))
     return entries
@@ -128,6 +134,7 @@ def split_known(findings, entries):
 
 def quote_glob(name):
     text = "".join(f"[{character}]" if character in "*?[" else character for character in name)
+    text = text.replace(AND, " [&] ")
     return f"[{text[0]}]{text[1:]}" if text.startswith(tuple(CALLERS)) else text
 
 

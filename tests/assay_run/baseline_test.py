@@ -71,6 +71,13 @@ class Lines(unittest.TestCase):
         self.assertTrue(self.matches(f"{VUID}@file:src/*.c", call_site=here))
         self.assertFalse(self.matches(f"{VUID}@file:*"))
 
+    def test_several_conditions(self):
+        for condition, expected in (("mesh 1 & frame", True), ("mesh 1 & other", False),
+                                    ("other & frame", False), ("fn:load & mesh *", True),
+                                    ("fn:load & file:/src/main.cpp & frame", True), ("mesh 1&frame", False)):
+            self.assertEqual(self.matches(f"{VUID}@{condition}", call_site=FRAMES, DebugRegion="frame",
+                                          **NAMED), expected, condition)
+
     def test_written_functions(self):
         """A structure says what a mistake is about, and a function more than a command buffer."""
         one = finding(call_site=FRAMES, DebugRegion="frame", Objects=[FRAME])
@@ -82,7 +89,8 @@ class Lines(unittest.TestCase):
 
     def test_lines_that_name_a_command_buffer(self):
         for line, expected in ((f"{VUID}@frame", True), (f"{VUID}@mesh 1", False), (f"{VUID}@*", False),
-                               (VUID, False), (f"{VUID}x@frame", False), (f"{VUID}@fn:load", False)):
+                               (VUID, False), (f"{VUID}x@frame", False), (f"{VUID}@fn:load", False),
+                               (f"{VUID}@frame & mesh 1", False), (f"{VUID}@frame & fr*", True)):
             entries = [Entry(line, "", 1)]
             split_known([finding(call_site=FRAMES, Objects=[FRAME, *NAMED["Objects"]])], entries)
             self.assertEqual(bool(entries[0].carriers), expected, line)
@@ -93,7 +101,7 @@ class Lines(unittest.TestCase):
     def test_written_lines_match_their_findings(self):
         names = ["mesh 1", "a*b?c[d]e", "#1", " edges ", "é🦆", "a@b", "x" * 10000, "line\nbreak",
                  "\x1b[31m", "]", "[!x]", "back\\slash",
-                 "fn:load", "file:*"]
+                 "fn:load", "file:*", "a & b"]
         for name in names:
             with self.subTest(name):
                 one = finding(Objects=[{"type": "VkBuffer", "handle": "0x1", "name": name}])
@@ -155,7 +163,8 @@ class Files(Runs):
         self.expect(self.run_script(script, "--baseline", "known.txt", "--set", "call_sites=off"), 3)
 
     def test_wrong_lines(self):
-        for line in ("two ids", "@mesh", f"{VUID}@", f"{VUID}@fn:", f"{VUID}@file:"):
+        for line in ("two ids", "@mesh", f"{VUID}@", f"{VUID}@fn:", f"{VUID}@file:", f"{VUID}@ & a",
+                     f"{VUID}@a & fn:"):
             (self.folder / "known.txt").write_text(line)
             self.expect(self.run_script("load()", "--baseline", "known.txt"), 2, "known.txt:1")
 
