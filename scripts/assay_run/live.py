@@ -32,7 +32,7 @@ class RecordTail:
 
 
 class Observer:
-    """Sees each finding that neither the baseline nor the application announces soon after it was reported."""
+    """Sees each finding that is neither in the baseline nor announced, soon after it was reported."""
 
     def __init__(self, records, entries, say=None, stops=False):
         """`say` prints a line; None: nothing is printed. `stops`: the first finding ends the run."""
