@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "observers.h"
+#include "src/report/log/lines.h"
 
 /* ---- messengers */
 
@@ -57,10 +58,23 @@ void note_marker_name(struct layer_device *device, const VkDebugMarkerObjectName
 
 /* ---- labels of command buffers */
 
+/* Logs a label that announces findings: assay-run has to know of regions without any. */
+static void note_expectation(struct layer_device *device, const VkDebugUtilsLabelEXT *label)
+{
+    const size_t length = strlen(EXPECTATION_PREFIX);
+    if (label && label->pLabelName && strncmp(label->pLabelName, EXPECTATION_PREFIX, length) == 0)
+        reporter_record(device->instance->reporter, &(struct log_record){
+                                                        .kind = RECORD_EXPECTATION,
+                                                        .device = device->handle,
+                                                        .label = label->pLabelName,
+                                                    });
+}
+
 void open_label(struct layer_device *device, VkCommandBuffer command_buffer,
                 const VkDebugUtilsLabelEXT *label)
 {
     struct label_stack *labels = command_buffers_labels(device->command_buffers, command_buffer);
+    note_expectation(device, label);
     if (labels)
         label_stack_push(labels, label);
 }
@@ -108,6 +122,7 @@ void insert_marker(struct layer_device *device, VkCommandBuffer command_buffer,
 
 void open_queue_label(struct layer_device *device, VkQueue queue, const VkDebugUtilsLabelEXT *label)
 {
+    note_expectation(device, label);
     queue_labels_push(device->queue_labels, queue, label);
 }
 

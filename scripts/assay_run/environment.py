@@ -5,6 +5,8 @@ import glob
 import os
 import pathlib
 
+from .baseline import read_baseline
+
 LAYER = "VK_LAYER_ASSAY_validation"
 KHRONOS = "VK_LAYER_KHRONOS_validation"
 MANIFEST = "VkLayer_assay.json"
@@ -143,6 +145,9 @@ def layer_settings(arguments, records, environment):
     if arguments.baseline or arguments.write_baseline:
         # Otherwise known findings would use up the limit, and new ones of the same id be held back.
         settings.setdefault("enable_message_limit", "false")
+    if arguments.baseline and PREFIX + "CALL_SITES" not in environment and \
+            any(entry.needs_call_sites for entry in read_baseline(arguments.baseline)):
+        settings.setdefault("call_sites", "full")
     return settings
 
 

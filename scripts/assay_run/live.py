@@ -3,6 +3,7 @@
 
 from .baseline import split_known
 from .call_sites import resolve_call_sites
+from .expectations import split_expected
 from .groups import group_findings, identity
 from .records import parse_line
 from .verdict import group_lines
@@ -31,7 +32,7 @@ class RecordTail:
 
 
 class Observer:
-    """Sees each finding that the baseline does not know soon after it was reported."""
+    """Sees each finding that is neither in the baseline nor announced, soon after it was reported."""
 
     def __init__(self, records, entries, say=None, stops=False):
         """`say` prints a line; None: nothing is printed. `stops`: the first finding ends the run."""
@@ -41,7 +42,10 @@ class Observer:
 
     def observe(self):
         """Returns whether the application is to be ended."""
-        findings, _ = split_known(self.tail.new_errors(), self.entries)
+        _, findings = split_expected(self.tail.new_errors())
+        if any(entry.needs_call_sites for entry in self.entries):
+            resolve_call_sites(findings)
+        findings, _ = split_known(findings, self.entries)
         for group in group_findings(findings) if self.say else []:
             self.show(group)
         self.is_stopped = self.is_stopped or (self.stops and bool(findings))

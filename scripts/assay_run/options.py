@@ -21,8 +21,12 @@ exit status:
   If a signal ends the application, assay-run ends itself with the same signal. Findings before it are
   printed.
 
-baseline: one known finding a line: an id, or ID@GLOB. GLOB matches the debug name of an object of the
-finding, or one of its labels. # begins a comment.
+baseline: one known finding a line: an id; ID@GLOB, where GLOB matches the debug name of an object of
+the finding, or one of its labels; ID@fn:GLOB, a function that called the command; or ID@file:GLOB, its
+source file. ID@A & B needs both. # begins a comment.
+
+expected findings: inside a debug label "assay:expect ID" that the application opens, findings with this
+id do not count. A region without one counts as a finding.
 
 examples:
   assay-run -- ./app --frames 10

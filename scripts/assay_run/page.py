@@ -96,12 +96,13 @@ def page_data(verdict, command):
         return [finding_data(group, processes, recorded) for group in groups]
 
     return {"command": " ".join(command) if command else "merged records",
-            "mistakes": mistake_lines(verdict) +
+            "mistakes": mistake_lines(verdict) + [one.text for one in verdict.absent] +
                         ([describe_exit(verdict.status)] if verdict.status else []),
             "processes": [str(pid) for _, pid in record.processes],
             "version": header.get("LayerVersion", ""), "settings": header.get("Settings", {}),
             "drivers": sorted({describe_driver(device) for device in record.devices}),
-            "new": show(verdict.new_groups), "known": show(verdict.known_groups),
+            "new": show(verdict.new_groups),
+            "known": show(verdict.known_groups + verdict.expected_groups),
             "warnings": list(dict.fromkeys(line["MainMessage"] for line in record.warnings())),
             "heldBack": dict(record.held_back()),
             "unchecked": list(dict.fromkeys(reason for summary in record.summaries

@@ -59,6 +59,10 @@ def junit_cases(verdict):
         if name not in new:
             count = sum(group.count for group in groups)
             yield name, "skipped", {"message": f"in the baseline, {count} times"}, ""
+    for name, groups in sorted(by_id(verdict.expected_groups).items()):
+        yield f"expected: {name}", None, {}, ""
+    for one in verdict.absent:
+        yield (f"expected: {one.id}", "failure", {"type": "expectation", "message": one.text}, "")
     if verdict.is_strict:
         for entry in verdict.unused_entries:
             yield (f"baseline line {entry.line}", "failure",
@@ -124,7 +128,8 @@ def fingerprint(finding):
     return hashlib.sha256(repr(parts).encode("utf-8", "backslashreplace")).hexdigest()
 
 
-def sarif_result(group, is_known, application):
+def sarif_result(group, application, suppression=None):
+    """`suppression` is its kind and the reason, if the finding does not count."""
     finding = group.first
     result = {"ruleId": finding["VUID"],
               "level": {"Error": "error", "Warning": "warning"}.get(finding["Severity"], "note"),
@@ -134,8 +139,9 @@ def sarif_result(group, is_known, application):
               "locations": [sarif_location(finding, application)]}
     if finding.get("call_site"):
         result["stacks"] = [sarif_stack(finding)]
-    if is_known:
-        result["suppressions"] = [{"kind": "external", "justification": "in the baseline"}]
+    if suppression:
+        kind, reason = suppression
+        result["suppressions"] = [{"kind": kind, "justification": reason}]
     return result
 
 
@@ -151,13 +157,13 @@ def sarif_rule(group):
 
 def write_sarif(path, verdict, command):
     header = verdict.record.headers[0] if verdict.record.headers else {}
-    driver = {"name": "Assay", "rules": [sarif_rule(groups[0]) for groups
-                                         in by_id(verdict.new_groups + verdict.known_groups).values()]}
+    groups = verdict.new_groups + verdict.known_groups + verdict.expected_groups
+    driver = {"name": "Assay", "rules": [sarif_rule(alike[0]) for alike in by_id(groups).values()]}
     if header.get("LayerVersion"):
         driver["version"] = header["LayerVersion"]
     invocation = {"executionSuccessful": verdict.is_loaded and verdict.is_whole and
                   verdict.status == 0}
-    notes = mistake_lines(verdict)
+    notes = mistake_lines(verdict) + [one.text for one in verdict.absent]
     if notes:
         invocation["toolExecutionNotifications"] = [{"level": "error", "message": {"text": note}}
                                                     for note in notes]
@@ -166,8 +172,11 @@ def write_sarif(path, verdict, command):
     application = (command or ["merged records"])[0]
     run = {"tool": {"driver": driver},
            "invocations": [invocation],
-           "results": [sarif_result(group, False, application) for group in verdict.new_groups] +
-                      [sarif_result(group, True, application) for group in verdict.known_groups]}
+           "results": [sarif_result(group, application) for group in verdict.new_groups] +
+                      [sarif_result(group, application, ("external", "in the baseline"))
+                       for group in verdict.known_groups] +
+                      [sarif_result(group, application, ("inSource", "announced by a label"))
+                       for group in verdict.expected_groups]}
     write_json_file(path, {"version": "2.1.0",
                            "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
                            "runs": [run]})
@@ -178,6 +187,10 @@ def write_json(path, verdict, status):
     write_json_file(path, {"loaded": verdict.is_loaded, "whole": verdict.is_whole,
                            "status": status, "application_status": verdict.status,
                            "new": verdict.new, "known": verdict.known,
+                           "expected": [one for group in verdict.expected_groups
+                                        for one in group.findings],
+                           "absent": [{"VUID": one.id, "label": one.label}
+                                      for one in verdict.absent],
                            "mistakes": list(map(group_data, verdict.new_groups)),
                            "unused_baseline": [entry.text for entry in verdict.unused_entries],
                            "headers": verdict.record.headers, "devices": verdict.record.devices,
@@ -202,7 +215,7 @@ def escape_github(text, is_property=False):
 def github_lines(verdict):
     """Returns annotations: GitHub shows them on the line that recorded the build, if it is known."""
     lines = []
-    for note in mistake_lines(verdict):
+    for note in mistake_lines(verdict) + [one.text for one in verdict.absent]:
         lines.append(f"::error title=Assay::{escape_github(note)}")
     for group in verdict.new_groups:
         place = first_place(group.first)

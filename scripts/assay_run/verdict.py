@@ -15,12 +15,19 @@ FRAMES_SHOWN = 4  # of a call site, in text
 class Verdict:
     """The findings of a run, without those that the baseline knows."""
 
-    def __init__(self, record, new, known, unused_entries, is_strict=False):
+    def __init__(self, record, new, known, entries=(), is_strict=False):
         self.record, self.new, self.known = record, new, known
         self.new_groups, self.known_groups = group_findings(new), group_findings(known)
-        self.unused_entries, self.is_strict = unused_entries, is_strict
+        self.unused_entries = [entry for entry in entries if not entry.used]
+        self.wide_entries = [entry for entry in entries if entry.carriers]
+        self.is_strict = is_strict
+        self.expected_groups, self.absent = [], []
         self.status = 0  # of the application: a negative one is the signal that ended it
         self.is_stopped = False  # the first finding has ended the run
+
+    def expect(self, expected, absent):
+        """Adds the findings that the application has announced, and what it announced in vain."""
+        self.expected_groups, self.absent = group_findings(expected), absent
 
     @property
     def is_loaded(self):
@@ -74,6 +81,8 @@ def total_line(verdict):
     text += f" in {plural(len(record.processes), 'process', 'processes')}"
     if verdict.known:
         text += f"; {plural(len(verdict.known_groups), 'known finding')}"
+    if verdict.expected_groups:
+        text += f"; {plural(len(verdict.expected_groups), 'expected finding')}"
     if record.warnings():
         text += f"; {plural(len(record.warnings()), 'warning')}"
     return text
@@ -114,6 +123,10 @@ def summary_lines(verdict, printed=()):
     lines += [f"not checked: {reason}" for reason in
               dict.fromkeys(reason for summary in record.summaries
                             for reason in summary.get("Unchecked", []))]
+    lines += [one.text for one in verdict.absent]
+    for entry in verdict.wide_entries:
+        lines.append(f"{entry.path}:{entry.line}: mutes {entry.id} wherever it arises in "
+                     f"{min(entry.carriers)}; name an object, a label or a function instead")
     for entry in verdict.unused_entries:
         lines.append(f"{entry.path}:{entry.line}: matches no finding any more: {entry.text}")
     if verdict.status:
@@ -127,7 +140,7 @@ def exit_status(verdict, error_exitcode):
     """Returns the exit status of the run. A negative one is a signal, to be passed on."""
     if verdict.status < 0:
         return verdict.status
-    if verdict.new or (verdict.is_strict and verdict.unused_entries):
+    if verdict.new or verdict.absent or (verdict.is_strict and verdict.unused_entries):
         return error_exitcode
     if not verdict.is_loaded:
         return NOT_LOADED

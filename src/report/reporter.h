@@ -84,7 +84,7 @@ void reporter_add_unchecked(struct reporter *reporter, const char *what, uint32_
 void reporter_add_device(struct reporter *reporter, VkDevice device, const char *name,
                          const VkPhysicalDeviceDriverProperties *driver);
 
-/* Logs a record of setting record_builds. */
+/* Logs a record of setting record_builds, or an announced finding, if log_format is json. */
 struct log_record;
 void reporter_record(struct reporter *reporter, const struct log_record *record);
 

@@ -3,6 +3,8 @@
  *   clean         a build call without a mistake
  *   mistake       one with a mistake
  *   name=NAME     the command buffer's debug name
+ *   label=NAME    opens a label in the command buffer
+ *   unlabel       closes it
  *   many=N        N times `mistake`
  *   leave         ends without destroying anything, as many applications do
  *   exit=N        the exit status
@@ -57,6 +59,13 @@ static void set_name(const char *name)
     MUST_SUCCEED(scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &info));
 }
 
+static void open_label(const char *name)
+{
+    open_scene();
+    const STRUCT(VkDebugUtilsLabelEXT, label, .pLabelName = name);
+    scene->vk->CmdBeginDebugUtilsLabelEXT(scene->command_buffer, &label);
+}
+
 /* Returns in the child. */
 static void fork_child(void)
 {
@@ -99,6 +108,8 @@ static bool carry_out_with_argument(const char *step)
     const char *argument;
     if ((argument = argument_of(step, "name"))) {
         set_name(argument);
+    } else if ((argument = argument_of(step, "label"))) {
+        open_label(argument);
     } else if ((argument = argument_of(step, "many"))) {
         for (int i = atoi(argument); i > 0; i--)
             build(0);
@@ -120,6 +131,8 @@ static void carry_out(char **argv, int i)
         build(UINT32_MAX);
     else if (strcmp(step, "mistake") == 0)
         build(0);
+    else if (strcmp(step, "unlabel") == 0)
+        scene->vk->CmdEndDebugUtilsLabelEXT(scene->command_buffer);
     else if (strcmp(step, "leave") == 0)
         _exit(0);
     else if (strcmp(step, "fork") == 0)

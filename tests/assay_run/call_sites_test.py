@@ -91,6 +91,16 @@ class CallSites(Runs):
                 self.assertIn("assay_call_sites_plain",
                               one["locations"][0]["physicalLocation"]["artifactLocation"]["uri"])
 
+    def test_baseline(self):
+        """A new mistake of the same id in another function is not known."""
+        known = self.folder / "known.txt"
+        for condition, status in (("fn:make_call", 0), ("file:*/record_build.c", 0), ("fn:other", 99)):
+            self.run_program("device execution", "full")
+            ids = {finding["VUID"] for finding in self.found()}
+            known.write_text("".join(f"{name}@{condition}\n" for name in ids))
+            self.expect(self.run_words("--level", "execution", "--baseline", known, "--",
+                                       PROGRAMS / "assay_call_sites", "device", "execution"), status)
+
     def test_reports(self):
         """The goal: annotations on the line that recorded the bad build."""
         for mode in MODES:

@@ -76,6 +76,32 @@ class Layer(Runs):
         self.assertEqual(self.run_steps("clean", "--record", "records").status, 0)
         self.assertEqual(len(self.records()), 2)
 
+    def run_region(self, status, *steps, label=f"assay:expect {VUID}"):
+        return self.expect(self.run_words("--record", "records", "--", APPLICATION, f"label={label}",
+                                          *steps), status)
+
+    def test_expected_finding(self):
+        self.assertIn("0 findings in 1 process; 1 expected finding",
+                      self.run_region(0, "mistake", "unlabel", "clean").err)
+        self.run_region(99, "mistake", "unlabel", "mistake")
+        self.run_region(99, "mistake", label="assay:expect VUID-other")
+        # The labels of findings are cut, too.
+        self.run_region(0, "mistake", label=f"assay:expect {VUID} # {'x' * 300}")
+
+    def test_expected_finding_is_absent(self):
+        for label in (f"assay:expect {VUID}", f"assay:expect {VUID} # {'x' * 300}"):
+            self.assertIn("but not reported", self.run_region(99, "clean", label=label).err)
+            self.assertIn("but not reported", self.run_region(99, "unlabel", "mistake", label=label).err)
+
+    @needs_jsonschema
+    def test_expectations_match_the_schema(self):
+        self.run_region(99, "clean")
+        schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
+        [lines] = self.records()
+        for line in lines:
+            jsonschema.validate(line, schema)
+        self.assertIn("Expectation", [line["Type"] for line in lines])
+
     def test_mistyped_filter(self):
         result = self.run_steps("clean", "--set", "message_id_filter=VUID-mistyped")
         self.assertEqual(result.status, 0)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of log_format = json, and of names in message_id_filter. schema_test.py validates lines. */
 #include "hearing.h"
+#include "src/report/log/lines.h"
 
 #define SENT_COMMAND "VUID-vkCmdBuildAccelerationStructuresKHR-"
 
@@ -95,6 +96,32 @@ TEST(test_lines_of_an_instance)
     assert_has(line, "\"Type\":\"Summary\"");
     assert_has(line, "\"Findings\":{\"" SENT_ID "\":2},\"HeldBack\":{\"" SENT_ID "\":1}");
     assert_has(line, "\"odd builds (3)\"");
+}
+
+/* The label is cut as in findings, so that the two can be compared. */
+TEST(test_expectation)
+{
+    char label[400];
+    snprintf(label, sizeof(label), EXPECTATION_PREFIX " %0380d", 0);
+    surrounding_json("a.jsonl");
+    struct reporter *reporter = reporter_of(NULL);
+    reporter_record(reporter, &(struct log_record){
+                                  .kind = RECORD_EXPECTATION,
+                                  .device = (VkDevice)(uintptr_t)0xd,
+                                  .label = label,
+                              });
+    set_up_names();
+    push(&labels, label);
+    send_full(reporter);
+    reporter_destroy(reporter);
+    free_names();
+    file_read("a.jsonl");
+    const char *line = file_line(1);
+    assert_has(line, "{\"Type\":\"Expectation\",\"pid\":");
+    assert_has(line, "\"device\":\"0xd\",\"label\":\"" EXPECTATION_PREFIX " 000");
+    label[MESSAGE_NAME_SIZE - 1] = '\0';
+    assert_has(line, label);
+    assert_has(file_line(2), label);
 }
 
 /* The ids of one rule are its current one and those before; "formerly" has all but the one that the

@@ -154,16 +154,19 @@ static void write_objects(struct json *json, const struct message *message)
     json_end_array(json);
 }
 
+/* Returns how much of a label's name is shown. */
+static size_t label_length(const char *name)
+{
+    const size_t length = strnlen(name, NAME_SHOWN);
+    return length < NAME_SHOWN ? length : text_cut_length(name, NAME_SHOWN);
+}
+
 static void append_labels(struct text_buffer *region, const VkDebugUtilsLabelEXT *labels,
                           uint32_t count)
 {
-    for (uint32_t i = count; i-- > 0;) {
-        size_t length = strnlen(labels[i].pLabelName, NAME_SHOWN);
-        if (length == NAME_SHOWN)
-            length = text_cut_length(labels[i].pLabelName, NAME_SHOWN);
-        text_append(region, "%s%.*s", region->length ? "::" : "", (int)length,
-                    labels[i].pLabelName);
-    }
+    for (uint32_t i = count; i-- > 0;)
+        text_append(region, "%s%.*s", region->length ? "::" : "",
+                    (int)label_length(labels[i].pLabelName), labels[i].pLabelName);
 }
 
 static void write_region(struct json *json, const struct message *message)
@@ -374,6 +377,7 @@ bool line_of_record(struct json *json, const struct log_record *record)
         [RECORD_BUILD] = "Build",
         [RECORD_COPY] = "Copy",
         [RECORD_SIZE] = "CompactedSize",
+        [RECORD_EXPECTATION] = "Expectation",
     };
     line_begin(json, types[record->kind]);
     write_queue(json, record);
@@ -388,6 +392,9 @@ bool line_of_record(struct json *json, const struct log_record *record)
     case RECORD_SIZE:
         write_structure(json, record);
         json_number(json, "compacted_size", record->compacted_size);
+        break;
+    case RECORD_EXPECTATION:
+        json_text_of_size(json, "label", record->label, label_length(record->label));
         break;
     }
     return json_end(json);

@@ -36,7 +36,11 @@ enum { LOG_PATH_SIZE = 4096 };
 bool log_filename_expand(const char *pattern, char path[LOG_PATH_SIZE]);
 
 /* ---- What setting record_builds adds to the log: one record, and one line, for each submission,
- * build and copy when it executes, and for each compacted size that the application reads. */
+ * build and copy when it executes, and for each compacted size that the application reads. Labels
+ * that announce findings are records, too. */
+
+/* What such labels begin with. */
+#define EXPECTATION_PREFIX "assay:expect"
 
 struct object_names;
 struct submitted_commands;
@@ -46,6 +50,8 @@ enum record_kind {
     RECORD_BUILD,      /* a build or an update */
     RECORD_COPY,       /* a clone, a compacting copy, or a deserialization */
     RECORD_SIZE,       /* the application has read a compacted size */
+    /* Whatever record_builds is: a label that announces findings was opened. */
+    RECORD_EXPECTATION,
 };
 
 /* Members that do not apply are null or 0. */
@@ -71,6 +77,9 @@ struct log_record {
     VkDeviceSize size; /* of the structure `dst`; 0: unknown */
     VkDeviceMemory memory;
     VkDeviceSize memory_offset;
+
+    /* RECORD_EXPECTATION. */
+    const char *label;
 
     /* RECORD_BUILD. */
     bool has_position, has_geometries, has_primitives;
