@@ -46,11 +46,10 @@ static VkAccelerationStructureKHR create_structure(unsigned n, VkAccelerationStr
 
 void create_objects(void)
 {
-    host.buffer = create_bound_buffer(
-        SETS * STRUCTURE_SIZE,
-        VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
-            VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT,
-        HOST_MEMORY);
+    host.buffer = create_bound_buffer(SETS * STRUCTURE_SIZE,
+                                      VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
+                                          VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT,
+                                      HOST_MEMORY);
     for (unsigned i = 0; i < BLASES; i++)
         app.sets[i].accel =
             create_structure(i, i % 2 ? VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR
