@@ -46,7 +46,7 @@ bool layer_record(struct layer_device *device, VkCommandBuffer handle,
 void layer_run_host_command(struct layer_device *device, struct journal *journal)
 {
     struct submission *submission =
-        journal ? submission_begin(device->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE) : NULL;
+        submission_begin(device->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
     if (!submission) {
         journal_release(journal);
         return;

@@ -20,8 +20,8 @@ struct command_buffer *layer_find_recording(const struct layer_device *device,
 bool layer_record(struct layer_device *device, VkCommandBuffer handle,
                   struct journal_entry *entries, uint32_t count);
 
-/* Places a host command in execution order among the batches. Takes ownership of the journal, which
- * may be NULL. */
+/* Places a host command in execution order among the batches. Takes ownership of the journal. If
+ * that is NULL, because memory ran out, the order becomes unknown. */
 void layer_run_host_command(struct layer_device *device, struct journal *journal);
 
 #endif

@@ -354,5 +354,6 @@ void note_sizes(struct layer_device *device, struct journal *reading, uint32_t c
                                        .number = read_result(&results, i)};
         journal_add(reading, &answer);
     }
-    layer_run_host_command(device, reading);
+    if (reading)
+        layer_run_host_command(device, reading);
 }
