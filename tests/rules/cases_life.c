@@ -74,6 +74,8 @@ static VkAccelerationStructureNV nv_blas(struct scene *scene)
 {
     scene->nv.info.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV;
     scene->nv.info.instanceCount = 0;
+    scene->nv.info.geometryCount = 1;
+    scene->nv.info.pGeometries = scene->nv.geometries;
     return scene_nv_accel(scene);
 }
 

@@ -61,7 +61,8 @@ walk_all_of_geometry(struct walk *walk, struct range_view *range, bool has_count
         check_host_geometry(walk, range);
     if (!with_state)
         return;
-    find_continued_inputs(walk->context, range);
+    if (walk->active[RULE_inputs_are_read_within_their_buffers])
+        find_continued_inputs(walk->context, range);
     walk_geometry_and_range(walk, range, has_count, LEVEL_STATE);
     check_geometry_addresses(walk, range->geometry);
 }
