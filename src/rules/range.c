@@ -162,8 +162,8 @@ triangles_are_within_buffers(const struct range_view *range,
 
 enum { VERTEX_SIZE_MAX = 32 }; /* bytes, of any format */
 
-/* Whether there is room for the largest indices and vertices, which is most often so and takes a
- * third of the instructions to see. */
+/* Whether there is room for the largest indices and vertices: most often so, and seen in two thirds
+ * of the instructions. */
 static inline bool
 triangles_have_room(const struct range_view *range,
                     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
