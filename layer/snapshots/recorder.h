@@ -44,7 +44,7 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle);
 /* Begins to record a build command, and sets cannot_inject. */
 bool recorder_begin_builds(struct recorder *recorder, VkCommandBuffer handle);
 
-/* The same for a command that builds micromaps. */
+/* Begins to record a command that builds micromaps, and sets cannot_inject. */
 bool recorder_begin_micromaps(struct recorder *recorder, VkCommandBuffer handle);
 
 /* Adds an entry for backend cpu. */

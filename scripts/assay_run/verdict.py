@@ -26,7 +26,7 @@ class Verdict:
         self.is_stopped = False  # the first finding has ended the run
 
     def expect(self, expected, absent):
-        """Adds the findings that the application has announced, and what it announced in vain."""
+        """Adds the findings that the application announced. `absent`: those that did not come."""
         self.expected_groups, self.absent = group_findings(expected), absent
 
     @property

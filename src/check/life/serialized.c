@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-/* Of micromaps of VK_EXT_opacity_micromap, the header has the version only. */
+/* The header of a serialized structure. That of a VkMicromapEXT has only `version`. */
 struct header {
     uint8_t version[2 * VK_UUID_SIZE]; /* of the driver and of the format */
     uint64_t size, deserialized_size;

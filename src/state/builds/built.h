@@ -121,7 +121,7 @@ struct compacted_size {
     uint64_t serialized_id;
 };
 
-/* Of a query: BUILT_NEVER if it is unavailable, BUILT_BEFORE if it is available. */
+/* A query that was reset is BUILT_NEVER; one that was written since is BUILT_BEFORE. */
 enum built_state {
     BUILT_UNKNOWN, /* the last write is unknown */
     BUILT_NEVER,   /* created and never written */
