@@ -228,7 +228,7 @@ class Entry:
     def call(self, call):
         """The call of an observer as an expression."""
         places = {"command": "&recording", "recording": "&recording",
-                  "down": f"layer->vk.{self.command.name}"}
+                  "down": f"layer->vk.{self.command.name}", "name": f'"vk{self.command.name}"'}
         return f"{call.function}({', '.join(places.get(a, a) for a in call.arguments)})"
 
     def begin_recording(self, call):

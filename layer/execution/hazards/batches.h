@@ -41,7 +41,7 @@ struct hazard_command {
 };
 
 /* The end of an object of which the hazard check has a record. */
-enum hazard_end { MEMORY_FREED, EVENT_DESTROYED };
+enum hazard_end { MEMORY_FREED, EVENT_DESTROYED, STRUCTURE_DESTROYED };
 
 /* The slot of a batch, from its execution point on. Until it is judged, the lock of the list guards
  * the members up to `lacks_inputs`; then they and the others belong to the thread that judges.
