@@ -160,6 +160,20 @@ static void judge_access_anywhere(struct hazard_judge *judge, enum access_kind k
         found(judge, &hazard);
 }
 
+/* What the access has read, if that is known. */
+static void judge_data(struct hazard_judge *judge, const struct hazard_command *command,
+                       const struct hazard_entry *item)
+{
+    struct hazard hazard;
+    if (item->access != ACCESS_BUILD_SHADER_READ || !command->item || !command->item->info ||
+        (item->role != HAZARD_VERTICES && item->role != HAZARD_BOXES &&
+         item->role != HAZARD_INSTANCES))
+        return;
+    const struct data_read *data = hazard_batch_data(judge->current, command, item);
+    if (data && shader_judge_read(&judge->shaders, ACCESS_BUILD_SHADER_READ, data, &hazard))
+        found(judge, &hazard);
+}
+
 static void judge_access(struct hazard_judge *judge, const struct hazard_command *command,
                          const struct hazard_entry *item)
 {
@@ -176,6 +190,7 @@ static void judge_access(struct hazard_judge *judge, const struct hazard_command
         shader_judge_write(&judge->shaders, &item->bytes);
     if (item->role == HAZARD_TOP_DST)
         note_top(judge, command, item);
+    judge_data(judge, command, item);
 }
 
 /* Each read takes its number, even if nothing is known of it. */
@@ -189,6 +204,7 @@ static void judge_vertices(struct hazard_judge *judge, const struct hazard_comma
     for (uint32_t i = 0; i < HAZARD_INDEXED_READS; i++)
         hazards_access(judge->hazards,
                        &(struct hazard_access){(enum access_kind)item->access, vertices[i]});
+    judge_data(judge, command, item);
 }
 
 static void judge_references(struct hazard_judge *judge, const struct hazard_command *command)

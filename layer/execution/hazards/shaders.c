@@ -51,8 +51,8 @@ bool shader_judge_trace(struct shader_judge *judge, enum access_kind kind, struc
 
 struct input_read {
     uint64_t begin, end;
-    uint64_t hash;       /* of the data that the last build found */
-    uint64_t first_open; /* see hazards_first_open_write(), at that build */
+    uint64_t stride, size, hash; /* of the data that the last build read */
+    uint64_t first_open;         /* see hazards_first_open_write(), at that build; 0: there was none */
 };
 
 /* Of one memory object, in ascending order of `begin`. */
@@ -118,8 +118,7 @@ static struct memory_inputs *inputs_of(struct shader_judge *judge, uint64_t memo
     return inputs;
 }
 
-/* Returns the item of exactly these bytes, perhaps a new one with first_open 0. Returns NULL if
- * memory runs out. */
+/* Returns the item of exactly these bytes, perhaps a new one. Returns NULL if memory runs out. */
 static struct input_read *input_at(struct shader_judge *judge, const struct hazard_bytes *bytes)
 {
     struct memory_inputs *inputs = inputs_of(judge, bytes->memory);
@@ -141,21 +140,25 @@ static struct input_read *input_at(struct shader_judge *judge, const struct haza
     return &inputs->items[at];
 }
 
-bool shader_judge_read(struct shader_judge *judge, const struct hazard_access *read, uint64_t hash,
-                       struct hazard *hazard)
+bool shader_judge_read(struct shader_judge *judge, enum access_kind kind,
+                       const struct data_read *data, struct hazard *hazard)
 {
+    const struct hazard_access read = {kind, data->bytes};
     if (judge->input_count >= INPUTS_KEPT)
         forget_inputs(judge);
     if (!judge->first_open)
-        judge->first_open = hazards_first_open_write(judge->hazards, read->kind);
-    struct input_read *input = input_at(judge, &read->bytes);
+        judge->first_open = hazards_first_open_write(judge->hazards, kind);
+    struct input_read *input = input_at(judge, &data->bytes);
     if (!input)
         return false;
     const struct input_read before = *input;
-    input->hash = hash;
+    input->stride = data->stride;
+    input->size = data->size;
+    input->hash = data->hash;
     input->first_open = judge->first_open;
-    return before.first_open && before.hash != hash &&
-           hazards_read_misses_writes(judge->hazards, before.first_open, read, hazard);
+    return before.first_open && before.stride == data->stride && before.size == data->size &&
+           before.hash != data->hash &&
+           hazards_read_misses_writes(judge->hazards, before.first_open, &read, hazard);
 }
 
 void shader_judge_forget_memory(struct shader_judge *judge, uint64_t memory)

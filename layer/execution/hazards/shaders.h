@@ -18,6 +18,13 @@
 
 enum { TOP_LEVELS_KEPT = 64 };
 
+/* Elements that a build has read: vertices, boxes or instances. */
+struct data_read {
+    struct hazard_bytes bytes; /* from the first to the last one */
+    uint64_t stride, size;     /* between elements, and of each; what lies between them is not read */
+    uint64_t hash;             /* of the elements */
+};
+
 struct shader_judge {
     struct hazards *hazards;
     struct top_level {
@@ -48,10 +55,10 @@ bool shader_judge_trace(struct shader_judge *judge, enum access_kind kind, struc
 
 /* The bytes were written by an access that is known. */
 void shader_judge_write(struct shader_judge *judge, const struct hazard_bytes *bytes);
-/* The current command reads the bytes, and found data with this hash. Returns whether a shader wrote
- * them too late; then fills `hazard`. */
-bool shader_judge_read(struct shader_judge *judge, const struct hazard_access *read, uint64_t hash,
-                       struct hazard *hazard);
+/* The current command has read data, by an access of that kind. Returns whether a shader wrote them
+ * too late; then fills `hazard`. */
+bool shader_judge_read(struct shader_judge *judge, enum access_kind kind,
+                       const struct data_read *data, struct hazard *hazard);
 void shader_judge_forget_memory(struct shader_judge *judge, uint64_t memory);
 
 #endif
