@@ -180,12 +180,12 @@ static void reads(void *user, uint32_t build, uint32_t geometry, const struct el
 }
 
 #define HOOKS                                                                                      \
-    .found = found, .find_sizes = find_sizes, .query_addresses = query_addresses,                 \
+    .found = found, .find_sizes = find_sizes, .query_addresses = query_addresses,                  \
     .of_another_device = of_another_device
 
 static const struct check_hooks hooks = {HOOKS};
-static const struct check_hooks hazard_hooks = {
-    HOOKS, .refers = refers, .indexes = indexes, .reads = reads};
+static const struct check_hooks hazard_hooks = {HOOKS, .refers = refers, .indexes = indexes,
+                                                .reads = reads};
 
 static struct read_call *begin_call(struct reading *reading, const struct journal *journal,
                                     const struct recorded_place *place)

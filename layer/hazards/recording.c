@@ -121,9 +121,8 @@ void hazard_recording_add_address(struct hazard_recording *recording, const stru
 void hazard_recording_add_accel(struct hazard_recording *recording, const struct hazard_use *use,
                                 const struct accel_facts *facts, VkDeviceSize size)
 {
-    const struct hazard_bytes bytes = {
-        facts->is_sparse ? 0 : memory_id(recording, facts->memory), facts->begin,
-        facts->begin + smaller_of(size, facts->size)};
+    const struct hazard_bytes bytes = {facts->is_sparse ? 0 : memory_id(recording, facts->memory),
+                                       facts->begin, facts->begin + smaller_of(size, facts->size)};
     hazard_recording_add(recording, use, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                          (uint64_t)(uintptr_t)facts->handle, &bytes);
 }

@@ -73,14 +73,14 @@ void hazards_build_unfollowed(struct hazard_recording *command)
 void hazards_note_module(struct layer_device *device, VkShaderModule module,
                          const VkShaderModuleCreateInfo *info)
 {
-    hazard_objects_set_tracing(device->hazard_objects, TRACING_MODULE,
-                               (uint64_t)(uintptr_t)module, shader_code_traces(info->pCode, info->codeSize));
+    hazard_objects_set_tracing(device->hazard_objects, TRACING_MODULE, (uint64_t)(uintptr_t)module,
+                               shader_code_traces(info->pCode, info->codeSize));
 }
 
 void hazards_forget_module(struct layer_device *device, VkShaderModule module)
 {
-    hazard_objects_set_tracing(device->hazard_objects, TRACING_MODULE,
-                               (uint64_t)(uintptr_t)module, false);
+    hazard_objects_set_tracing(device->hazard_objects, TRACING_MODULE, (uint64_t)(uintptr_t)module,
+                               false);
 }
 
 /* The code may be in the chain instead of a module. */
@@ -96,8 +96,7 @@ static bool stage_traces(const struct layer_device *device,
 }
 
 void hazards_note_compute_pipelines(struct layer_device *device, uint32_t count,
-                                    const VkComputePipelineCreateInfo *infos,
-                                    VkPipeline *pipelines)
+                                    const VkComputePipelineCreateInfo *infos, VkPipeline *pipelines)
 {
     for (uint32_t i = 0; i < count; i++)
         hazard_objects_set_tracing(device->hazard_objects, TRACING_PIPELINE,
@@ -116,9 +115,8 @@ void hazards_bind_pipeline(struct hazard_recording *recording, VkPipelineBindPoi
 {
     if (point != VK_PIPELINE_BIND_POINT_COMPUTE)
         return;
-    recording->journal->has_tracing_pipeline =
-        hazard_objects_trace(recording->device->hazard_objects, TRACING_PIPELINE,
-                             (uint64_t)(uintptr_t)pipeline);
+    recording->journal->has_tracing_pipeline = hazard_objects_trace(
+        recording->device->hazard_objects, TRACING_PIPELINE, (uint64_t)(uintptr_t)pipeline);
     recording->journal->shaders_end = NULL;
 }
 

@@ -69,8 +69,8 @@ enum hazard_type {
     WRITE_AFTER_READ,
     WRITE_AFTER_WRITE,
     /* Only the caller can tell them: */
-    EARLY_TRACE,        /* a command that traces rays, and no top-level structure is visible to it */
-    READ_AFTER_SHADER,  /* a build reads what a shader must have written */
+    EARLY_TRACE,       /* a command that traces rays, and no top-level structure is visible to it */
+    READ_AFTER_SHADER, /* a build reads what a shader must have written */
 };
 
 struct hazard {

@@ -159,8 +159,9 @@ static void append_bytes(struct text_buffer *text, const struct hazard_bytes *by
 static void append_trace(struct text_buffer *text, struct message *message,
                          const struct hazard_report *report)
 {
-    text_append(text, " traces rays, and no top-level structure is visible to it. The last one that "
-                      "was built is ");
+    text_append(text,
+                " traces rays, and no top-level structure is visible to it. The last one that "
+                "was built is ");
     append_object_of(text, message, &report->earlier);
     text_append(text, ": ");
     append_member(text, &report->earlier);
@@ -175,9 +176,10 @@ static void append_shader(struct text_buffer *text, struct message *message,
     text_append(text, " reads ");
     append_object_of(text, message, &report->later);
     append_bytes(text, &report->hazard.bytes);
-    text_append(text, " The data have changed since the last build that read them. No other command "
-                      "can have written them, so a shader did. The last command with shaders "
-                      "before this one is %s",
+    text_append(text,
+                " The data have changed since the last build that read them. No other command "
+                "can have written them, so a shader did. The last command with shaders "
+                "before this one is %s",
                 report->earlier.command);
     append_place(text, message, &report->earlier);
     text_append(text, ".");

@@ -32,17 +32,16 @@ static void make_pipeline(struct play *play, struct play_shader *shader, const u
     if (shader->pipeline)
         return;
     GET(play->vk.CreatePipelineLayout(play->device,
-                                      &MAKE(VkPipelineLayoutCreateInfo,
-                                            .pushConstantRangeCount = 1,
+                                      &MAKE(VkPipelineLayoutCreateInfo, .pushConstantRangeCount = 1,
                                             .pPushConstantRanges = &range),
                                       NULL, &shader->layout));
     GET(play->vk.CreateShaderModule(
         play->device, &MAKE(VkShaderModuleCreateInfo, .codeSize = size, .pCode = words), NULL,
         &module));
     const STRUCT(VkComputePipelineCreateInfo, info,
-                 .stage = MAKE(VkPipelineShaderStageCreateInfo,
-                               .stage = VK_SHADER_STAGE_COMPUTE_BIT, .module = module,
-                               .pName = "main"),
+                 .stage =
+                     MAKE(VkPipelineShaderStageCreateInfo, .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                          .module = module, .pName = "main"),
                  .layout = shader->layout);
     GET(play->vk.CreateComputePipelines(play->device, VK_NULL_HANDLE, 1, &info, NULL,
                                         &shader->pipeline));
@@ -75,9 +74,8 @@ static void trace(struct play *play, const char *name)
                  .accelerationStructure = play_object(play, name)->structure);
     make_pipeline(play, shader, trace_words, sizeof(trace_words));
     dispatch(play, shader,
-             &(struct constants){
-                 .address = play->vk.GetAccelerationStructureDeviceAddressKHR(play->device,
-                                                                              &info)});
+             &(struct constants){.address = play->vk.GetAccelerationStructureDeviceAddressKHR(
+                                     play->device, &info)});
 }
 
 bool play_shader(struct play *play, char **words)

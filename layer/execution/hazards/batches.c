@@ -96,7 +96,7 @@ const struct hazard_input *hazard_batch_references(const struct hazard_batch_rec
 
 /* Returns NULL if the input is unknown, or if the build has executed twice. */
 static const struct hazard_input *find_input(const struct hazard_batch_record *batch,
-                                               const struct hazard_place *place)
+                                             const struct hazard_place *place)
 {
     const struct hazard_input *all = batch->inputs;
     const uint32_t at = find_place(batch, place);

@@ -19,8 +19,8 @@ enum hazard_input_kind {
 /* A build, and a geometry. */
 struct hazard_place {
     const struct journal *journal;
-    uint32_t position; /* of the build in its command buffer */
-    uint32_t kind : 2; /* enum hazard_input_kind */
+    uint32_t position;      /* of the build in its command buffer */
+    uint32_t kind : 2;      /* enum hazard_input_kind */
     uint32_t geometry : 30; /* of a reference: 0 */
 };
 

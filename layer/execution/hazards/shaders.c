@@ -52,7 +52,7 @@ bool shader_judge_trace(struct shader_judge *judge, enum access_kind kind, struc
 struct input_read {
     uint64_t begin, end;
     uint64_t stride, size, hash; /* of the data that the last build read */
-    uint64_t first_open;         /* see hazards_first_open_write(), at that build; 0: there was none */
+    uint64_t first_open; /* see hazards_first_open_write(), at that build; 0: there was none */
 };
 
 /* Of one memory object, in ascending order of `begin`. */

@@ -21,8 +21,8 @@ enum { TOP_LEVELS_KEPT = 64 };
 /* Elements that a build has read: vertices, boxes or instances. */
 struct data_read {
     struct hazard_bytes bytes; /* from the first to the last one */
-    uint64_t stride, size;     /* between elements, and of each; what lies between them is not read */
-    uint64_t hash;             /* of the elements */
+    uint64_t stride, size; /* between elements, and of each; what lies between them is not read */
+    uint64_t hash;         /* of the elements */
 };
 
 struct shader_judge {

@@ -154,8 +154,8 @@ static void report_elements(const struct content *content, VkDeviceOrHostAddress
 {
     const struct check_context *context = content->walk->context;
     const struct geometry_view *geometry = content->range->geometry;
-    const uint8_t *bytes = context->hooks->reads ? content_find(content, address, offset, read.count,
-                                                                read.stride, read.size)
+    const uint8_t *bytes = context->hooks->reads ? content_find(content, address, offset,
+                                                                read.count, read.stride, read.size)
                                                  : NULL;
     if (!bytes || geometry->build->call->command == COMMAND_NV)
         return;
@@ -174,7 +174,8 @@ static void report_vertices(const struct content *content,
                             uint32_t smallest)
 {
     const struct content_indices *indices = &content->indices;
-    const uint64_t stride = triangles->vertexStride, size = format_position_size(triangles->vertexFormat);
+    const uint64_t stride = triangles->vertexStride,
+                   size = format_position_size(triangles->vertexFormat);
     uint64_t offset = content_vertex_offset(content->range->range, indices->size, stride);
     struct elements_read read = {.count = indices->count, .stride = stride, .size = size};
     if (!size || offset == UINT64_MAX)

@@ -53,8 +53,8 @@ struct check_hooks {
      * needed. */
     void (*indexes)(void *user, uint32_t build, uint32_t geometry, uint32_t smallest,
                     uint32_t largest);
-    /* Elements that a device build has read, a multiple of `stride` behind an address, and a hash of
-     * them. At most once for each geometry. NULL: not needed. */
+    /* Elements that a device build has read, a multiple of `stride` behind an address, and a hash
+     * of them. At most once for each geometry. NULL: not needed. */
     void (*reads)(void *user, uint32_t build, uint32_t geometry, const struct elements_read *read);
     /* Returns whether another device of the process has such an object with that handle. */
     bool (*of_another_device)(void *user, enum resource_kind kind, uint64_t handle);

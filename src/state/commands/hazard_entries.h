@@ -13,7 +13,7 @@
 enum hazard_role {
     HAZARD_DST,     /* dst of a build or copy; dstBuffer */
     HAZARD_TOP_DST, /* of a build of a top-level structure, or of a copy to one */
-    HAZARD_SRC, /* src of a build, copy or query; srcBuffer */
+    HAZARD_SRC,     /* src of a build, copy or query; srcBuffer */
     HAZARD_SCRATCH,
     HAZARD_VERTICES,
     HAZARD_INDICES,
