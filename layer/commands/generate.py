@@ -446,7 +446,7 @@ class Generator:
     def __init__(self, registry, files, only):
         self.registry = registry
         self.checks = Checks(registry)
-        rows = [row for file in files for row in row_files.read_rows(file)]
+        rows = row_files.read_files(files)
         if only:
             rows = [row for row in rows if row.keep_only(ONLY[only])]
         self.entries = [self.entry(command, row) for row in rows

@@ -158,7 +158,7 @@ static void indexes(void *user, uint32_t build, uint32_t geometry, uint32_t smal
     hazard_checks_add(ran->device->hazard_checks, ran->batch, &indices);
 }
 
-/* Data in memory that only commands with buffers write. */
+/* Data in memory that only commands write which are known, and only as part of buffers. */
 static void reads(void *user, uint32_t build, uint32_t geometry, const struct elements_read *read)
 {
     const struct read_call *call = user;
@@ -170,7 +170,7 @@ static void reads(void *user, uint32_t build, uint32_t geometry, const struct el
     const struct memory_facts memory = resources_find_memory(resources, facts.memory);
     const uint64_t id = resources_find_memory_id(resources, facts.memory);
     if (facts.status != ADDRESS_IN_BUFFER || end > facts.bytes_left || facts.is_sparse || !id ||
-        memory.is_shared)
+        memory.is_shared || ran->device->facts.newer_than_registry)
         return;
     const struct hazard_input input = {
         .place = {call->journal, call->first + build, INPUT_DATA, geometry},

@@ -20,7 +20,8 @@ static bool add_command(struct hazard_recording *recording, const char *name,
                         enum access_kind write)
 {
     struct journal *journal = recording->journal;
-    if (journal->shaders_end == journal->entries.next && journal->shaders_name == name)
+    if (journal->shaders_end && journal->shaders_end == journal->entries.next &&
+        journal->shaders_name == name)
         return false;
     hazard_recording_command(recording, name, NULL);
     add(recording, write);

@@ -42,7 +42,7 @@ void play_create_buffer(struct play *play, struct play_object *object)
                  .usage = info.usage | VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX);
     if (play_has(play, "VK_AMDX_dense_geometry_format"))
         info.pNext = &flags;
-    object->buffer = (object->name[0] == 'D' ? buffer_create_unmapped : buffer_create)(
+    object->buffer = (object->name[0] == 'U' ? buffer_create_unmapped : buffer_create)(
         &play->vk, play->device, play->memory_type, &info);
     name_object(play, VK_OBJECT_TYPE_BUFFER, (uint64_t)object->buffer.handle, object->name);
 }

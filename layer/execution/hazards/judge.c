@@ -421,6 +421,8 @@ bool hazard_judge_begin(struct hazard_judge *judge, struct layer_device *device)
     judge->batches = execution_order_batches(device->order);
     judge->hazards = hazards_create(found, judge);
     shader_judge_begin(&judge->shaders, judge->hazards);
+    /* A shader may trace a null descriptor, or a structure that an unknown command built. */
+    judge->shaders.lacks_tops = device->facts.null_descriptor;
     return judge->hazards;
 }
 
