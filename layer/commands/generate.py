@@ -228,7 +228,7 @@ class Entry:
     def call(self, call):
         """The call of an observer as an expression."""
         places = {"command": "&recording", "recording": "&recording",
-                  "down": f"layer->vk.{self.command.name}"}
+                  "down": f"layer->vk.{self.command.name}", "name": f'"vk{self.command.name}"'}
         return f"{call.function}({', '.join(places.get(a, a) for a in call.arguments)})"
 
     def begin_recording(self, call):
@@ -446,7 +446,7 @@ class Generator:
     def __init__(self, registry, files, only):
         self.registry = registry
         self.checks = Checks(registry)
-        rows = [row for file in files for row in row_files.read_rows(file)]
+        rows = row_files.read_files(files)
         if only:
             rows = [row for row in rows if row.keep_only(ONLY[only])]
         self.entries = [self.entry(command, row) for row in rows

@@ -104,8 +104,14 @@ def read_rows(path):
         else:
             raise ValueError(f"{path.name}: unknown keyword {word[1]}")
         at = len(text) if not text[at:].strip() else at
+    return rows
+
+
+def read_files(paths):
+    """The rows of all files. A command has one."""
+    rows = [row for path in paths for row in read_rows(path)]
     names = [row.name for row in rows]
-    for name in names:
+    for name in set(names):
         if names.count(name) > 1:
             raise ValueError(f"{name} has two rows")
     return rows

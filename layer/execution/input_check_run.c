@@ -151,19 +151,41 @@ static void indexes(void *user, uint32_t build, uint32_t geometry, uint32_t smal
     const struct read_call *call = user;
     const struct ran_execution *ran = call->reading->ran;
     const struct hazard_input indices = {
-        .place = {call->journal, call->first + build, .has_indices = true, .geometry = geometry},
+        .place = {call->journal, call->first + build, INPUT_INDICES, geometry},
         .smallest = smallest,
         .largest = largest,
     };
     hazard_checks_add(ran->device->hazard_checks, ran->batch, &indices);
 }
 
-static const struct check_hooks hooks = {.found = found,
-                                         .find_sizes = find_sizes,
-                                         .refers = refers,
-                                         .query_addresses = query_addresses,
-                                         .indexes = indexes,
-                                         .of_another_device = of_another_device};
+/* Data in memory that only commands write which are known, and only as part of buffers. */
+static void reads(void *user, uint32_t build, uint32_t geometry, const struct elements_read *read)
+{
+    const struct read_call *call = user;
+    const struct ran_execution *ran = call->reading->ran;
+    struct resources *resources = ran->device->resources;
+    const uint64_t end = (read->count - 1) * read->stride + read->size;
+    struct address_facts facts;
+    resources_look_up_address(resources, read->address, &facts);
+    const struct memory_facts memory = resources_find_memory(resources, facts.memory);
+    const uint64_t id = resources_find_memory_id(resources, facts.memory);
+    if (facts.status != ADDRESS_IN_BUFFER || end > facts.bytes_left || facts.is_sparse || !id ||
+        memory.is_shared || ran->device->facts.newer_than_registry)
+        return;
+    const struct hazard_input input = {
+        .place = {call->journal, call->first + build, INPUT_DATA, geometry},
+        .data = {{id, facts.begin, facts.begin + end}, read->stride, read->size, read->hash},
+    };
+    hazard_checks_add(ran->device->hazard_checks, ran->batch, &input);
+}
+
+#define HOOKS                                                                                      \
+    .found = found, .find_sizes = find_sizes, .query_addresses = query_addresses,                  \
+    .of_another_device = of_another_device
+
+static const struct check_hooks hooks = {HOOKS};
+static const struct check_hooks hazard_hooks = {HOOKS, .refers = refers, .indexes = indexes,
+                                                .reads = reads};
 
 static struct read_call *begin_call(struct reading *reading, const struct journal *journal,
                                     const struct recorded_place *place)
@@ -177,7 +199,7 @@ static struct read_call *begin_call(struct reading *reading, const struct journa
     call->first = place->position - place->info;
     call->command = place->command;
     call->context = (struct check_context){
-        .hooks = &hooks,
+        .hooks = device->hazard_checks ? &hazard_hooks : &hooks,
         .user = call,
         .level = device->level,
         .active = device->active_rules[place->command],

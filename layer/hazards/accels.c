@@ -28,6 +28,18 @@ static void add_nv(struct hazard_recording *recording, enum access_kind kind, en
     nv_shape_release(facts.created);
 }
 
+/* The dst of a copy or deserialization. One that may be a top-level structure counts as one. */
+static void add_dst(struct hazard_recording *recording, enum access_kind kind,
+                    VkAccelerationStructureKHR handle)
+{
+    struct accel_facts facts;
+    struct hazard_use use = {.kind = kind, .role = HAZARD_TOP_DST};
+    resources_look_up_accel(recording->device->resources, handle, &facts);
+    if (facts.memory && facts.type == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)
+        use.role = HAZARD_DST;
+    hazard_recording_add_accel(recording, &use, &facts, 1);
+}
+
 /* UUIDs of the driver and of the format, two sizes, and the number of references. */
 enum { SERIALIZATION_HEADER = 2 * VK_UUID_SIZE + 3 * sizeof(uint64_t) };
 
@@ -38,6 +50,8 @@ static void add_header(struct hazard_recording *recording, enum access_kind kind
     const struct hazard_use use = {.kind = kind, .role = HAZARD_MEMORY};
     resources_look_up_address(recording->device->resources, address, &facts);
     hazard_recording_add_address(recording, &use, &facts, 0, SERIALIZATION_HEADER);
+    if (access_is_write(kind))
+        hazard_recording_add_anywhere(recording, &use);
 }
 
 static void add_host_header(struct hazard_recording *recording, enum access_kind kind,
@@ -53,14 +67,14 @@ void hazards_copy_accel(struct hazard_recording *recording,
                         const VkCopyAccelerationStructureInfoKHR *info)
 {
     add_accel(recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, info->src);
-    add_accel(recording, ACCESS_COPY_ACCEL_WRITE, HAZARD_DST, info->dst);
+    add_dst(recording, ACCESS_COPY_ACCEL_WRITE, info->dst);
 }
 
 void hazards_copy_nv_accel(struct hazard_recording *recording, VkAccelerationStructureNV dst,
                            VkAccelerationStructureNV src)
 {
     add_nv(recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, src);
-    add_nv(recording, ACCESS_COPY_ACCEL_WRITE, HAZARD_DST, dst);
+    add_nv(recording, ACCESS_COPY_ACCEL_WRITE, HAZARD_TOP_DST, dst);
 }
 
 void hazards_write_accel(struct hazard_recording *recording,
@@ -74,7 +88,7 @@ void hazards_read_accel(struct hazard_recording *recording,
                         const VkCopyMemoryToAccelerationStructureInfoKHR *info)
 {
     add_header(recording, ACCESS_COPY_ACCEL_TRANSFER_READ, info->src.deviceAddress);
-    add_accel(recording, ACCESS_COPY_ACCEL_WRITE, HAZARD_DST, info->dst);
+    add_dst(recording, ACCESS_COPY_ACCEL_WRITE, info->dst);
 }
 
 void hazards_query_accels(struct hazard_recording *recording, uint32_t count,
@@ -97,14 +111,14 @@ void hazards_copy_accel_on_host(struct hazard_recording *recording,
                                 const VkCopyAccelerationStructureInfoKHR *info)
 {
     add_accel(recording, ACCESS_HOST_READ, HAZARD_SRC, info->src);
-    add_accel(recording, ACCESS_HOST_WRITE, HAZARD_DST, info->dst);
+    add_dst(recording, ACCESS_HOST_WRITE, info->dst);
 }
 
 void hazards_read_accel_on_host(struct hazard_recording *recording,
                                 const VkCopyMemoryToAccelerationStructureInfoKHR *info)
 {
     add_host_header(recording, ACCESS_HOST_READ, info->src.hostAddress);
-    add_accel(recording, ACCESS_HOST_WRITE, HAZARD_DST, info->dst);
+    add_dst(recording, ACCESS_HOST_WRITE, info->dst);
 }
 
 void hazards_write_accel_on_host(struct hazard_recording *recording,
@@ -261,6 +275,7 @@ void hazards_write_micromap(struct hazard_recording *recording,
     add_bytes(recording, &memory_write,
               (VkDeviceOrHostAddressConstKHR){.deviceAddress = info->dst.deviceAddress}, false,
               HEADER_SIZE);
+    hazard_recording_add_anywhere(recording, &memory_write);
 }
 
 void hazards_query_micromaps(struct hazard_recording *recording, uint32_t count,

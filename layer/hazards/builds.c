@@ -41,9 +41,11 @@ static VkDeviceSize size_in_structure(const struct build_view *build)
 /* An update in place writes what it reads. */
 static void add_structures(struct hazard_recording *recording, const struct build_view *build)
 {
-    struct hazard_use use = {.kind = is_host(build) ? ACCESS_HOST_WRITE : ACCESS_BUILD_ACCEL_WRITE,
-                             .role = HAZARD_DST,
-                             .info = build->index};
+    struct hazard_use use = {
+        .kind = is_host(build) ? ACCESS_HOST_WRITE : ACCESS_BUILD_ACCEL_WRITE,
+        .role = build->info->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR ? HAZARD_TOP_DST
+                                                                                  : HAZARD_DST,
+        .info = build->index};
     VkDeviceSize size = size_in_structure(build);
     hazard_recording_add_accel(recording, &use, &build->dst, size);
     if (!build_is_update(build->info) || build_is_in_place(build->info))
@@ -182,7 +184,7 @@ const struct build_recorder *hazards_build_recorder(void)
 
 static void add_nv_structures(struct hazard_recording *recording, const struct nv_call_view *view)
 {
-    struct hazard_use use = {.kind = ACCESS_BUILD_ACCEL_WRITE, .role = HAZARD_DST};
+    struct hazard_use use = {.kind = ACCESS_BUILD_ACCEL_WRITE, .role = HAZARD_TOP_DST};
     hazard_recording_add_nv(recording, &use, &view->dst_facts);
     if (!view->update || view->src == view->dst)
         return;

@@ -115,6 +115,16 @@ static void add(const struct input *input, enum hazard_role role,
     hazards_add_elements(input->recording, &use, elements);
 }
 
+/* Level content reads the data, and shaders may be what wrote them. */
+static void await_data(const struct input *input, const struct address_facts *facts)
+{
+    struct resources *resources = input->recording->device->resources;
+    if (!input->is_host && input->recording->device->level >= LEVEL_CONTENT &&
+        facts->status == ADDRESS_IN_BUFFER &&
+        !resources_find_memory(resources, facts->memory).is_shared)
+        input->recording->journal->awaits_inputs = true;
+}
+
 /* An input of an extension's structure; nothing if the address is 0. */
 static void add_other(const struct input *input, VkDeviceOrHostAddressConstKHR address,
                       struct hazard_elements *elements)
@@ -169,6 +179,7 @@ static void add_vertices(const struct input *input,
         .size = format_position_size(triangles->vertexFormat),
     };
     add_vertices_of(input, HAZARD_VERTICES, triangles->vertexData, &vertices);
+    await_data(input, &input->geometry->vertex);
     if (!motion)
         return;
     vertices.facts = chained_facts(input, INPUT_MOTION_VERTEX);
@@ -295,6 +306,7 @@ static void add_boxes(const struct input *input)
                                   .count = input->range->primitiveCount,
                                   .stride = aabbs->stride,
                                   .size = sizeof(VkAabbPositionsKHR)});
+    await_data(input, &input->geometry->data);
 }
 
 /* Motion instances are 160 bytes apart. What surely is read of one is as much as an instance

@@ -48,6 +48,8 @@ bool hazard_recording_begin(struct hazard_recording *recording, VkCommandBuffer 
 void hazard_recording_add(struct hazard_recording *recording, const struct hazard_use *use,
                           VkObjectType type, uint64_t object, const struct hazard_bytes *bytes)
 {
+    if (!bytes->memory && access_is_write(use->kind))
+        hazard_recording_add_anywhere(recording, use);
     if (!bytes->memory || bytes->begin >= bytes->end)
         return;
     struct hazard_entry *access = hazard_add(recording->journal, HAZARD_ACCESS);
@@ -61,6 +63,17 @@ void hazard_recording_add(struct hazard_recording *recording, const struct hazar
                                         .object = object,
                                         .object_type = type,
                                         .bytes = *bytes};
+}
+
+void hazard_recording_add_anywhere(struct hazard_recording *recording, const struct hazard_use *use)
+{
+    struct hazard_entry *access = hazard_add(recording->journal, HAZARD_ACCESS);
+    if (!access)
+        return;
+    access->access = (unsigned char)use->kind;
+    access->role = (unsigned char)use->role;
+    access->info = use->info;
+    access->geometry = use->geometry;
 }
 
 static inline VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
@@ -79,8 +92,9 @@ void hazard_recording_add_buffer(struct hazard_recording *recording, enum access
 {
     const struct hazard_use use = {.kind = kind, .role = role};
     struct memory_bytes all;
-    if (!resources_find_buffer_bytes(recording->device->resources, buffer, &all) ||
-        offset >= all.size)
+    if (!resources_find_buffer_bytes(recording->device->resources, buffer, &all))
+        all = (struct memory_bytes){.size = VK_WHOLE_SIZE};
+    if (offset >= all.size)
         return;
     VkDeviceSize begin = all.begin + offset;
     const struct hazard_bytes bytes = {all.memory_id, begin,
@@ -93,8 +107,10 @@ void hazard_recording_add_address(struct hazard_recording *recording, const stru
                                   const struct address_facts *facts, VkDeviceSize begin,
                                   VkDeviceSize end)
 {
-    if (facts->status != ADDRESS_IN_BUFFER)
+    if (facts->status != ADDRESS_IN_BUFFER) {
+        hazard_recording_add(recording, use, VK_OBJECT_TYPE_BUFFER, 0, &(struct hazard_bytes){0});
         return;
+    }
     const struct hazard_bytes bytes = {memory_id(recording, facts->memory),
                                        facts->begin + smaller_of(begin, facts->bytes_left),
                                        facts->begin + smaller_of(end, facts->bytes_left)};
@@ -105,11 +121,10 @@ void hazard_recording_add_address(struct hazard_recording *recording, const stru
 void hazard_recording_add_accel(struct hazard_recording *recording, const struct hazard_use *use,
                                 const struct accel_facts *facts, VkDeviceSize size)
 {
-    const struct hazard_bytes bytes = {memory_id(recording, facts->memory), facts->begin,
-                                       facts->begin + smaller_of(size, facts->size)};
-    if (!facts->is_sparse)
-        hazard_recording_add(recording, use, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                             (uint64_t)(uintptr_t)facts->handle, &bytes);
+    const struct hazard_bytes bytes = {facts->is_sparse ? 0 : memory_id(recording, facts->memory),
+                                       facts->begin, facts->begin + smaller_of(size, facts->size)};
+    hazard_recording_add(recording, use, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                         (uint64_t)(uintptr_t)facts->handle, &bytes);
 }
 
 void hazard_recording_add_nv(struct hazard_recording *recording, const struct hazard_use *use,
@@ -134,7 +149,7 @@ struct image {
 
 struct hazard_objects {
     struct reader_lock lock;
-    struct handle_table images, render_passes;
+    struct handle_table images, render_passes, tracing[TRACING_OBJECTS];
 };
 
 struct hazard_objects *hazard_objects_create(void)
@@ -148,6 +163,8 @@ void hazard_objects_destroy(struct hazard_objects *objects)
         return;
     handle_table_drop(&objects->images, free);
     handle_table_drop(&objects->render_passes, free);
+    for (unsigned i = 0; i < TRACING_OBJECTS; i++)
+        handle_table_drop(&objects->tracing[i], free);
     free(objects);
 }
 
@@ -224,6 +241,25 @@ const struct subpass_dependency *hazard_objects_dependencies(struct hazard_objec
         return NULL;
     *count = record->count;
     return record->dependencies;
+}
+
+/* ---- shaders with ray queries by handle: a record says that there is one */
+
+void hazard_objects_set_tracing(struct hazard_objects *objects, enum tracing_object type,
+                                uint64_t handle, bool traces)
+{
+    if (objects && handle && (traces || hazard_objects_trace(objects, type, handle)))
+        set(objects, &objects->tracing[type], handle, traces ? malloc(1) : NULL);
+}
+
+bool hazard_objects_trace(struct hazard_objects *objects, enum tracing_object type, uint64_t handle)
+{
+    if (!objects || !handle)
+        return false;
+    unsigned stripe = reader_lock_enter(&objects->lock);
+    const bool traces = handle_table_find(&objects->tracing[type], handle);
+    reader_lock_leave(&objects->lock, stripe);
+    return traces;
 }
 
 /* ---- records what host commands access */

@@ -38,10 +38,14 @@ struct hazard_use {
     uint32_t info, geometry;
 };
 
-/* Adds an access to bytes of memory; no access if the memory is 0 or there are no bytes. `object`:
- * a handle of that type, 0 if it is unknown. */
+/* Adds an access to bytes of memory; none if there are no bytes. If the memory is 0, a write counts
+ * as one anywhere, and a read is left out. `object`: a handle of that type, 0 if it is unknown. */
 void hazard_recording_add(struct hazard_recording *recording, const struct hazard_use *use,
                           VkObjectType type, uint64_t object, const struct hazard_bytes *bytes);
+
+/* Adds an access to bytes that are not known: a trace, or a write anywhere. */
+void hazard_recording_add_anywhere(struct hazard_recording *recording,
+                                   const struct hazard_use *use);
 
 /* Adds an access to bytes [offset, offset + size) of a buffer, up to its end; VK_WHOLE_SIZE: all
  * bytes from `offset` on. */
@@ -61,8 +65,8 @@ void hazard_recording_add_accel(struct hazard_recording *recording, const struct
 void hazard_recording_add_nv(struct hazard_recording *recording, const struct hazard_use *use,
                              const struct nv_accel_facts *facts);
 
-/* ---- Objects that only the hazard check tracks: formats of images, and dependencies of render
- * passes. Has a lock of its own. */
+/* ---- Objects that only the hazard check tracks: formats of images, dependencies of render passes,
+ * and which shader modules and pipelines trace rays. Has a lock of its own. */
 
 struct hazard_objects;
 
@@ -91,6 +95,13 @@ void hazard_objects_remove_render_pass(struct hazard_objects *objects, VkRenderP
 const struct subpass_dependency *hazard_objects_dependencies(struct hazard_objects *objects,
                                                              VkRenderPass render_pass,
                                                              uint32_t *count);
+
+/* Modules and compute pipelines of shaders with ray queries; others have no record. */
+enum tracing_object { TRACING_MODULE, TRACING_PIPELINE, TRACING_OBJECTS };
+void hazard_objects_set_tracing(struct hazard_objects *objects, enum tracing_object type,
+                                uint64_t handle, bool traces);
+bool hazard_objects_trace(struct hazard_objects *objects, enum tracing_object type,
+                          uint64_t handle);
 
 /* ---- records what host commands access, and mapped memory behind host addresses */
 

@@ -38,11 +38,25 @@ static bool has_instances(const struct layer_device *device,
     return device->memory.memoryHeaps[heap].flags & VK_MEMORY_HEAP_MULTI_INSTANCE_BIT;
 }
 
+/* Whether the allocation is imported or may be exported, as far as is known. */
+static bool is_shared(const VkMemoryAllocateInfo *info)
+{
+    bool found = false;
+    for (const VkBaseInStructure *each = info->pNext; each && !found; each = each->pNext)
+        found = each->sType != VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO &&
+                each->sType != VK_STRUCTURE_TYPE_MEMORY_DEDICATED_ALLOCATE_INFO &&
+                each->sType != VK_STRUCTURE_TYPE_MEMORY_PRIORITY_ALLOCATE_INFO_EXT &&
+                each->sType != VK_STRUCTURE_TYPE_MEMORY_OPAQUE_CAPTURE_ADDRESS_ALLOCATE_INFO;
+    return found;
+}
+
 void note_allocation(struct layer_device *device, const VkMemoryAllocateInfo *info,
                      VkDeviceMemory memory)
 {
     resources_add_memory(device->resources, memory, info->allocationSize, info->memoryTypeIndex,
                          properties_of(device, info->memoryTypeIndex), has_instances(device, info));
+    if (device->hazard_checks && is_shared(info))
+        resources_share_memory(device->resources, memory);
 }
 
 void forget_memory(struct layer_device *device, VkDeviceMemory memory)
@@ -188,6 +202,7 @@ void note_accel_2(struct layer_device *device, VkAccelerationStructureKHR accel,
 
 void forget_accel(struct layer_device *device, VkAccelerationStructureKHR accel)
 {
+    hazard_checks_forget(device->hazard_checks, STRUCTURE_DESTROYED, (uint64_t)(uintptr_t)accel);
     note_destroyed(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)accel);
     structures_note_destroyed(device->structures, resources_remove_accel(device->resources, accel),
                               1);

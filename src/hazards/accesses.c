@@ -60,8 +60,9 @@ static bool is_racing(const struct hazards *hazards, access_mark earlier)
     return queue == HAZARD_HOST_QUEUE && batch != hazards_batch_of(hazards, queue, hazards->number);
 }
 
-static void report(struct hazards *hazards, struct piece *piece, access_mark earlier,
-                   enum hazard_type type, uint64_t number, const struct hazard_access *access)
+static struct hazard describe(const struct hazards *hazards, const struct piece *piece,
+                              access_mark earlier, enum hazard_type type, uint64_t number,
+                              const struct hazard_access *access)
 {
     const enum access_kind k = mark_kind(earlier);
     const enum sync_stage d = access_stage(access->kind);
@@ -79,6 +80,13 @@ static void report(struct hazards *hazards, struct piece *piece, access_mark ear
     if (type != WRITE_AFTER_READ)
         hazard.is_available = (frontier && frontier->available[k][d] >= earlier_number) ||
                               (piece->notes && barriers_reach(hazards, piece->notes, d));
+    return hazard;
+}
+
+static void report(struct hazards *hazards, struct piece *piece, access_mark earlier,
+                   enum hazard_type type, uint64_t number, const struct hazard_access *access)
+{
+    const struct hazard hazard = describe(hazards, piece, earlier, type, number, access);
     hazards->found(hazards->user, &hazard);
 }
 
@@ -223,6 +231,19 @@ uint64_t hazards_access(struct hazards *hazards, const struct hazard_access *acc
         hazards->has_failed = true;
     hazards_settle_failure(hazards);
     return number;
+}
+
+bool hazards_read_is_early(struct hazards *hazards, const struct hazard_access *read,
+                           struct hazard *hazard)
+{
+    struct hazard_memory *memory = hazards_memory(hazards, read->bytes.memory, false);
+    const struct piece *piece =
+        memory ? cursor_piece(ranges_find(&memory->ranges, read->bytes.begin)) : NULL;
+    if (!piece || piece->begin > read->bytes.begin || !piece->write ||
+        write_is_ordered(hazards, piece, read->kind))
+        return false;
+    *hazard = describe(hazards, piece, piece->write, READ_AFTER_WRITE, hazards->number, read);
+    return true;
 }
 
 uint64_t hazards_begin_command(struct hazards *hazards)

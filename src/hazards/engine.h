@@ -176,6 +176,20 @@ struct hazard_memory {
     struct ranges ranges;
 };
 
+/* Writes of unknown bytes, in ascending order: a ring of the last ones. */
+enum { WRITES_ANYWHERE = 4096 };
+struct writes_anywhere {
+    struct write_anywhere {
+        uint64_t number;
+        uint32_t queue;
+        enum access_kind kind;
+    } items[WRITES_ANYWHERE];
+    uint64_t first, end; /* positions, modulo WRITES_ANYWHERE */
+    uint64_t dropped;    /* the number of the last write that is not kept; 0: none */
+    uint64_t lost;       /* of the last one that was dropped before it was settled; 0: none */
+    uint32_t queues;     /* bits of the queues that had such writes */
+};
+
 struct hazards {
     void (*found)(void *user, const struct hazard *hazard);
     void *user;
@@ -194,6 +208,7 @@ struct hazards {
     struct signal *signals[HAZARD_SIGNALS]; /* by number % HAZARD_SIGNALS; NULL: none */
     struct hazard_memory *recent;           /* the memory of the last access, or NULL */
     uint64_t piece_count, swept_count;      /* of all memory; after the last sweep */
+    struct writes_anywhere writes;
 };
 
 /* Returns the frontier from a queue to the current one. Returns NULL, and notes the failure, if

@@ -109,17 +109,18 @@ static void cross_available(struct frontier *frontier, enum access_kind k,
     for (uint32_t i = 0; i < crossing->count; i++) {
         const struct hazard_barrier *barrier = &crossing->barriers[i];
         const struct dependency *dependency = &barrier->dependency;
+        const bool is_global = barrier->is_global || access_is_anywhere(k);
         uint64_t reach =
             scope_available(&crossing->scope, old, crossing->past_queue, dependency->src, k);
-        if (crossing->is_own && barrier->is_global)
+        if (crossing->is_own && is_global)
             reach = later_of(reach, scope_direct(&crossing->scope, dependency, k));
-        if (barrier->is_global && barrier->is_acquisition)
+        if (is_global && barrier->is_acquisition)
             reach = later_of(reach,
                              scope_executed(&crossing->scope, frontier->executed[access_stage(k)],
                                             crossing->past_queue, crossing->is_own, dependency->src,
                                             access_stage(k)));
         row_raise(frontier->available[k], dependency->dst, reach);
-        if (barrier->is_global)
+        if (is_global)
             row_raise(frontier->visible[k], dependency->dst_kinds & kinds_at(dependency->dst),
                       reach);
     }

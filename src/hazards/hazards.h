@@ -64,7 +64,14 @@ struct hazard_side {
     enum access_kind kind;
 };
 
-enum hazard_type { READ_AFTER_WRITE, WRITE_AFTER_READ, WRITE_AFTER_WRITE };
+enum hazard_type {
+    READ_AFTER_WRITE,
+    WRITE_AFTER_READ,
+    WRITE_AFTER_WRITE,
+    /* Only the caller can tell them: */
+    EARLY_TRACE,       /* a command that traces rays, and no top-level structure is visible to it */
+    READ_AFTER_SHADER, /* a build reads what a shader must have written */
+};
 
 struct hazard {
     enum hazard_type type;
@@ -122,6 +129,28 @@ void hazards_signal(struct hazards *hazards, uint64_t number, uint64_t previous,
 uint64_t hazards_begin_command(struct hazards *hazards);
 /* Returns the number of the access. Empty bytes are ignored (the number is still taken). */
 uint64_t hazards_access(struct hazards *hazards, const struct hazard_access *access);
+
+/* Whether the last write of the first byte is not visible to a read by the current command. Then
+ * fills `hazard`, whose later access has the last number that was given. The read is not kept. */
+bool hazards_read_is_early(struct hazards *hazards, const struct hazard_access *read,
+                           struct hazard *hazard);
+
+/* ---- Writes of unknown bytes, by shaders. The last ones are kept.
+ *
+ * If the data that a build reads has changed since an earlier build read it, and no access that was
+ * described can have written it, one of these writes has. It is a hazard if none of them is visible
+ * to the later build. */
+
+/* Describes such a write by the current command. `kind`: see access_is_anywhere(); ACCESS_KINDS: it
+ * happens at an unknown stage, and counts as visible. Returns its number. */
+uint64_t hazards_write_anywhere(struct hazards *hazards, enum access_kind kind);
+/* Returns the number of the first write that is not certainly visible to a read of that kind now:
+ * from it on, writes may happen after the read. */
+uint64_t hazards_first_open_write(struct hazards *hazards, enum access_kind read);
+/* Whether there are writes from the number `first` on, and none of them is visible to the read.
+ * Then fills `hazard` with the last of them; the later access has the last number given. */
+bool hazards_read_misses_writes(struct hazards *hazards, uint64_t first,
+                                const struct hazard_access *read, struct hazard *hazard);
 
 /* All dependencies of one vkCmdPipelineBarrier. They do not continue each other. */
 void hazards_barriers(struct hazards *hazards, const struct hazard_barrier *barriers,

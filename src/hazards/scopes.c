@@ -149,14 +149,19 @@ static stage_set with_later(stage_set named)
      VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_BINDING_TABLE_READ_BIT_KHR |         \
      VK_ACCESS_2_SHADER_TILE_ATTACHMENT_READ_BIT_QCOM)
 
+#define SHADER_WRITES                                                                              \
+    (VK_ACCESS_2_SHADER_WRITE_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |                         \
+     VK_ACCESS_2_SHADER_TILE_ATTACHMENT_WRITE_BIT_QCOM)
+
 static const struct {
     enum sync_stage stage;
     bool is_write;
     VkAccessFlags2 flags; /* each of them includes the kind; as do MEMORY_READ or MEMORY_WRITE */
+    stage_set stages;     /* a barrier that names one of these includes the kind; 0: `stage` */
     const char *stage_name, *flag_name;
 } kinds[ACCESS_KINDS] = {
 #define KIND(kind, stage, is_write, flags, stage_name, flag)                                       \
-    [ACCESS_##kind] = {stage, is_write, flags, stage_name, #flag}
+    [ACCESS_##kind] = {stage, is_write, flags, 0, stage_name, #flag}
 #define READ(kind, stage, stage_name, flag)                                                        \
     KIND(kind, stage, false, VK_ACCESS_2_##flag, stage_name, flag)
 #define WRITE(kind, stage, stage_name, flag)                                                       \
@@ -164,6 +169,8 @@ static const struct {
 #define AT_COPY "COPY_BIT"
 #define AT_HOST "HOST_BIT"
 #define AT_ACCEL_COPY "ACCELERATION_STRUCTURE_COPY_BIT_KHR"
+#define AT_COMPUTE "COMPUTE_SHADER_BIT"
+#define AT_RAYS "RAY_TRACING_SHADER_BIT_KHR"
     READ(BUILD_ACCEL_READ, SYNC_BUILD, AT_BUILD, ACCELERATION_STRUCTURE_READ_BIT_KHR),
     WRITE(BUILD_ACCEL_WRITE, SYNC_BUILD, AT_BUILD, ACCELERATION_STRUCTURE_WRITE_BIT_KHR),
     KIND(BUILD_SHADER_READ, SYNC_BUILD, false, SHADER_READS, AT_BUILD, SHADER_READ_BIT),
@@ -186,6 +193,12 @@ static const struct {
     WRITE(MICROMAP_TRANSFER_WRITE, SYNC_MICROMAP, AT_MICROMAP, TRANSFER_WRITE_BIT),
     READ(HOST_READ, SYNC_HOST, AT_HOST, HOST_READ_BIT),
     WRITE(HOST_WRITE, SYNC_HOST, AT_HOST, HOST_WRITE_BIT),
+    READ(COMPUTE_TRACE, SYNC_COMPUTE_SHADER, AT_COMPUTE, ACCELERATION_STRUCTURE_READ_BIT_KHR),
+    READ(RAYS_TRACE, SYNC_RAY_TRACING_SHADER, AT_RAYS, ACCELERATION_STRUCTURE_READ_BIT_KHR),
+    KIND(COMPUTE_WRITE, SYNC_COMPUTE_SHADER, true, SHADER_WRITES, AT_COMPUTE, SHADER_WRITE_BIT),
+    KIND(RAYS_WRITE, SYNC_RAY_TRACING_SHADER, true, SHADER_WRITES, AT_RAYS, SHADER_WRITE_BIT),
+    [ACCESS_GRAPHICS_WRITE] = {SYNC_DRAW_INDIRECT, true, SHADER_WRITES, GRAPHICS, AT_ALL,
+                               "SHADER_WRITE_BIT"},
 };
 
 /* Every access flag that the table does not have although the specification defines it. None is a
@@ -193,12 +206,10 @@ static const struct {
 static const VkAccessFlags2 untracked_accesses =
     VK_ACCESS_2_INDEX_READ_BIT | VK_ACCESS_2_VERTEX_ATTRIBUTE_READ_BIT |
     VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_INPUT_ATTACHMENT_READ_BIT |
-    VK_ACCESS_2_SHADER_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT |
-    VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT |
-    VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
+    VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT |
+    VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT |
     VK_ACCESS_2_VIDEO_DECODE_READ_BIT_KHR | VK_ACCESS_2_VIDEO_DECODE_WRITE_BIT_KHR |
     VK_ACCESS_2_VIDEO_ENCODE_READ_BIT_KHR | VK_ACCESS_2_VIDEO_ENCODE_WRITE_BIT_KHR |
-    VK_ACCESS_2_SHADER_TILE_ATTACHMENT_WRITE_BIT_QCOM |
     VK_ACCESS_2_TRANSFORM_FEEDBACK_WRITE_BIT_EXT |
     VK_ACCESS_2_TRANSFORM_FEEDBACK_COUNTER_READ_BIT_EXT |
     VK_ACCESS_2_TRANSFORM_FEEDBACK_COUNTER_WRITE_BIT_EXT |
@@ -216,6 +227,11 @@ static const VkAccessFlags2 untracked_accesses =
 enum sync_stage access_stage(enum access_kind kind)
 {
     return kinds[kind].stage;
+}
+
+stage_set access_stages(enum access_kind kind)
+{
+    return kinds[kind].stages ? kinds[kind].stages : BIT(kinds[kind].stage);
 }
 
 bool access_is_write(enum access_kind kind)
@@ -274,7 +290,7 @@ static kind_set named_kinds(VkAccessFlags2 flags, stage_set stages)
         const VkAccessFlags2 all =
             kinds[i].is_write ? VK_ACCESS_2_MEMORY_WRITE_BIT : VK_ACCESS_2_MEMORY_READ_BIT;
         known |= kinds[i].flags;
-        if (!(stages & BIT(kinds[i].stage)))
+        if (!(stages & access_stages((enum access_kind)i)))
             continue;
         at_stages |= (kind_set)1 << i;
         if (flags & (kinds[i].flags | all))

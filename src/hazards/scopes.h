@@ -23,12 +23,14 @@ enum sync_stage {
                       specification does not say which */
     SYNC_MICROMAP, /* MICROMAP_BUILD: all commands of micromaps */
     SYNC_HOST,
+    SYNC_COMPUTE_SHADER,
+    SYNC_RAY_TRACING_SHADER,
+    SYNC_DRAW_INDIRECT, /* draws: the first scope of each stage of graphics has it */
     SYNC_ACCESS_STAGES, /* stages from here on only continue chains */
     SYNC_CLEAR = SYNC_ACCESS_STAGES,
     SYNC_BLIT,
     SYNC_RESOLVE,
     SYNC_COPY_INDIRECT,
-    SYNC_DRAW_INDIRECT,
     SYNC_INDEX_INPUT,
     SYNC_VERTEX_ATTRIBUTE_INPUT,
     SYNC_VERTEX_SHADER,
@@ -44,8 +46,6 @@ enum sync_stage {
     SYNC_FRAGMENT_SHADER,
     SYNC_LATE_FRAGMENT_TESTS,
     SYNC_COLOR_OUTPUT,
-    SYNC_COMPUTE_SHADER,
-    SYNC_RAY_TRACING_SHADER,
     SYNC_CONDITIONAL_RENDERING,
     SYNC_COMMAND_PREPROCESS,
     SYNC_VIDEO, /* decode and encode */
@@ -78,13 +78,26 @@ enum access_kind {
     ACCESS_MICROMAP_TRANSFER_WRITE,
     ACCESS_HOST_READ, /* by a host command */
     ACCESS_HOST_WRITE,
+    ACCESS_COMPUTE_TRACE, /* a shader traces rays: it reads a top-level structure */
+    ACCESS_RAYS_TRACE,
+    /* A shader may write any bytes. A buffer barrier counts for all of them. */
+    ACCESS_COMPUTE_WRITE,
+    ACCESS_RAYS_WRITE,
+    ACCESS_GRAPHICS_WRITE, /* at any stage of a draw */
     ACCESS_KINDS,
 };
 
 typedef uint32_t kind_set; /* of bits 1 << enum access_kind */
 
 enum sync_stage access_stage(enum access_kind kind);
+/* A barrier whose masks have one of these stages may name the access. */
+stage_set access_stages(enum access_kind kind);
 bool access_is_write(enum access_kind kind);
+/* Whether the bytes of such accesses are unknown. */
+static inline bool access_is_anywhere(enum access_kind kind)
+{
+    return kind >= ACCESS_COMPUTE_WRITE;
+}
 
 /* What a device has enabled that decides which stages and accesses a barrier may name. */
 struct barrier_features {

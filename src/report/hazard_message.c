@@ -14,6 +14,10 @@ enum hazard_id hazard_id_of(const struct hazard *hazard)
         return hazard->is_racing ? HAZARD_ID_READ_RACING_WRITE : HAZARD_ID_READ_AFTER_WRITE;
     case WRITE_AFTER_READ:
         return hazard->is_racing ? HAZARD_ID_WRITE_RACING_READ : HAZARD_ID_WRITE_AFTER_READ;
+    case EARLY_TRACE:
+        return HAZARD_ID_EARLY_TRACE;
+    case READ_AFTER_SHADER:
+        return HAZARD_ID_LATE_SHADER;
     case WRITE_AFTER_WRITE:
         break;
     }
@@ -60,7 +64,7 @@ static void append_build_member(struct text_buffer *text, const struct hazard_ac
     if (access->role == HAZARD_REFERENCE)
         text_append(text, "an instance of ");
     text_append(text, "pInfos[%" PRIu32 "]", access->info);
-    if (access->role == HAZARD_DST)
+    if (access->role == HAZARD_DST || access->role == HAZARD_TOP_DST)
         text_append(text, ".dstAccelerationStructure");
     else if (access->role == HAZARD_SRC)
         text_append(text, ".srcAccelerationStructure");
@@ -76,6 +80,7 @@ static const char *plain_member(enum hazard_role role)
 {
     switch (role) {
     case HAZARD_DST:
+    case HAZARD_TOP_DST:
         return "dst";
     case HAZARD_SRC:
         return "src";
@@ -83,6 +88,8 @@ static const char *plain_member(enum hazard_role role)
         return "scratchData";
     case HAZARD_MEMORY:
         return "deviceAddress";
+    case HAZARD_SHADER:
+        return "a shader";
     default:
         return "an input";
     }
@@ -118,12 +125,11 @@ static const char *past_of(const struct hazard_access_text *access)
     return access_is_write(access->kind) ? "wrote" : "read";
 }
 
-/* Appends where the earlier access was recorded, such as: build 3 of VkCommandBuffer 0x12. */
+/* Appends where the command was recorded, such as: in VkCommandBuffer 0x12, build 3. */
 static void append_place(struct text_buffer *text, struct message *message,
                          const struct hazard_access_text *access)
 {
     const struct call_origin *origin = &access->origin;
-    text_append(text, " of %s", access->command);
     if (!origin->command_buffer)
         return;
     text_append(text, " in ");
@@ -150,14 +156,52 @@ static void append_bytes(struct text_buffer *text, const struct hazard_bytes *by
                     bytes->end - 1);
 }
 
+static void append_trace(struct text_buffer *text, struct message *message,
+                         const struct hazard_report *report)
+{
+    text_append(text,
+                " traces rays, and no top-level structure is visible to it. The last one that "
+                "was built is ");
+    append_object_of(text, message, &report->earlier);
+    text_append(text, ": ");
+    append_member(text, &report->earlier);
+    text_append(text, " of %s", report->earlier.command);
+    append_place(text, message, &report->earlier);
+    text_append(text, "%s wrote it.", report->earlier.origin.command_buffer ? "," : "");
+}
+
+static void append_shader(struct text_buffer *text, struct message *message,
+                          const struct hazard_report *report)
+{
+    text_append(text, " reads ");
+    append_object_of(text, message, &report->later);
+    append_bytes(text, &report->hazard.bytes);
+    text_append(text,
+                " The data have changed since the last build that read them. No other command "
+                "can have written them, so a shader did. The last command with shaders "
+                "before this one is %s",
+                report->earlier.command);
+    append_place(text, message, &report->earlier);
+    text_append(text, ".");
+}
+
 static void append_accesses(struct text_buffer *text, struct message *message,
                             const struct hazard_report *report)
 {
+    if (report->hazard.type == EARLY_TRACE) {
+        append_trace(text, message, report);
+        return;
+    }
+    if (report->hazard.type == READ_AFTER_SHADER) {
+        append_shader(text, message, report);
+        return;
+    }
     text_append(text, " %s ", verb_of(&report->later));
     append_object_of(text, message, &report->later);
     append_bytes(text, &report->hazard.bytes);
     text_append(text, " Earlier, ");
     append_member(text, &report->earlier);
+    text_append(text, " of %s", report->earlier.command);
     append_place(text, message, &report->earlier);
     text_append(text, "%s %s them", report->earlier.origin.command_buffer ? "," : "",
                 past_of(&report->earlier));
@@ -232,8 +276,9 @@ void message_of_hazard(struct message *message, const struct hazard_report *repo
     const struct location at = {.subject = later->is_build ? SUBJECT_BUILD : SUBJECT_CALL,
                                 .build = later->info};
     struct text_buffer text;
-    message_begin(message, &text, REPORT_ERROR,
-                  other_id_name(other_id_of_hazard(hazard_id_of(&report->hazard))));
+    const unsigned id = other_id_of_hazard(hazard_id_of(&report->hazard));
+    message_begin(message, &text, other_id_is_error(id) ? REPORT_ERROR : REPORT_WARNING,
+                  other_id_name(id));
     message_set_origin(message, &later->origin, later->command, LEVEL_EXECUTION, &at);
     text_append(&text, "%s(): ", later->command);
     size_t before = text.length;

@@ -372,3 +372,116 @@ TEST(pieces_are_found_without_memory_for_an_index)
     assert_int_equal(hazards_piece_count(hazards), 0);
     hazards_destroy(hazards);
 }
+
+/* ---- writes of unknown bytes */
+
+static uint64_t write_anywhere(struct hazards *hazards, enum access_kind kind)
+{
+    hazards_begin_command(hazards);
+    return hazards_write_anywhere(hazards, kind);
+}
+
+/* A barrier from writes of compute shaders, of no bytes, to the inputs of builds. */
+static void barrier_to_build(struct hazards *hazards)
+{
+    const struct hazard_barrier barrier = {
+        .dependency = {.src = 1 << SYNC_COMPUTE_SHADER,
+                       .dst = 1 << SYNC_BUILD,
+                       .src_kinds = 1 << ACCESS_COMPUTE_WRITE,
+                       .dst_kinds = 1 << ACCESS_BUILD_SHADER_READ}};
+    hazards_barriers(hazards, &barrier, 1);
+}
+
+static uint64_t first_open(struct hazards *hazards)
+{
+    return hazards_first_open_write(hazards, ACCESS_BUILD_SHADER_READ);
+}
+
+/* Returns the number of the write that is found, or 0. */
+static uint64_t missed(struct hazards *hazards, uint64_t first)
+{
+    struct hazard hazard;
+    const struct hazard_access read = {ACCESS_BUILD_SHADER_READ, {MEMORY, 0, 1}};
+    hazards_begin_command(hazards);
+    hazards_access(hazards, &read);
+    if (!hazards_read_misses_writes(hazards, first, &read, &hazard))
+        return 0;
+    assert_int_equal(hazard.type, READ_AFTER_SHADER);
+    return hazard.earlier.number;
+}
+
+TEST(the_last_of_the_writes_anywhere_that_a_read_misses_is_found)
+{
+    struct hazards *hazards = set_up();
+    begin_batch(hazards, 1, 0);
+    const uint64_t start = first_open(hazards);
+    assert_int_equal(missed(hazards, start), 0);
+    write_anywhere(hazards, ACCESS_COMPUTE_WRITE);
+    const uint64_t last_write = write_anywhere(hazards, ACCESS_GRAPHICS_WRITE);
+    assert_int_equal(missed(hazards, start), last_write);
+    assert_int_equal(missed(hazards, last_write + 1), 0);
+    write_anywhere(hazards, ACCESS_KINDS); /* at an unknown stage */
+    assert_int_equal(missed(hazards, start), 0);
+    hazards_end_batch(hazards);
+    hazards_destroy(hazards);
+}
+
+TEST(a_barrier_of_any_bytes_shows_writes_anywhere)
+{
+    struct hazards *hazards = set_up();
+    begin_batch(hazards, 1, 0);
+    const uint64_t start = first_open(hazards);
+    const uint64_t shown = write_anywhere(hazards, ACCESS_COMPUTE_WRITE);
+    assert_int_equal(first_open(hazards), shown);
+    barrier_to_build(hazards);
+    const uint64_t behind = first_open(hazards);
+    assert_true(behind > shown);
+    const uint64_t hidden = write_anywhere(hazards, ACCESS_COMPUTE_WRITE);
+    assert_int_equal(missed(hazards, start), 0);
+    assert_int_equal(missed(hazards, behind), hidden);
+    hazards_end_batch(hazards);
+    hazards_destroy(hazards);
+}
+
+/* A write of a batch that has completed may have happened before the read or after it: before a
+ * read that comes later, it has. */
+TEST(writes_anywhere_of_completed_batches_are_visible)
+{
+    struct hazards *hazards = set_up();
+    begin_batch(hazards, 1, 0);
+    const uint64_t start = first_open(hazards);
+    write_anywhere(hazards, ACCESS_COMPUTE_WRITE);
+    hazards_end_batch(hazards);
+    hazards_prune(hazards, (const uint64_t[]){0, 1}, 2);
+    begin_batch(hazards, 2, 1);
+    const uint64_t behind = first_open(hazards);
+    const uint64_t hidden = write_anywhere(hazards, ACCESS_COMPUTE_WRITE);
+    assert_int_equal(missed(hazards, start), 0);
+    assert_int_equal(missed(hazards, behind), hidden);
+    hazards_end_batch(hazards);
+    hazards_destroy(hazards);
+}
+
+/* Of more writes than are kept, the first ones may have happened after any read. */
+TEST(writes_anywhere_that_are_lost_stay_open_until_they_are_complete)
+{
+    enum { MANY = 5000 };
+    struct hazards *hazards = set_up();
+    begin_batch(hazards, 1, 0);
+    const uint64_t start = first_open(hazards);
+    for (uint32_t i = 0; i < MANY; i++)
+        write_anywhere(hazards, ACCESS_COMPUTE_WRITE);
+    assert_int_equal(missed(hazards, start), 0);
+    barrier_to_build(hazards);
+    const uint64_t open = first_open(hazards);
+    write_anywhere(hazards, ACCESS_COMPUTE_WRITE);
+    assert_int_equal(missed(hazards, open), 0);
+    hazards_end_batch(hazards);
+    hazards_prune(hazards, (const uint64_t[]){0, 1}, 2);
+    begin_batch(hazards, 2, 1);
+    const uint64_t behind = first_open(hazards);
+    const uint64_t hidden = write_anywhere(hazards, ACCESS_COMPUTE_WRITE);
+    assert_int_equal(missed(hazards, behind), hidden);
+    hazards_end_batch(hazards);
+    hazards_destroy(hazards);
+}

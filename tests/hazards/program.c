@@ -214,11 +214,13 @@ void program_play(const struct program *program, struct findings *findings)
 /* ---- printing */
 
 static const char *const kind_names[ACCESS_KINDS] = {
-    "build_accel_read",     "build_accel_write", "build_shader_read",    "build_indirect",
-    "build_micromap_read",  "accel_copy_read",   "accel_copy_write",     "accel_transfer_read",
-    "accel_transfer_write", "transfer_read",     "transfer_write",       "fill_write",
-    "micromap_read",        "micromap_write",    "micromap_shader_read", "micromap_copy_read",
-    "micromap_copy_write",  "host_read",         "host_write",
+    "build_accel_read",     "build_accel_write",   "build_shader_read", "build_indirect",
+    "build_micromap_read",  "accel_copy_read",     "accel_copy_write",  "accel_transfer_read",
+    "accel_transfer_write", "transfer_read",       "transfer_write",    "fill_write",
+    "marker_write",         "micromap_read",       "micromap_write",    "micromap_shader_read",
+    "micromap_copy_read",   "micromap_copy_write", "host_read",         "host_write",
+    "compute_trace",        "rays_trace",          "compute_write",     "rays_write",
+    "graphics_write",
 };
 
 /* The names of the bits; the others as a number. */
@@ -239,7 +241,8 @@ static void print_kinds(kind_set kinds)
 
 static void print_stages(stage_set stages)
 {
-    static const char *const names[] = {"build", "accel_copy", "copy", "fill", "micromap", "host"};
+    static const char *const names[] = {"build", "accel_copy", "copy", "fill",         "micromap",
+                                        "host",  "compute",    "rays", "draw_indirect"};
     if (stages == ALL_SYNC_STAGES)
         printf("all");
     else

@@ -73,7 +73,7 @@ static kind_set expected_kinds(stage_set named, const struct access_row *access)
 {
     kind_set kinds = 0;
     for (uint32_t kind = 0; kind < ACCESS_KINDS; kind++)
-        if (named >> access_stage((enum access_kind)kind) & 1 &&
+        if (named & access_stages((enum access_kind)kind) &&
             includes(access, (enum access_kind)kind))
             kinds |= 1u << kind;
     return kinds;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Compute shaders: those of the layer, which are known by their words, are carried out here. All
- * others do nothing. */
+/* Compute shaders: those of the layer, and one of the tests, are known by their words and carried
+ * out here. All others do nothing. */
 #include "internal.h"
 
 static const uint32_t copy_words[] = {
@@ -11,6 +11,10 @@ static const uint32_t gather_words[] = {
 };
 static const uint32_t guard_words[] = {
 #include "guard_comp.h"
+};
+
+static const uint32_t shade_words[] = {
+#include "shade_comp.h"
 };
 
 /* ---- shaders and pipelines */
@@ -26,6 +30,9 @@ static enum shader shader_of(const VkShaderModuleCreateInfo *info)
     if (info->codeSize == sizeof(guard_words) &&
         memcmp(info->pCode, guard_words, sizeof(guard_words)) == 0)
         return SHADER_GUARD;
+    if (info->codeSize == sizeof(shade_words) &&
+        memcmp(info->pCode, shade_words, sizeof(shade_words)) == 0)
+        return SHADER_SHADE;
     return SHADER_NONE;
 }
 
@@ -205,6 +212,22 @@ static void gather(const struct dispatch *dispatch)
     }
 }
 
+/* ---- tests/fixture/shaders/shade.comp */
+
+struct shade_constants {
+    uint64_t address;
+    uint32_t count;
+    float number;
+};
+
+static void shade(const struct dispatch *dispatch)
+{
+    struct shade_constants constants;
+    memcpy(&constants, dispatch->constants, sizeof(constants));
+    for (uint32_t i = 0; i < constants.count; i++)
+        address_write(constants.address + i * sizeof(float), &constants.number, sizeof(float));
+}
+
 void dispatch_execute(const struct dispatch *dispatch)
 {
     if (dispatch->shader == SHADER_COPY)
@@ -213,4 +236,6 @@ void dispatch_execute(const struct dispatch *dispatch)
         gather(dispatch);
     if (dispatch->shader == SHADER_GUARD)
         guard_execute(dispatch);
+    if (dispatch->shader == SHADER_SHADE)
+        shade(dispatch);
 }

@@ -82,7 +82,7 @@ struct private_value {
 };
 
 /* The layer's shaders (compute.c, guard.c). */
-enum shader { SHADER_NONE, SHADER_COPY, SHADER_GATHER, SHADER_GUARD };
+enum shader { SHADER_NONE, SHADER_COPY, SHADER_GATHER, SHADER_GUARD, SHADER_SHADE };
 
 struct dispatch {
     enum shader shader;

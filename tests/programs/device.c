@@ -147,6 +147,8 @@ struct device_features {
     VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense;
     VkPhysicalDeviceMaintenance5Features maintenance_5;
     VkPhysicalDeviceFaultFeaturesEXT fault;
+    VkPhysicalDeviceRayQueryFeaturesKHR ray_query;
+    VkPhysicalDeviceRayTracingPipelineFeaturesKHR ray_tracing;
 };
 
 #define FEATURES(member, type)                                                                     \
@@ -178,6 +180,9 @@ static const struct extension {
      FEATURES(spheres, RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV)},
     {"VK_AMDX_dense_geometry_format", false, FEATURES(dense, DENSE_GEOMETRY_FORMAT_FEATURES_AMDX)},
     {"VK_EXT_device_fault", false, FEATURES(fault, FAULT_FEATURES_EXT)},
+    {"VK_KHR_ray_query", false, FEATURES(ray_query, RAY_QUERY_FEATURES_KHR)},
+    {"VK_KHR_ray_tracing_pipeline", false,
+     FEATURES(ray_tracing, RAY_TRACING_PIPELINE_FEATURES_KHR)},
     {"VK_KHR_maintenance5", false, FEATURES(maintenance_5, MAINTENANCE_5_FEATURES)},
 };
 

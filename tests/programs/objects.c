@@ -42,7 +42,8 @@ void play_create_buffer(struct play *play, struct play_object *object)
                  .usage = info.usage | VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX);
     if (play_has(play, "VK_AMDX_dense_geometry_format"))
         info.pNext = &flags;
-    object->buffer = buffer_create(&play->vk, play->device, play->memory_type, &info);
+    object->buffer = (object->name[0] == 'U' ? buffer_create_unmapped : buffer_create)(
+        &play->vk, play->device, play->memory_type, &info);
     name_object(play, VK_OBJECT_TYPE_BUFFER, (uint64_t)object->buffer.handle, object->name);
 }
 
@@ -349,6 +350,7 @@ void play_destroy_objects(struct play *play)
     const VkuDeviceDispatchTable *vk = &play->vk;
     for (size_t i = 0; i < ARRAY_COUNT(play->pools); i++)
         vk->DestroyCommandPool(play->device, play->pools[i], NULL);
+    play_destroy_shaders(play);
     vk->DestroyFramebuffer(play->device, play->framebuffer, NULL);
     vk->DestroyRenderPass(play->device, play->render_pass, NULL);
     vk->DestroyFence(play->device, play->fence, NULL);

@@ -60,7 +60,8 @@ static void play_command(struct play *play, char **words)
     else if (!play_fault(play, words) && !play_foreign(play, words) && !play_host(play, words) &&
              !play_label(play, words) && !play_command_buffer(play, words) &&
              !play_life(play, words) && !play_records(play, words) && !play_submit(play, words) &&
-             !play_sync(play, words) && !play_copy(play, words) && !play_build(play, words))
+             !play_sync(play, words) && !play_shader(play, words) && !play_copy(play, words) &&
+             !play_build(play, words))
         play_fail(play, "unknown command");
 }
 

@@ -5,8 +5,8 @@
  * An object exists from its first use on. The first letter of its name says what it is:
  * B and T bottom- and top-level structures, M micromaps, E events, F images, P query pools,
  * c command buffers, d deferred operations, s binary semaphores, t timelines, q queues, all other
- * capital letters buffers. NAME+OFFSET is a place in a buffer. Each object has memory of its own,
- * unless the program says otherwise. */
+ * capital letters buffers, which the host has mapped but for U. NAME+OFFSET is a place in a buffer.
+ * Each object has memory of its own, unless the program says otherwise. */
 #ifndef ASSAY_TESTS_PROGRAMS_PLAY_H
 #define ASSAY_TESTS_PROGRAMS_PLAY_H
 
@@ -45,6 +45,13 @@ struct play_object {
     VkCommandPool pool; /* of a command buffer alone */
     unsigned queue;     /* that a command buffer is for */
     bool is_secondary;
+};
+
+/* Compute pipelines of programs, which they create at the first use. */
+enum { PLAY_SHADE, PLAY_TRACE, PLAY_SHADERS };
+struct play_shader {
+    VkPipelineLayout layout;
+    VkPipeline pipeline;
 };
 
 struct play {
@@ -89,6 +96,7 @@ struct play {
     VkFence fence;
     VkRenderPass render_pass; /* null: none was begun */
     VkFramebuffer framebuffer;
+    struct play_shader shaders[PLAY_SHADERS];
 
     bool is_closed;                          /* the program has no objects and no device any more */
     VkDebugUtilsMessengerEXT hang_messenger; /* ends a hang, or null */
@@ -202,6 +210,9 @@ bool play_copy(struct play *play, char **words);
 /* sync.c */
 bool play_sync(struct play *play, char **words);
 VkPipelineStageFlags2 play_stages(struct play *play, const char *names);
+/* shaders.c */
+bool play_shader(struct play *play, char **words);
+void play_destroy_shaders(struct play *play);
 /* commands.c */
 bool play_command_buffer(struct play *play, char **words);
 /* foreign.c */

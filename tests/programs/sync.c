@@ -41,6 +41,8 @@ static const struct word stages[] = {
     {"blit", VK_PIPELINE_STAGE_2_BLIT_BIT},
     {"indirect", VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT},
     {"compute", VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT},
+    {"rays", VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR},
+    {"vertex_input", VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT},
     {"vertex", VK_PIPELINE_STAGE_2_VERTEX_SHADER_BIT},
     {"fragment", VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT},
 };

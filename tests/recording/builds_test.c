@@ -322,5 +322,6 @@ RECORDING_TEST(attached_micromaps)
     build_call_start_recorded(&call, &device, COMMAND_DEVICE, handle(1));
     call.view.info_count = 1;
     hazards_build_recorder()->record_build(&call, &view, NULL);
-    expect(BUILD_OF " B< micromap accel1 0:1\n B<micromap micromap micromap1 1100:1101 0.1\n");
+    expect(BUILD_OF
+           " anywhere\n B< micromap accel1 0:1\n B<micromap micromap micromap1 1100:1101 0.1\n");
 }

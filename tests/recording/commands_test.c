@@ -36,16 +36,22 @@ RECORDING_TEST(copies_of_images)
     VkImage created = IMAGE;
     CALL(CreateImage_hazards(NULL, &image, NULL, &created));
     copy_region(VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 2);
-    expect("vkCmdCopyImageToBuffer\n C> dst buffer2 1010:1050\n");
+    expect("vkCmdCopyImageToBuffer\n C> dst buffer2 1010:1050\n anywhere\n");
     copy_region(VK_IMAGE_ASPECT_COLOR_BIT, 5, 0, 1);
-    expect("vkCmdCopyImageToBuffer\n C> dst buffer2 1010:1020\n C> dst buffer2 1024:1034\n");
+    expect(
+        "vkCmdCopyImageToBuffer\n C> dst buffer2 1010:1020\n C> dst buffer2 1024:1034\n "
+        "anywhere\n");
     copy_region(VK_IMAGE_ASPECT_COLOR_BIT, 0, 3, 2);
-    expect("vkCmdCopyImageToBuffer\n C> dst buffer2 1010:1020\n C> dst buffer2 1050:1060\n");
+    expect(
+        "vkCmdCopyImageToBuffer\n C> dst buffer2 1010:1020\n C> dst buffer2 1050:1060\n "
+        "anywhere\n");
     copy_region(VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, VK_REMAINING_ARRAY_LAYERS);
     copy_region(VK_IMAGE_ASPECT_DEPTH_BIT, 0, 0, 1);
     CALL(DestroyImage_hazards(NULL, IMAGE, NULL));
     copy_region(VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1);
-    expect("vkCmdCopyImageToBuffer\nvkCmdCopyImageToBuffer\nvkCmdCopyImageToBuffer\n");
+    expect(
+        "vkCmdCopyImageToBuffer\n anywhere\nvkCmdCopyImageToBuffer\n "
+        "anywhere\nvkCmdCopyImageToBuffer\n anywhere\n");
 }
 
 RECORDING_TEST(other_copies_of_images)
@@ -67,8 +73,8 @@ RECORDING_TEST(other_copies_of_images)
     CALL(CmdCopyBufferToImage2KHR_hazards(handle(1), &to_image));
     expect(
         "vkCmdCopyBufferToImage\n C< src buffer1 0:8\n"
-        "vkCmdCopyImageToBuffer2\n C> dst buffer2 1000:1008\n"
-        "vkCmdCopyImageToBuffer2KHR\n C> dst buffer2 1000:1008\n"
+        "vkCmdCopyImageToBuffer2\n C> dst buffer2 1000:1008\n anywhere\n"
+        "vkCmdCopyImageToBuffer2KHR\n C> dst buffer2 1000:1008\n anywhere\n"
         "vkCmdCopyBufferToImage2\n C< src buffer1 0:8\n"
         "vkCmdCopyBufferToImage2KHR\n C< src buffer1 0:8\n");
 }
@@ -82,7 +88,7 @@ RECORDING_TEST(fills_and_updates)
     CALL(CmdFillBuffer_hazards(handle(1), buffer(3), 4, VK_WHOLE_SIZE, 0));
     expect(
         "vkCmdFillBuffer\n F> dst buffer1 4:c\nvkCmdUpdateBuffer\n F> dst buffer1 8:14\n"
-        "vkCmdFillBuffer\n F> dst buffer4 5004:5010\nvkCmdFillBuffer\n");
+        "vkCmdFillBuffer\n F> dst buffer4 5004:5010\nvkCmdFillBuffer\n anywhere\n");
 }
 
 RECORDING_TEST(markers)
@@ -127,7 +133,8 @@ RECORDING_TEST(copies_of_images_by_address)
     CALL(CmdCopyImageToMemoryKHR_hazards(handle(1), &info));
     CALL(CmdCopyMemoryToImageKHR_hazards(handle(1), &info));
     expect(
-        "vkCmdCopyImageToMemoryKHR\n C> dst buffer2 1010:1020\n C> dst buffer2 1024:1034\n"
+        "vkCmdCopyImageToMemoryKHR\n C> dst buffer2 1010:1020\n C> dst buffer2 1024:1034\n "
+        "anywhere\n"
         "vkCmdCopyMemoryToImageKHR\n C< src buffer2 1010:1020\n C< src buffer2 1024:1034\n");
 }
 
@@ -146,15 +153,17 @@ RECORDING_TEST(results_of_queries)
     query_pools_add(device.query_pools, known,
                     VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, 2);
     copy_results(other, 2, 4, wait);
-    expect("vkCmdCopyQueryPoolResults\n C> dst buffer1 10:18\n");
+    expect("vkCmdCopyQueryPoolResults\n anywhere\n C> dst buffer1 10:18\n");
     copy_results(other, 2, 32, wait | wide | available);
-    expect("vkCmdCopyQueryPoolResults\n C> dst buffer1 10:20\n C> dst buffer1 30:40\n");
+    expect("vkCmdCopyQueryPoolResults\n anywhere\n C> dst buffer1 10:20\n C> dst buffer1 30:40\n");
     copy_results(known, 1, 0, wide | available);
-    expect("vkCmdCopyQueryPoolResults\n C> dst buffer1 18:20\n");
+    expect("vkCmdCopyQueryPoolResults\n anywhere\n C> dst buffer1 18:20\n");
     copy_results(other, 1, 0, available);
     copy_results(known, 1, 0, 0);
     copy_results(known, 0, 0, wait);
-    expect("vkCmdCopyQueryPoolResults\nvkCmdCopyQueryPoolResults\nvkCmdCopyQueryPoolResults\n");
+    expect(
+        "vkCmdCopyQueryPoolResults\n anywhere\nvkCmdCopyQueryPoolResults\n "
+        "anywhere\nvkCmdCopyQueryPoolResults\n anywhere\n");
 }
 
 RECORDING_TEST(results_of_queries_by_address)
@@ -164,7 +173,7 @@ RECORDING_TEST(results_of_queries_by_address)
     CALL(CmdCopyQueryPoolResultsToMemoryKHR_hazards(handle(1), pool, 0, 2, &range, 0,
                                                     VK_QUERY_RESULT_WAIT_BIT));
     expect(
-        "vkCmdCopyQueryPoolResultsToMemoryKHR\n C> dst buffer2 1010:1014\n"
+        "vkCmdCopyQueryPoolResultsToMemoryKHR\n anywhere\n C> dst buffer2 1010:1014\n"
         " C> dst buffer2 1030:1034\n");
 }
 
@@ -251,7 +260,7 @@ RECORDING_TEST(micromaps)
         " M<shader other buffer1 0:10\nvkCmdCopyMicromapEXT\n M< src micromap1 1100:1101\n"
         "vkCmdCopyMemoryToMicromapEXT\n M<transfer memory buffer1 0:20\n"
         " M> dst micromap1 1100:1101\nvkCmdCopyMicromapToMemoryEXT\n"
-        " M< src micromap1 1100:1101\n M>transfer memory buffer1 0:20\n"
+        " M< src micromap1 1100:1101\n M>transfer memory buffer1 0:20\n anywhere\n"
         "vkCmdWriteMicromapsPropertiesEXT\n M< src micromap1 1100:1101\n");
     CALL(BuildMicromapsEXT_hazards(NULL, VK_NULL_HANDLE, 1, &build));
     expect_host("vkBuildMicromapsEXT\n H> dst micromap1 1100:1140\n");

@@ -211,10 +211,16 @@ static void print_access(const struct hazard_entry *item)
     static const char *const kinds[ACCESS_KINDS] = {
         "B<",         "B>",         "B<shader",   "B<indirect", "B<micromap", "A<",      "A>",
         "A<transfer", "A>transfer", "C<",         "C>",         "F>",         "marker>", "M<",
-        "M>",         "M<shader",   "M<transfer", "M>transfer", "H<",         "H>"};
+        "M>",         "M<shader",   "M<transfer", "M>transfer", "H<",         "H>",      "compute<",
+        "rays<",      "compute>",   "rays>",      "draw>"};
     static const char *const roles[HAZARD_ROLES] = {
-        "dst",       "src",      "scratch", "vertices", "indices",  "transform", "boxes",
-        "instances", "pointers", "other",   "ranges",   "micromap", "reference", "memory"};
+        "dst",       "dst",       "src",       "scratch",  "vertices", "indices",
+        "transform", "boxes",     "instances", "pointers", "other",    "ranges",
+        "micromap",  "reference", "memory",    "shader"};
+    if (!item->bytes.memory) {
+        print(" anywhere\n");
+        return;
+    }
     print(" %s %s %s%u %llx:%llx", kinds[item->access], roles[item->role],
           type_name(item->object_type), number_of(item->object),
           (unsigned long long)item->bytes.begin, (unsigned long long)item->bytes.end);

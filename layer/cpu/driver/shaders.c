@@ -8,6 +8,7 @@
 #include "observers.h"
 #include "src/base/chain.h"
 #include "src/base/readable.h"
+#include "src/view/shader_code.h"
 
 bool cpu_is_of_structure(VkDescriptorType type)
 {
@@ -137,51 +138,6 @@ void cpu_push_other_descriptors_2(PFN_vkCmdPushDescriptorSet2 down, VkCommandBuf
 
 /* ---- shaders */
 
-/* From the SPIR-V specification. */
-enum {
-    SPIRV_MAGIC = 0x07230203,
-    SPIRV_HEADER_WORDS = 5,
-    OP_CAPABILITY = 17,
-    CAPABILITY_RAY_QUERY_PROVISIONAL_KHR = 4471,
-    CAPABILITY_RAY_QUERY_KHR = 4472,
-    CAPABILITY_RAY_TRAVERSAL_PRIMITIVE_CULLING_KHR = 4478,
-    CAPABILITY_RAY_TRACING_KHR = 4479,
-    CAPABILITY_RAY_TRACING_NV = 5340,
-    CAPABILITY_RAY_TRACING_PROVISIONAL_KHR = 5353,
-};
-
-static bool capability_traces(uint32_t capability)
-{
-    switch (capability) {
-    case CAPABILITY_RAY_QUERY_PROVISIONAL_KHR:
-    case CAPABILITY_RAY_QUERY_KHR:
-    case CAPABILITY_RAY_TRAVERSAL_PRIMITIVE_CULLING_KHR:
-    case CAPABILITY_RAY_TRACING_KHR:
-    case CAPABILITY_RAY_TRACING_NV:
-    case CAPABILITY_RAY_TRACING_PROVISIONAL_KHR:
-        return true;
-    default:
-        return false;
-    }
-}
-
-/* Whether a module has a capability of ray tracing. Capabilities come first in a module, two words
- * each. `size` is in bytes. */
-bool cpu_code_traces(const uint32_t *code, size_t size)
-{
-    const size_t words = size / sizeof(*code);
-    if (words < SPIRV_HEADER_WORDS || !readable(readable_cache_of_thread(), code, size) ||
-        code[0] != SPIRV_MAGIC)
-        return false;
-    for (size_t i = SPIRV_HEADER_WORDS; i + 1 < words; i += 2) {
-        if (code[i] != (2 << 16 | OP_CAPABILITY))
-            return false;
-        if (capability_traces(code[i + 1]))
-            return true;
-    }
-    return false;
-}
-
 void cpu_report_shader(struct layer_device *device, const char *command)
 {
     cpu_report_unsupported(device->instance, command, "a shader that traces rays");
@@ -207,7 +163,7 @@ bool cpu_shaders_trace(uint32_t count, const VkShaderCreateInfoEXT *infos)
     bool found = false;
     for (uint32_t i = 0; i < count && !found; i++)
         found = infos[i].codeType == VK_SHADER_CODE_TYPE_SPIRV_EXT &&
-                cpu_code_traces(infos[i].pCode, infos[i].codeSize);
+                shader_code_traces(infos[i].pCode, infos[i].codeSize);
     return found;
 }
 
@@ -218,7 +174,7 @@ static bool stage_traces(const VkPipelineShaderStageCreateInfo *stage)
     const VkShaderModuleCreateInfo *module =
         stage->module ? NULL
                       : chain_find(stage->pNext, VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO);
-    return module && cpu_code_traces(module->pCode, module->codeSize);
+    return module && shader_code_traces(module->pCode, module->codeSize);
 }
 
 /* A pipeline library may ignore its stages, which then need not be readable. */

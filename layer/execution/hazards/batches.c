@@ -35,7 +35,7 @@ void hazard_batch_free(struct hazard_batch_record *batch)
     free(batch);
 }
 
-/* ---- references and indices */
+/* ---- references, indices and data */
 
 void hazard_batch_add(struct hazard_batch_record *batch, const struct hazard_input *input)
 {
@@ -51,8 +51,8 @@ static int compare_places(const void *left, const void *right)
     const struct hazard_place *a = left, *b = right;
     if (a->journal != b->journal)
         return (uintptr_t)a->journal < (uintptr_t)b->journal ? -1 : 1;
-    if (a->has_indices != b->has_indices)
-        return b->has_indices ? -1 : 1;
+    if (a->kind != b->kind)
+        return a->kind < b->kind ? -1 : 1;
     if (a->position != b->position)
         return a->position < b->position ? -1 : 1;
     return (a->geometry > b->geometry) - (a->geometry < b->geometry);
@@ -94,9 +94,9 @@ const struct hazard_input *hazard_batch_references(const struct hazard_batch_rec
     return &batch->inputs[first];
 }
 
-/* Returns NULL if the indices are unknown, or if the build has executed twice. */
-static const struct hazard_input *find_indices(const struct hazard_batch_record *batch,
-                                               const struct hazard_place *place)
+/* Returns NULL if the input is unknown, or if the build has executed twice. */
+static const struct hazard_input *find_input(const struct hazard_batch_record *batch,
+                                             const struct hazard_place *place)
 {
     const struct hazard_input *all = batch->inputs;
     const uint32_t at = find_place(batch, place);
@@ -104,6 +104,22 @@ static const struct hazard_input *find_indices(const struct hazard_batch_record 
         (at + 1 < batch->input_count && !compare_places(place, &all[at + 1])))
         return NULL;
     return &all[at];
+}
+
+static struct hazard_place place_of(const struct hazard_command *command,
+                                    const struct hazard_entry *item, enum hazard_input_kind kind)
+{
+    return (struct hazard_place){command->journal, command->item->geometry + item->info, kind,
+                                 item->geometry & ((UINT32_C(1) << 30) - 1)};
+}
+
+const struct data_read *hazard_batch_data(const struct hazard_batch_record *batch,
+                                          const struct hazard_command *command,
+                                          const struct hazard_entry *item)
+{
+    const struct hazard_place place = place_of(command, item, INPUT_DATA);
+    const struct hazard_input *input = find_input(batch, &place);
+    return input ? &input->data : NULL;
 }
 
 static struct hazard_bytes bytes_of_vertex(const struct hazard_entry *item, uint32_t index)
@@ -119,9 +135,8 @@ void hazard_batch_vertices(const struct hazard_batch_record *batch,
                            const struct hazard_command *command, const struct hazard_entry *item,
                            struct hazard_bytes vertices[HAZARD_INDEXED_READS])
 {
-    const struct hazard_input *indices = find_indices(
-        batch, &(struct hazard_place){command->journal, command->item->geometry + item->info,
-                                      .has_indices = true, .geometry = item->geometry});
+    const struct hazard_place place = place_of(command, item, INPUT_INDICES);
+    const struct hazard_input *indices = find_input(batch, &place);
     vertices[0] = vertices[1] = (struct hazard_bytes){0};
     if (!indices)
         return;

@@ -4,30 +4,38 @@
 #ifndef ASSAY_LAYER_EXECUTION_HAZARDS_BATCHES_H
 #define ASSAY_LAYER_EXECUTION_HAZARDS_BATCHES_H
 
+#include "layer/execution/hazards/shaders.h"
 #include "src/hazards/hazards.h"
 #include "src/report/hazard_message.h"
 #include "src/state/commands/hazard_entries.h"
 #include "src/state/order/order.h"
 
+enum hazard_input_kind {
+    INPUT_REFERENCE, /* a structure that an instance refers to */
+    INPUT_INDICES,   /* the indices of a geometry of triangles */
+    INPUT_DATA,      /* the vertices, boxes or instances of a geometry */
+};
+
 /* A build, and a geometry. */
 struct hazard_place {
     const struct journal *journal;
-    uint32_t position; /* of the build in its command buffer */
-    bool has_indices : 1;
-    uint32_t geometry : 31; /* of a reference: 0 */
+    uint32_t position;      /* of the build in its command buffer */
+    uint32_t kind : 2;      /* enum hazard_input_kind */
+    uint32_t geometry : 30; /* of a reference: 0 */
 };
 
 /* What a build reads besides what the journal says. */
 struct hazard_input {
     struct hazard_place place;
     union {
-        struct { /* a structure that an instance refers to */
+        struct {
             uint64_t structure;
             struct hazard_bytes bytes;
         };
-        struct { /* the indices of a geometry of triangles: place.has_indices */
+        struct {
             uint32_t smallest, largest;
         };
+        struct data_read data;
     };
 };
 enum { HAZARD_INDEXED_READS = 2 }; /* of each HAZARD_INDEXED entry */
@@ -41,7 +49,7 @@ struct hazard_command {
 };
 
 /* The end of an object of which the hazard check has a record. */
-enum hazard_end { MEMORY_FREED, EVENT_DESTROYED };
+enum hazard_end { MEMORY_FREED, EVENT_DESTROYED, STRUCTURE_DESTROYED };
 
 /* The slot of a batch, from its execution point on. Until it is judged, the lock of the list guards
  * the members up to `lacks_inputs`; then they and the others belong to the thread that judges.
@@ -76,6 +84,10 @@ const struct hazard_input *hazard_batch_references(const struct hazard_batch_rec
 void hazard_batch_vertices(const struct hazard_batch_record *batch,
                            const struct hazard_command *command, const struct hazard_entry *item,
                            struct hazard_bytes vertices[HAZARD_INDEXED_READS]);
+/* Returns the data that the access of an entry reads; NULL if they are unknown. */
+const struct data_read *hazard_batch_data(const struct hazard_batch_record *batch,
+                                          const struct hazard_command *command,
+                                          const struct hazard_entry *item);
 /* Notes a command. Returns false if memory runs out: its accesses can't be found then. */
 bool hazard_batch_note(struct hazard_batch_record *batch, const struct hazard_command *command);
 

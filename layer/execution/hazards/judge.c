@@ -65,9 +65,14 @@ static void report(const struct hazard_judge *judge, const struct kind_of_hazard
                                                 .structure_copies = facts->ray_tracing_maintenance1,
                                                 .micromaps = facts->micromap.ext},
                                    .more = kind->count - 1};
-    if (find_side(judge, kind->first.later.number, &report.later) &&
-        find_side(judge, kind->first.earlier.number, &report.earlier))
-        reporter_send_hazard(judge->device->instance->reporter, &report);
+    if (!find_side(judge, kind->first.later.number, &report.later) ||
+        !find_side(judge, kind->first.earlier.number, &report.earlier))
+        return;
+    if (kind->first.type == EARLY_TRACE) {
+        report.later.type = report.earlier.type;
+        report.later.object = report.earlier.object;
+    }
+    reporter_send_hazard(judge->device->instance->reporter, &report);
 }
 
 static void report_command(struct hazard_judge *judge)
@@ -117,6 +122,7 @@ static void start_over(struct hazard_judge *judge)
 {
     uint64_t all[HAZARD_QUEUES];
     memset(all, 0xff, sizeof(all));
+    judge->shaders.lacks_tops = true;
     while (judge->judged_count)
         forget_first(judge);
     hazards_prune(judge->hazards, all, HAZARD_QUEUES);
@@ -129,12 +135,62 @@ static bool is_compared(const struct hazard_judge *judge)
     return judge->current->batch->predecessors_known;
 }
 
-static void judge_access(struct hazard_judge *judge, const struct hazard_entry *item)
+static void note_top(struct hazard_judge *judge, const struct hazard_command *command,
+                     const struct hazard_entry *item)
 {
-    if (!is_compared(judge))
+    struct top_level top = {.structure = item->object,
+                            .first = item->bytes,
+                            .is_built = command->item && command->item->info};
+    top.first.end = top.first.begin + 1;
+    if (item->object_type != VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR)
+        top.first.memory = 0;
+    shader_judge_add_top(&judge->shaders, &top);
+}
+
+/* An access whose bytes are not known. */
+static void judge_access_anywhere(struct hazard_judge *judge, enum access_kind kind)
+{
+    struct hazard hazard;
+    if (access_is_write(kind)) {
+        hazards_write_anywhere(judge->hazards, access_is_anywhere(kind) ? kind : ACCESS_KINDS);
         return;
-    hazards_access(judge->hazards,
-                   &(struct hazard_access){(enum access_kind)item->access, item->bytes});
+    }
+    hazards_access(judge->hazards, &(struct hazard_access){.kind = kind});
+    if (shader_judge_trace(&judge->shaders, kind, &hazard))
+        found(judge, &hazard);
+}
+
+/* What the access has read, if that is known. */
+static void judge_data(struct hazard_judge *judge, const struct hazard_command *command,
+                       const struct hazard_entry *item)
+{
+    struct hazard hazard;
+    if (item->access != ACCESS_BUILD_SHADER_READ || !command->item || !command->item->info ||
+        (item->role != HAZARD_VERTICES && item->role != HAZARD_BOXES &&
+         item->role != HAZARD_INSTANCES))
+        return;
+    const struct data_read *data = hazard_batch_data(judge->current, command, item);
+    if (data && shader_judge_read(&judge->shaders, ACCESS_BUILD_SHADER_READ, data, &hazard))
+        found(judge, &hazard);
+}
+
+static void judge_access(struct hazard_judge *judge, const struct hazard_command *command,
+                         const struct hazard_entry *item)
+{
+    const struct hazard_access access = {(enum access_kind)item->access, item->bytes};
+    if (!is_compared(judge)) {
+        judge->shaders.lacks_tops |= item->role == HAZARD_TOP_DST;
+        return;
+    }
+    if (item->bytes.memory)
+        hazards_access(judge->hazards, &access);
+    else
+        judge_access_anywhere(judge, access.kind);
+    if (access_is_write(access.kind) && item->bytes.memory)
+        shader_judge_write(&judge->shaders, &item->bytes);
+    if (item->role == HAZARD_TOP_DST)
+        note_top(judge, command, item);
+    judge_data(judge, command, item);
 }
 
 /* Each read takes its number, even if nothing is known of it. */
@@ -148,6 +204,7 @@ static void judge_vertices(struct hazard_judge *judge, const struct hazard_comma
     for (uint32_t i = 0; i < HAZARD_INDEXED_READS; i++)
         hazards_access(judge->hazards,
                        &(struct hazard_access){(enum access_kind)item->access, vertices[i]});
+    judge_data(judge, command, item);
 }
 
 static void judge_references(struct hazard_judge *judge, const struct hazard_command *command)
@@ -214,6 +271,7 @@ static void begin_command(struct hazard_judge *judge, const struct journal *jour
                           const struct hazard_entry *item, struct chunk_place place,
                           struct hazard_command *command)
 {
+    shader_judge_begin_command(&judge->shaders);
     *command = (struct hazard_command){hazards_begin_command(judge->hazards), journal, item, place};
     if (!hazard_batch_note(judge->current, command))
         judge->lost = true;
@@ -235,7 +293,7 @@ static void judge_journal(struct hazard_judge *judge, const struct journal *jour
     for (struct journal_entry *entry; (entry = journal_next(&cursor));) {
         const struct hazard_entry *item = (const void *)entry;
         if (entry->kind == HAZARD_ACCESS) {
-            judge_access(judge, item);
+            judge_access(judge, &command, item);
             continue;
         }
         if (entry->kind == HAZARD_INDEXED) {
@@ -302,10 +360,18 @@ static void keep(struct hazard_judge *judge, struct hazard_batch_record *record,
 
 void hazard_judge_end_object(struct hazard_judge *judge, enum hazard_end ended, uint64_t id)
 {
-    if (ended == MEMORY_FREED)
+    switch (ended) {
+    case MEMORY_FREED:
         hazards_forget_memory(judge->hazards, id);
-    else
+        shader_judge_forget_memory(&judge->shaders, id);
+        break;
+    case EVENT_DESTROYED:
         hazards_reset_event(judge->hazards, id);
+        break;
+    case STRUCTURE_DESTROYED:
+        shader_judge_remove_top(&judge->shaders, id);
+        break;
+    }
 }
 
 static void judge_commands(struct hazard_judge *judge, const struct order_batch *batch,
@@ -354,6 +420,9 @@ bool hazard_judge_begin(struct hazard_judge *judge, struct layer_device *device)
     judge->device = device;
     judge->batches = execution_order_batches(device->order);
     judge->hazards = hazards_create(found, judge);
+    shader_judge_begin(&judge->shaders, judge->hazards);
+    /* A shader may trace a null descriptor, or a structure that an unknown command built. */
+    judge->shaders.lacks_tops = device->facts.null_descriptor;
     return judge->hazards;
 }
 
@@ -361,5 +430,6 @@ void hazard_judge_end(struct hazard_judge *judge)
 {
     while (judge->judged_count)
         forget_first(judge);
+    shader_judge_end(&judge->shaders);
     hazards_destroy(judge->hazards);
 }

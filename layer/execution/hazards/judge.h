@@ -5,6 +5,7 @@
 #define ASSAY_LAYER_EXECUTION_HAZARDS_JUDGE_H
 
 #include "layer/execution/hazards/batches.h"
+#include "layer/execution/hazards/shaders.h"
 #include "layer/layer.h"
 
 enum { HAZARD_KINDS_REPORTED = 8 }; /* in one command; each is reported once */
@@ -18,6 +19,7 @@ struct kind_of_hazard {
 struct hazard_judge {
     struct layer_device *device;
     struct hazards *hazards;
+    struct shader_judge shaders;
     bool lost; /* memory ran out: what is known proves nothing */
     /* Batches that later ones are compared with are kept: in execution order, and so in ascending
      * order of their accesses' numbers, up to `last`; NULL: none. */

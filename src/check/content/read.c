@@ -4,12 +4,15 @@
 
 #include <stdlib.h>
 #include <string.h>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
 
 #include "src/base/recording_path.h"
 #include "src/bvh/input/formats.h"
 #include "src/check/content/micromap.h"
 #include "src/check/walk/rows.h"
 #include "src/rules/input.h"
+#include "src/view/formats.h"
 #include "src/view/geometry_data.h"
 
 const uint8_t *content_find(const struct content *content, VkDeviceOrHostAddressConstKHR address,
@@ -135,21 +138,73 @@ static void find_indices(struct content *content,
     indices->max = is_same ? kept->max : indices_max(indices->bytes, indices->size, indices->count);
 }
 
-/* Reports the smallest and the largest index. */
-static void report_indices(const struct content *content)
+static uint32_t smallest_index(const struct content_indices *indices)
 {
-    const struct check_context *context = content->walk->context;
-    const struct content_indices *indices = &content->indices;
-    const struct geometry_view *geometry = content->range->geometry;
     uint32_t smallest = indices->max;
-    if (!context->hooks->indexes || !indices->bytes)
-        return;
     for (uint64_t i = 0; i < indices->count && smallest; i++) {
         uint32_t index = content_read_index(indices->bytes, indices->size, i);
         smallest = index < smallest ? index : smallest;
     }
-    context->hooks->indexes(context->user, geometry->build->index, geometry->index, smallest,
-                            indices->max);
+    return smallest;
+}
+
+/* Reports elements that the build has read, beginning at an offset from the address. */
+static void report_elements(const struct content *content, VkDeviceOrHostAddressConstKHR address,
+                            uint64_t offset, struct elements_read read)
+{
+    const struct check_context *context = content->walk->context;
+    const struct geometry_view *geometry = content->range->geometry;
+    const uint8_t *bytes = context->hooks->reads ? content_find(content, address, offset,
+                                                                read.count, read.stride, read.size)
+                                                 : NULL;
+    if (!bytes || geometry->build->call->command == COMMAND_NV)
+        return;
+    read.address = address.deviceAddress + offset;
+    if (read.stride == read.size)
+        read.hash = XXH3_64bits(bytes, read.count * read.size);
+    for (uint64_t i = 0; read.stride != read.size && i < read.count; i++)
+        read.hash = XXH3_64bits_withSeed(bytes + i * read.stride, read.size, read.hash);
+    context->hooks->reads(context->user, geometry->build->index, geometry->index, &read);
+}
+
+/* Without indices all vertices are read; with them those of the smallest and the largest one, and
+ * perhaps others. */
+static void report_vertices(const struct content *content,
+                            const VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
+                            uint32_t smallest)
+{
+    const struct content_indices *indices = &content->indices;
+    const uint64_t stride = triangles->vertexStride,
+                   size = format_position_size(triangles->vertexFormat);
+    uint64_t offset = content_vertex_offset(content->range->range, indices->size, stride);
+    struct elements_read read = {.count = indices->count, .stride = stride, .size = size};
+    if (!size || offset == UINT64_MAX)
+        return;
+    if (indices->size) {
+        const uint64_t last = ((uint64_t)indices->max - smallest) * stride;
+        offset += smallest * stride;
+        read.count = 2;
+        read.stride = last;
+    }
+    report_elements(content, triangles->vertexData, offset, read);
+}
+
+/* Reports the smallest and the largest index, and vertices. */
+static void report_triangles(const struct content *content,
+                             const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
+{
+    const struct check_context *context = content->walk->context;
+    const struct content_indices *indices = &content->indices;
+    const struct geometry_view *geometry = content->range->geometry;
+    uint32_t smallest = 0;
+    if (!context->hooks->indexes || (indices->size && !indices->bytes))
+        return;
+    if (indices->size) {
+        smallest = smallest_index(indices);
+        context->hooks->indexes(context->user, geometry->build->index, geometry->index, smallest,
+                                indices->max);
+    }
+    report_vertices(content, triangles, smallest);
 }
 
 /* More vertices than exist can be used only if an index exceeds maxVertex. */
@@ -214,6 +269,10 @@ static void read_boxes(struct content *content,
                      aabbs->stride, sizeof(view.positions));
     if (!first)
         return;
+    report_elements(content, aabbs->data, range->primitiveOffset,
+                    (struct elements_read){.count = range->primitiveCount,
+                                           .stride = aabbs->stride,
+                                           .size = sizeof(view.positions)});
     for (; view.primitive < range->primitiveCount; view.primitive++) {
         memcpy(&view.positions, first + view.primitive * aabbs->stride, sizeof(view.positions));
         content_walk_box(content, &view);
@@ -234,7 +293,7 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
     content_retain_count(&content);
     if (triangles) {
         find_indices(&content, triangles);
-        report_indices(&content);
+        report_triangles(&content, triangles);
         if (range->geometry->build->call->command != COMMAND_NV)
             check_indices(&content, triangles);
         read_transform(&content, triangles);
@@ -247,6 +306,12 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
         content_read_radii(&content);
     if (instances)
         content_read_instances(&content, instances);
+    if (instances && !instances->arrayOfPointers &&
+        !(range->geometry->build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV))
+        report_elements(&content, instances->data, range->range->primitiveOffset,
+                        (struct elements_read){.count = range->range->primitiveCount,
+                                               .stride = sizeof(VkAccelerationStructureInstanceKHR),
+                                               .size = sizeof(VkAccelerationStructureInstanceKHR)});
 }
 
 /* Addresses are host pointers. If probing is disabled, all memory counts as readable; the limit

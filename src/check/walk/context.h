@@ -22,6 +22,12 @@ struct sweep;
 
 /* Functions that a check calls with the context's `user`. They may call down the layer chain; no
  * lock is held when they are called. */
+struct elements_read {
+    VkDeviceAddress address; /* of the first one */
+    uint64_t count, stride, size;
+    uint64_t hash;
+};
+
 struct check_hooks {
     /* Reports a finding. Returns false if it needs no more findings of this rule. */
     bool (*found)(void *user, enum rule rule, const struct location *location,
@@ -47,6 +53,9 @@ struct check_hooks {
      * needed. */
     void (*indexes)(void *user, uint32_t build, uint32_t geometry, uint32_t smallest,
                     uint32_t largest);
+    /* Elements that a device build has read, a multiple of `stride` behind an address, and a hash
+     * of them. At most once for each geometry. NULL: not needed. */
+    void (*reads)(void *user, uint32_t build, uint32_t geometry, const struct elements_read *read);
     /* Returns whether another device of the process has such an object with that handle. */
     bool (*of_another_device)(void *user, enum resource_kind kind, uint64_t handle);
     /* Returns whether the physical device can read serialized data of this version: two UUIDs. */

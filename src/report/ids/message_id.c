@@ -54,6 +54,10 @@ static const char *hazard_name(enum hazard_id hazard)
         return "SYNC-HAZARD-WRITE-RACING-READ";
     case HAZARD_ID_WRITE_RACING_WRITE:
         return "SYNC-HAZARD-WRITE-RACING-WRITE";
+    case HAZARD_ID_EARLY_TRACE:
+        return "ASSAY-early-trace";
+    case HAZARD_ID_LATE_SHADER:
+        return "ASSAY-shader-write-not-visible";
     case HAZARD_ID_COUNT:
         break;
     }

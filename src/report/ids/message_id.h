@@ -38,6 +38,9 @@ enum hazard_id {
     HAZARD_ID_READ_RACING_WRITE, /* a read, and a write in a queue that is not ordered with it */
     HAZARD_ID_WRITE_RACING_READ,
     HAZARD_ID_WRITE_RACING_WRITE,
+    HAZARD_ID_ERRORS, /* warnings of the layer's own from here on */
+    HAZARD_ID_EARLY_TRACE = HAZARD_ID_ERRORS,
+    HAZARD_ID_LATE_SHADER,
     HAZARD_ID_COUNT,
 };
 
@@ -48,10 +51,10 @@ static inline unsigned other_id_of_hazard(enum hazard_id hazard)
     return DIFFERENCE_COUNT + (unsigned)hazard;
 }
 
-/* Hazards are errors, differences are warnings. */
+/* Differences are warnings, and so are the hazards that the Khronos layer has no ids for. */
 static inline bool other_id_is_error(unsigned id)
 {
-    return id >= DIFFERENCE_COUNT;
+    return id >= DIFFERENCE_COUNT && id < DIFFERENCE_COUNT + HAZARD_ID_ERRORS;
 }
 
 /* Returns the id in static storage, such as SYNC-HAZARD-READ-AFTER-WRITE. */

@@ -11,8 +11,9 @@
 
 /* What a command uses bytes for; names the member in messages. */
 enum hazard_role {
-    HAZARD_DST, /* dst of a build or copy; dstBuffer */
-    HAZARD_SRC, /* src of a build, copy or query; srcBuffer */
+    HAZARD_DST,     /* dst of a build or copy; dstBuffer */
+    HAZARD_TOP_DST, /* of a build of a top-level structure, or of a copy to one */
+    HAZARD_SRC,     /* src of a build, copy or query; srcBuffer */
     HAZARD_SCRATCH,
     HAZARD_VERTICES,
     HAZARD_INDICES,
@@ -25,6 +26,7 @@ enum hazard_role {
     HAZARD_MICROMAP,    /* attached to a geometry */
     HAZARD_REFERENCE,   /* a structure that an instance refers to */
     HAZARD_MEMORY,      /* deviceAddress of a serialization or deserialization */
+    HAZARD_SHADER,      /* a shader of a dispatch, trace or draw */
     HAZARD_ROLES,
 };
 
@@ -59,7 +61,9 @@ struct hazard_entry {
         uint64_t object;     /* HAZARD_ACCESS: handle of the structure or buffer, 0: unknown;
                               * of events: the VkEvent */
     };
-    struct hazard_bytes bytes; /* HAZARD_ACCESS, HAZARD_INDEXED, HAZARD_BARRIER */
+    /* HAZARD_ACCESS, HAZARD_INDEXED, HAZARD_BARRIER. Memory 0: an access that access_is_anywhere(),
+     * a trace, or another write of unknown bytes. */
+    struct hazard_bytes bytes;
 };
 _Static_assert(sizeof(struct hazard_entry) <= 56, "a command has many accesses");
 

@@ -194,7 +194,8 @@ ON_RECORDING_PATH void journal_clear(struct journal *journal)
     journal->has_references = journal->has_sources_to_check = false;
     journal->secondary_count = 0;
     journal->has_events = journal->incomplete = false;
-    journal->lacks_hazards = journal->awaits_inputs = false;
+    journal->lacks_hazards = journal->awaits_inputs = journal->has_tracing_pipeline = false;
+    journal->shaders_end = NULL;
     journal_begin_call(journal);
 }
 

@@ -265,13 +265,17 @@ struct journal {
     void *work;
     void (*release_work)(void *work);
     struct recent_memory *recent_memory; /* owned; see hazard_memory_id() */
-    bool binds;                          /* all entries are JOURNAL_BIND */
-    bool has_references;                 /* see journal_entry_has_references */
-    bool has_sources_to_check;           /* see journal_entry_has_source_to_check */
-    uint32_t secondary_count;            /* JOURNAL_EXECUTE entries */
-    bool has_events;                     /* it or a secondary has event entries */
-    bool incomplete;                     /* memory ran out for entries: the others prove nothing */
-    bool lacks_hazards; /* memory ran out for HAZARD entries: all before counts as ordered */
+    /* Setting hazards: the end of the entries of the last command with shaders, and its name. */
+    const void *shaders_end;
+    const char *shaders_name;
+    bool has_tracing_pipeline; /* setting hazards: the bound compute pipeline traces rays */
+    bool binds;                /* all entries are JOURNAL_BIND */
+    bool has_references;       /* see journal_entry_has_references */
+    bool has_sources_to_check; /* see journal_entry_has_source_to_check */
+    uint32_t secondary_count;  /* JOURNAL_EXECUTE entries */
+    bool has_events;           /* it or a secondary has event entries */
+    bool incomplete;           /* memory ran out for entries: the others prove nothing */
+    bool lacks_hazards;        /* memory ran out for HAZARD entries: all before counts as ordered */
     /* It or a secondary has HAZARD_INDEXED entries, or commands that read references. */
     bool awaits_inputs;
 };

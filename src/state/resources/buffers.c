@@ -253,9 +253,11 @@ struct memory_facts resources_find_memory(struct resources *resources, VkDeviceM
 {
     unsigned token = resources_begin_reading(resources);
     const struct memory_record *memory = resources_memory(resources, handle);
-    const struct memory_facts facts =
-        memory ? (struct memory_facts){.known = true, .size = memory->size, .type = memory->type}
-               : (struct memory_facts){.known = false};
+    const struct memory_facts facts = memory ? (struct memory_facts){.known = true,
+                                                                     .size = memory->size,
+                                                                     .type = memory->type,
+                                                                     .is_shared = memory->is_shared}
+                                             : (struct memory_facts){.known = false};
     resources_end_reading(resources, token);
     return facts;
 }

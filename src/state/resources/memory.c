@@ -109,6 +109,7 @@ static void map(struct resources *resources, struct memory_record *memory, VkDev
                 VkDeviceSize size, const void *pointer)
 {
     memory_record_unmap(resources, memory);
+    memory->is_shared = true;
     if (offset > memory->size)
         return;
     if (size > memory->size - offset)
@@ -122,6 +123,15 @@ static void map(struct resources *resources, struct memory_record *memory, VkDev
     if (memory->next_mapped)
         memory->next_mapped->previous_mapped = memory;
     resources->mapped = memory;
+}
+
+void resources_share_memory(struct resources *resources, VkDeviceMemory handle)
+{
+    reader_lock_write(&resources->lock);
+    struct memory_record *memory = resources_memory(resources, handle);
+    if (memory)
+        memory->is_shared = true;
+    reader_lock_write_done(&resources->lock);
 }
 
 void resources_map_memory(struct resources *resources, VkDeviceMemory handle, VkDeviceSize offset,

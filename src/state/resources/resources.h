@@ -215,7 +215,11 @@ struct memory_facts {
     bool known;
     VkDeviceSize size; /* bytes; 0: unknown, because it was imported */
     uint32_t type;     /* index of its memory type */
+    bool is_shared;    /* see resources_share_memory() */
 };
+/* Not only commands that use buffers may write to the memory: an image is bound to it, or it is
+ * imported or exported. The same holds for memory that the host has ever mapped. */
+void resources_share_memory(struct resources *resources, VkDeviceMemory handle);
 struct memory_facts resources_find_memory(struct resources *resources, VkDeviceMemory handle);
 
 /* Finds where all bytes of a buffer, or of a micromap, lie. Returns false if they are unknown, or

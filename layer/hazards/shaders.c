@@ -1,0 +1,143 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Records commands that run shaders, and which of them trace rays. What shaders access is decided
+ * by descriptors and code, which are not followed: a shader may write any bytes. */
+#include "layer/hazards/recording.h"
+#include "observers.h"
+#include "src/base/chain.h"
+#include "src/view/shader_code.h"
+
+/* ---- commands */
+
+static void add(struct hazard_recording *recording, enum access_kind kind)
+{
+    hazard_recording_add_anywhere(recording,
+                                  &(struct hazard_use){.kind = kind, .role = HAZARD_SHADER});
+}
+
+/* A command adds nothing if it follows one of the same name, with no other entry between them.
+ * Returns whether it was added. */
+static bool add_command(struct hazard_recording *recording, const char *name,
+                        enum access_kind write)
+{
+    struct journal *journal = recording->journal;
+    if (journal->shaders_end && journal->shaders_end == journal->entries.next &&
+        journal->shaders_name == name)
+        return false;
+    hazard_recording_command(recording, name, NULL);
+    add(recording, write);
+    return true;
+}
+
+static void end_command(struct hazard_recording *recording, const char *name)
+{
+    recording->journal->shaders_end = recording->journal->entries.next;
+    recording->journal->shaders_name = name;
+}
+
+void hazards_draw(struct hazard_recording *recording, const char *name)
+{
+    if (add_command(recording, name, ACCESS_GRAPHICS_WRITE))
+        end_command(recording, name);
+}
+
+void hazards_dispatch(struct hazard_recording *recording, const char *name)
+{
+    if (!add_command(recording, name, ACCESS_COMPUTE_WRITE))
+        return;
+    if (recording->journal->has_tracing_pipeline)
+        add(recording, ACCESS_COMPUTE_TRACE);
+    end_command(recording, name);
+}
+
+void hazards_trace(struct hazard_recording *recording, const char *name)
+{
+    if (!add_command(recording, name, ACCESS_RAYS_WRITE))
+        return;
+    add(recording, ACCESS_RAYS_TRACE);
+    end_command(recording, name);
+}
+
+void hazards_write_unfollowed(struct hazard_recording *command)
+{
+    hazard_recording_add_anywhere(
+        command, &(struct hazard_use){.kind = ACCESS_TRANSFER_WRITE, .role = HAZARD_DST});
+}
+
+void hazards_build_unfollowed(struct hazard_recording *command)
+{
+    hazard_recording_add_anywhere(
+        command, &(struct hazard_use){.kind = ACCESS_BUILD_ACCEL_WRITE, .role = HAZARD_TOP_DST});
+}
+
+/* ---- which shaders trace rays */
+
+void hazards_note_module(struct layer_device *device, VkShaderModule module,
+                         const VkShaderModuleCreateInfo *info)
+{
+    hazard_objects_set_tracing(device->hazard_objects, TRACING_MODULE, (uint64_t)(uintptr_t)module,
+                               shader_code_traces(info->pCode, info->codeSize));
+}
+
+void hazards_forget_module(struct layer_device *device, VkShaderModule module)
+{
+    hazard_objects_set_tracing(device->hazard_objects, TRACING_MODULE, (uint64_t)(uintptr_t)module,
+                               false);
+}
+
+/* The code may be in the chain instead of a module. */
+static bool stage_traces(const struct layer_device *device,
+                         const VkPipelineShaderStageCreateInfo *stage)
+{
+    const VkShaderModuleCreateInfo *given =
+        stage->module ? NULL
+                      : chain_find(stage->pNext, VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO);
+    return given ? shader_code_traces(given->pCode, given->codeSize)
+                 : hazard_objects_trace(device->hazard_objects, TRACING_MODULE,
+                                        (uint64_t)(uintptr_t)stage->module);
+}
+
+void hazards_note_compute_pipelines(struct layer_device *device, uint32_t count,
+                                    const VkComputePipelineCreateInfo *infos, VkPipeline *pipelines)
+{
+    for (uint32_t i = 0; i < count; i++)
+        hazard_objects_set_tracing(device->hazard_objects, TRACING_PIPELINE,
+                                   (uint64_t)(uintptr_t)pipelines[i],
+                                   stage_traces(device, &infos[i].stage));
+}
+
+void hazards_forget_pipeline(struct layer_device *device, VkPipeline pipeline)
+{
+    hazard_objects_set_tracing(device->hazard_objects, TRACING_PIPELINE,
+                               (uint64_t)(uintptr_t)pipeline, false);
+}
+
+void hazards_bind_pipeline(struct hazard_recording *recording, VkPipelineBindPoint point,
+                           VkPipeline pipeline)
+{
+    if (point != VK_PIPELINE_BIND_POINT_COMPUTE)
+        return;
+    recording->journal->has_tracing_pipeline = hazard_objects_trace(
+        recording->device->hazard_objects, TRACING_PIPELINE, (uint64_t)(uintptr_t)pipeline);
+    recording->journal->shaders_end = NULL;
+}
+
+/* Which shader objects trace rays is not known. */
+void hazards_bind_shaders(struct hazard_recording *recording)
+{
+    recording->journal->has_tracing_pipeline = false;
+    recording->journal->shaders_end = NULL;
+}
+
+/* ---- memory that more than buffers use */
+
+void hazards_share_memory(struct layer_device *device, VkDeviceMemory memory)
+{
+    resources_share_memory(device->resources, memory);
+}
+
+void hazards_share_memories(struct layer_device *device, uint32_t count,
+                            const VkBindImageMemoryInfo *infos)
+{
+    for (uint32_t i = 0; i < count; i++)
+        resources_share_memory(device->resources, infos[i].memory);
+}

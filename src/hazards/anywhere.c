@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Writes of unknown bytes, by shaders. */
+#include "src/hazards/engine.h"
+
+static struct write_anywhere *write_at(struct writes_anywhere *writes, uint64_t position)
+{
+    return &writes->items[position % WRITES_ANYWHERE];
+}
+
+/* Whether a write is visible to a read of that kind by the current queue. */
+static bool is_visible(const struct hazards *hazards, const struct write_anywhere *write,
+                       enum access_kind read)
+{
+    const struct frontier *frontier = hazards->queues[hazards->queue].from[write->queue];
+    return write->kind == ACCESS_KINDS || write->number <= hazards->queues[write->queue].settled ||
+           (frontier && frontier_orders_write(frontier, write->number, write->kind, read));
+}
+
+static bool is_settled(const struct hazards *hazards, const struct write_anywhere *write)
+{
+    return write->number <= hazards->queues[write->queue].settled;
+}
+
+static void drop_first(struct hazards *hazards)
+{
+    struct writes_anywhere *writes = &hazards->writes;
+    const struct write_anywhere *write = write_at(writes, writes->first++);
+    writes->dropped = write->number;
+    if (!is_settled(hazards, write))
+        writes->lost = write->number;
+}
+
+uint64_t hazards_write_anywhere(struct hazards *hazards, enum access_kind kind)
+{
+    struct writes_anywhere *writes = &hazards->writes;
+    struct past *past = &hazards->queues[hazards->queue].past;
+    const uint64_t number = ++hazards->number;
+    if (writes->end - writes->first == WRITES_ANYWHERE)
+        drop_first(hazards);
+    *write_at(writes, writes->end++) = (struct write_anywhere){number, hazards->queue, kind};
+    writes->queues |= UINT32_C(1) << hazards->queue;
+    if (kind < ACCESS_KINDS) {
+        past->stages |= (stage_set)1 << access_stage(kind);
+        past->writes |= (kind_set)1 << kind;
+    }
+    return number;
+}
+
+/* Whether a write may be open that was dropped. */
+static bool has_lost(const struct hazards *hazards)
+{
+    const struct writes_anywhere *writes = &hazards->writes;
+    for (uint32_t rest = writes->lost ? writes->queues : 0; rest; rest &= rest - 1)
+        if (writes->lost > hazards->queues[__builtin_ctz(rest)].settled)
+            return true;
+    return false;
+}
+
+/* Writes that are settled are visible to all reads to come: they need not be kept. */
+uint64_t hazards_first_open_write(struct hazards *hazards, enum access_kind read)
+{
+    struct writes_anywhere *writes = &hazards->writes;
+    while (writes->first < writes->end && is_settled(hazards, write_at(writes, writes->first)))
+        drop_first(hazards);
+    if (has_lost(hazards))
+        return writes->lost;
+    for (uint64_t i = writes->first; i < writes->end; i++) {
+        const struct write_anywhere *write = write_at(writes, i);
+        if (write->kind == ACCESS_KINDS || !is_visible(hazards, write, read))
+            return write->number;
+    }
+    return hazards->number + 1;
+}
+
+bool hazards_read_misses_writes(struct hazards *hazards, uint64_t first,
+                                const struct hazard_access *read, struct hazard *hazard)
+{
+    struct writes_anywhere *writes = &hazards->writes;
+    const struct write_anywhere *last = NULL;
+    if (writes->dropped >= first)
+        return false;
+    for (uint64_t i = writes->end; i-- > writes->first && write_at(writes, i)->number >= first;) {
+        const struct write_anywhere *write = write_at(writes, i);
+        if (is_visible(hazards, write, read->kind))
+            return false;
+        last = last ? last : write;
+    }
+    if (!last)
+        return false;
+    const struct frontier *frontier = hazards->queues[hazards->queue].from[last->queue];
+    const enum sync_stage d = access_stage(read->kind);
+    *hazard = (struct hazard){
+        .type = READ_AFTER_SHADER,
+        .is_racing = last->queue != hazards->queue,
+        .earlier = {last->queue, last->number, last->kind},
+        .later = {hazards->queue, hazards->number, read->kind},
+        .bytes = read->bytes,
+        .is_ordered =
+            frontier && frontier_executes(frontier, last->number, access_stage(last->kind), d),
+        .is_available = frontier && frontier->available[last->kind][d] >= last->number};
+    return true;
+}
