@@ -2,9 +2,10 @@
 /* Setting hazards: gives what batches access, and how they are synchronized, to the hazard check
  * (src/hazards/hazards.h) as they execute, and reports what it finds.
  *
- * At level content a batch that builds top-level structures, or triangles with indices, is judged
- * once the instances and indices are known, which is after it has completed, and so are all batches
- * behind it: they say what else the builds access.
+ * At level content a batch that builds top-level structures, triangles with indices, or of memory
+ * that the host has never mapped, is judged once the instances, indices and data are known, which
+ * is after it has completed, and so are all batches behind it: they say what else the builds
+ * access.
  *
  * The functions accept NULL. They may be called on any thread. No lock is held while a message is
  * sent. */
