@@ -44,8 +44,10 @@ void scene_build_micromap(struct scene *scene)
     info->type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
     info->flags = 0;
     info->geometryCount = 1;
-    info->dstAccelerationStructure =
-        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    info->dstAccelerationStructure = scene_micromap_structure(
+        scene, command_is_on_host(scene->command)
+                   ? VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR /* which is created in a buffer */
+                   : VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
     for (uint32_t i = 0; i < 2; i++)
         scene->geometries[AABBS][i] =
             MAKE(VkAccelerationStructureGeometryKHR, .pNext = &micromaps->data,
