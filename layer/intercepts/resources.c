@@ -3,6 +3,7 @@
 #include "src/state/resources/resources.h"
 
 #include "layer/execution/hazards/checks.h"
+#include "layer/execution/submitted_builds.h"
 #include "layer/physical_device.h"
 #include "layer/snapshots/guard/references.h"
 #include "observers.h"
@@ -68,18 +69,22 @@ void forget_mapping(struct layer_device *device, VkDeviceMemory memory)
 
 /* ---- destroyed objects */
 
-/* Remembers an object that is about to be destroyed, and forgets its name. */
-static void note_destroyed(struct layer_device *device, VkObjectType type, uint64_t handle)
+/* Remembers an object that is about to be destroyed, and forgets its name. Returns its number, or
+ * 0 if it has none. */
+static uint64_t note_destroyed(struct layer_device *device, VkObjectType type, uint64_t handle,
+                               bool is_reported)
 {
-    struct destroyed_object object = {.type = type, .handle = handle};
+    struct destroyed_object object = {.type = type, .handle = handle, .is_reported = is_reported};
     struct resource_span span;
+    uint64_t last = 0;
     if (resources_find_span(device->resources, type, handle, true, &span) && span.address) {
         object.address = span.address;
         object.size = span.size;
         object_names_get(device->names, type, handle, object.name, sizeof(object.name));
-        destroyed_objects_add(device->destroyed, &object);
+        last = destroyed_objects_add(device->destroyed, &object);
     }
     object_names_set(device->names, type, handle, NULL);
+    return last;
 }
 
 /* ---- buffers */
@@ -91,7 +96,7 @@ void note_buffer(struct layer_device *device, VkBuffer buffer, const VkBufferCre
 
 void forget_buffer(struct layer_device *device, VkBuffer buffer)
 {
-    note_destroyed(device, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)buffer);
+    note_destroyed(device, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)buffer, false);
     resources_remove_buffer(device->resources, buffer);
 }
 
@@ -186,9 +191,25 @@ void note_accel_2(struct layer_device *device, VkAccelerationStructureKHR accel,
     note_address(device, accel);
 }
 
+/* Which structures the instances of a build refer to is known once it has executed. So builds that
+ * may have been too early for the destruction note it, unless it was reported for another use. */
+static void note_destroyed_accel(struct layer_device *device, VkAccelerationStructureKHR accel)
+{
+    struct accel_facts facts;
+    struct pending_use use;
+    resources_look_up_accel(device->resources, accel, &facts);
+    const struct used_object used = {.id = facts.id};
+    const bool is_reported =
+        device->input_checks && submitted_builds_find_use(device->submitted_builds, &used, &use);
+    const uint64_t last = note_destroyed(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                                         (uint64_t)(uintptr_t)accel, is_reported);
+    if (last && device->input_checks && !is_reported)
+        submitted_builds_note_destroyed(device->submitted_builds, last);
+}
+
 void forget_accel(struct layer_device *device, VkAccelerationStructureKHR accel)
 {
-    note_destroyed(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)accel);
+    note_destroyed_accel(device, accel);
     structures_note_destroyed(device->structures, resources_remove_accel(device->resources, accel),
                               1);
 }

@@ -173,6 +173,14 @@ struct pending_use {
     uint64_t submission; /* see struct order_batch */
 };
 
+/* An instance of a build that refers to a structure which was destroyed before the build was
+ * complete, as far as the application had observed. */
+struct pending_instance {
+    enum build_command command;
+    uint32_t index;
+    VkDeviceAddress reference;
+};
+
 /* What a command may use: one of these. */
 struct used_object {
     uint64_t id;              /* of a structure or micromap */
@@ -186,8 +194,10 @@ struct destroyed_view {
     const struct call_view *call;
     struct life_object object;     /* of a buffer or memory: only its type and handle */
     const struct pending_use *use; /* NULL: none is certain */
-    enum tristate has_callbacks;   /* it was created with VkAllocationCallbacks */
-    bool gets_callbacks;           /* pAllocator is not NULL */
+    /* Instead, if the structure was destroyed before: such an instance; or NULL. */
+    const struct pending_instance *instance;
+    enum tristate has_callbacks; /* it was created with VkAllocationCallbacks */
+    bool gets_callbacks;         /* pAllocator is not NULL */
 };
 
 /* A structure or micromap that a copy, query or serialization reads, and its last build when the
