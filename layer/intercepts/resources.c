@@ -4,6 +4,7 @@
 
 #include "layer/execution/hazards/checks.h"
 #include "layer/execution/submitted_builds.h"
+#include "layer/intercepts/journal_access.h"
 #include "layer/physical_device.h"
 #include "layer/snapshots/guard/references.h"
 #include "observers.h"
@@ -191,14 +192,12 @@ void note_accel_2(struct layer_device *device, VkAccelerationStructureKHR accel,
     note_address(device, accel);
 }
 
-/* Which structures the instances of a build refer to is known once it has executed. So builds that
- * may have been too early for the destruction note it, unless it was reported for another use. */
+/* Which structures the instances of a build refer to is known once the build has executed. So the
+ * destruction is noted at the pending batches, unless it is reported for another use. */
 static void note_destroyed_accel(struct layer_device *device, VkAccelerationStructureKHR accel)
 {
-    struct accel_facts facts;
+    const struct used_object used = {.id = layer_accel_id(device, accel)};
     struct pending_use use;
-    resources_look_up_accel(device->resources, accel, &facts);
-    const struct used_object used = {.id = facts.id};
     const bool is_reported =
         device->input_checks && submitted_builds_find_use(device->submitted_builds, &used, &use);
     const uint64_t last = note_destroyed(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,

@@ -38,6 +38,12 @@ static inline struct value life_object_value(const struct life_object *object_)
     return object(object_->object_type, object_->handle);
 }
 
+/* The micromaps that serialized data refer to, as far as they are known. */
+struct referenced_micromaps {
+    struct micromap_shape *items;
+    uint32_t count, capacity;
+};
+
 /* Serialized data that the host reads, from level CONTENT on. Zero where unknown. */
 struct serialized_facts {
     enum tristate compatible; /* the physical device can read this version */
@@ -48,7 +54,8 @@ struct serialized_facts {
     /* What is in its blocks, if the data are compatible. */
     uint32_t invalid_type;
     bool has_micromaps;
-    VkDeviceAddress invalid_address; /* of a micromap */
+    VkDeviceAddress invalid_address;        /* of a micromap */
+    struct referenced_micromaps *micromaps; /* to which the reader adds; or NULL */
 };
 
 enum copy_direction { COPY_BETWEEN_OBJECTS, COPY_TO_MEMORY, COPY_FROM_MEMORY };
@@ -207,6 +214,8 @@ struct used_source_view {
     uint64_t handle;
     const struct journal_read *read;
     const struct built *built; /* never BUILT_UNKNOWN */
+    uint64_t micromap; /* to which the data refer that the source was deserialized from, and which
+                        * was certainly not deserialized; or 0 */
 };
 
 /* A query when a command that writes it executes; it is not unavailable. */

@@ -381,6 +381,9 @@ struct scene_micromap_build scene_build_of_micromap(struct scene *scene, VkMicro
 /* A structure that the command buffer of the scene has made an opacity micromap of so many
  * triangles. */
 VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count);
+/* The same of a structure of the caller's. */
+void scene_record_micromap_in(struct scene *scene, VkAccelerationStructureKHR micromap,
+                              uint32_t triangle_count);
 
 /* Deserializes the source of an update on the host, or records a deserialization of anything. */
 void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure);

@@ -56,7 +56,8 @@ void scene_build_micromap(struct scene *scene)
         scene->range_pointers[AABBS] = NULL;
 }
 
-VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count)
+void scene_record_micromap_in(struct scene *scene, VkAccelerationStructureKHR micromap,
+                              uint32_t triangle_count)
 {
     const struct test_buffer input =
         scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE, true);
@@ -69,17 +70,22 @@ VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t t
                  .triangleArrayStride = sizeof(VkMicromapTriangleKHR));
     const STRUCT(VkAccelerationStructureGeometryKHR, geometry, .pNext = &data,
                  .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR);
-    const STRUCT(
-        VkAccelerationStructureBuildGeometryInfoKHR, info,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
-        .dstAccelerationStructure =
-            scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR),
-        .geometryCount = 1, .pGeometries = &geometry, .scratchData.deviceAddress = scratch.address);
+    const STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
+                 .dstAccelerationStructure = micromap, .geometryCount = 1, .pGeometries = &geometry,
+                 .scratchData.deviceAddress = scratch.address);
     const VkAccelerationStructureBuildRangeInfoKHR *const no_range = NULL;
     const VkCommandBuffer command_buffer = scene_begin_before(scene);
     scene->vk->CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &no_range);
     scene_end_before(scene, command_buffer);
-    return info.dstAccelerationStructure;
+}
+
+VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count)
+{
+    const VkAccelerationStructureKHR micromap =
+        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    scene_record_micromap_in(scene, micromap, triangle_count);
+    return micromap;
 }
 
 /* Returns what the source of an update is serialized to. */

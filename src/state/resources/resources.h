@@ -254,6 +254,10 @@ struct resources_at {
     VkAccelerationStructureKHR structure;
 };
 struct resources_at resources_find_at(struct resources *resources, VkDeviceAddress address);
+/* Finds the structure that begins at a device address and may be a micromap. Returns false if there
+ * is none, or may be another one. */
+bool resources_find_micromap_at(struct resources *resources, VkDeviceAddress address,
+                                struct accel_facts *facts);
 
 /* Returns the id of a live object of the device, or 0 if the handle is unknown. */
 enum resource_kind {
