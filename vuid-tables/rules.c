@@ -8,6 +8,10 @@
 
 #include "structure_columns.h"
 
+/* The registry has an id of this command, 11700, under the name of another one. */
+#define COLUMNS_OF_vkCmdCopyAccelerationStructureToMemoryKHR(vuid_)                                \
+    .vuid[COMMAND_CmdCopyMemoryToAccelerationStructureKHR] = (vuid_),
+
 const struct rule_info rule_infos[RULE_COUNT] = {
 #define DEVICE(tail) .vuid[COMMAND_DEVICE] = VUID_vkCmdBuildAccelerationStructuresKHR_##tail,
 #define INDIRECT(tail)                                                                             \

@@ -13,6 +13,8 @@
 #include "src/base/float_environment.h"
 #include "src/check/content/executed.h"
 #include "src/platform/threads.h"
+#include "src/rules/predicates.h"
+#include "src/state/resources/destroyed.h"
 
 /* A finding to be reported later, because the execution is locked while its snapshots are read. */
 struct pending_finding {
@@ -179,9 +181,35 @@ static void reads(void *user, uint32_t build, uint32_t geometry, const struct el
     hazard_checks_add(ran->device->hazard_checks, ran->batch, &input);
 }
 
+/* The finding is about the destruction, in which the build had a part. */
+static void refers_to_destroyed(void *user, uint32_t build, uint32_t instance, uint64_t reference)
+{
+    const struct read_call *call = user;
+    const struct execution *execution = call->reading->ran->execution;
+    const struct layer_device *device = call->reading->ran->device;
+    const enum build_command destroys = COMMAND_DestroyAccelerationStructureKHR;
+    const uint64_t last = atomic_load(&call->reading->ran->batch->last_destroyed);
+    struct destroyed_object object;
+    struct finding finding;
+    if (!last || call->command == COMMAND_NV ||
+        !device->active_rules[destroys][RULE_destroyed_object_is_not_in_use] ||
+        !resources_reference_is_dead(device->resources, reference, execution->destroy_count) ||
+        !destroyed_objects_report(device->destroyed, reference, execution->submissions, last,
+                                  &object))
+        return;
+    const struct pending_instance refers = {call->command, instance, reference};
+    const struct destroyed_view view = {
+        .object = {.object_type = object.type, .handle = object.handle}, .instance = &refers};
+    const struct location location = {
+        .command = destroys, .subject = SUBJECT_ARGUMENT, .build = build};
+    if (!destroyed_object_is_not_in_use(&view, &finding))
+        keep_finding(call->reading, call->journal, call->first, 0,
+                     RULE_destroyed_object_is_not_in_use, &location, &finding);
+}
+
 #define HOOKS                                                                                      \
     .found = found, .find_sizes = find_sizes, .query_addresses = query_addresses,                  \
-    .of_another_device = of_another_device
+    .of_another_device = of_another_device, .refers_to_destroyed = refers_to_destroyed
 
 static const struct check_hooks hooks = {HOOKS};
 static const struct check_hooks hazard_hooks = {HOOKS, .refers = refers, .indexes = indexes,

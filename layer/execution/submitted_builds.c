@@ -247,6 +247,21 @@ bool submitted_builds_find_use(struct submitted_builds *submitted, const struct 
     return is_found;
 }
 
+void submitted_builds_note_destroyed(struct submitted_builds *submitted, uint64_t last)
+{
+    struct execution_clock seen;
+    uint64_t untracked;
+    if (!submitted || !atomic_load(&submitted->count) ||
+        !execution_order_find_observed(submitted->device->order, &seen, &untracked))
+        return;
+    pthread_mutex_lock(&submitted->batches->lock);
+    for (struct batch_cursor at = submitted_builds_start(submitted); batch_cursor_next(&at);)
+        if (last > atomic_load(&at.batch->last_destroyed) &&
+            is_certainly_pending(at.batch, &seen, untracked))
+            atomic_store(&at.batch->last_destroyed, last);
+    pthread_mutex_unlock(&submitted->batches->lock);
+}
+
 /* ---- visiting */
 
 struct visitor {

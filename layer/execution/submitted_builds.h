@@ -35,6 +35,10 @@ void submitted_builds_end(struct submitted_builds *submitted, struct order_batch
 bool submitted_builds_find_use(struct submitted_builds *submitted, const struct used_object *object,
                                struct pending_use *use);
 
+/* Notes at the batches that are certainly not complete that an object was destroyed, whose number
+ * is `last` (src/state/resources/destroyed.h). */
+void submitted_builds_note_destroyed(struct submitted_builds *submitted, uint64_t last);
+
 /* One build. */
 struct submitted_build {
     const struct journal *journal; /* of its command buffer, perhaps a secondary one */

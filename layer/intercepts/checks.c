@@ -110,6 +110,20 @@ bool check_command(struct layer_device *device, enum build_command command, cons
     return call.skip;
 }
 
+struct geometry_shapes *find_referenced_micromaps(struct layer_device *device, const void *bytes)
+{
+    static const struct check_hooks hooks = {.is_compatible = is_compatible};
+    struct build_call call = {.device = device};
+    struct check_context context = {.hooks = &hooks,
+                                    .user = &call,
+                                    .level = device->level,
+                                    .readable = readable_cache_of_thread(),
+                                    .resources = device->resources};
+    return device->level < LEVEL_CONTENT || !device->facts.micromap.khr
+               ? NULL
+               : check_referenced_micromaps(&context, bytes);
+}
+
 void check_invalid_handle(enum build_command command, const void *handle)
 {
     if (command_is_recorded(command))

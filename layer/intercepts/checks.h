@@ -13,6 +13,9 @@ bool checks_are_active(const struct layer_device *device, enum build_command com
  * skipped. */
 bool check_command(struct layer_device *device, enum build_command command, const void *arguments);
 
+/* As check_referenced_micromaps(), at level CONTENT; below, returns NULL. */
+struct geometry_shapes *find_referenced_micromaps(struct layer_device *device, const void *bytes);
+
 /* Reports that the first argument is no command buffer, or no device. */
 void check_invalid_handle(enum build_command command, const void *handle);
 

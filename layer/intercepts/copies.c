@@ -3,6 +3,7 @@
  * command buffer is recorded in the journal, in its order among the builds; a copy on the host
  * becomes work of the host. */
 #include "layer/compare/comparer.h"
+#include "layer/intercepts/checks.h"
 #include "layer/intercepts/host_work.h"
 #include "layer/intercepts/journal_access.h"
 #include "observers.h"
@@ -120,7 +121,13 @@ struct host_work begin_accel_read(struct layer_device *device,
 {
     struct journal_entry entry =
         fill_entry(device, COMMAND_CopyMemoryToAccelerationStructureKHR, info->dst);
-    return begin(device, &entry);
+    struct host_work work = host_work_begin(device);
+    if (!work.journal || !entry.dst_id)
+        return work;
+    entry.built = (struct built){
+        .state = BUILT_FILLED, .shapes = find_referenced_micromaps(device, info->src.hostAddress)};
+    host_work_add(&work, &entry);
+    return work;
 }
 
 struct host_work begin_accel_write(struct layer_device *device,

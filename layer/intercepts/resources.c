@@ -3,6 +3,8 @@
 #include "src/state/resources/resources.h"
 
 #include "layer/execution/hazards/checks.h"
+#include "layer/execution/submitted_builds.h"
+#include "layer/intercepts/journal_access.h"
 #include "layer/physical_device.h"
 #include "layer/snapshots/guard/references.h"
 #include "observers.h"
@@ -82,18 +84,22 @@ void forget_mapping(struct layer_device *device, VkDeviceMemory memory)
 
 /* ---- destroyed objects */
 
-/* Remembers an object that is about to be destroyed, and forgets its name. */
-static void note_destroyed(struct layer_device *device, VkObjectType type, uint64_t handle)
+/* Remembers an object that is about to be destroyed, and forgets its name. Returns its number, or
+ * 0 if it has none. */
+static uint64_t note_destroyed(struct layer_device *device, VkObjectType type, uint64_t handle,
+                               bool is_reported)
 {
-    struct destroyed_object object = {.type = type, .handle = handle};
+    struct destroyed_object object = {.type = type, .handle = handle, .is_reported = is_reported};
     struct resource_span span;
+    uint64_t last = 0;
     if (resources_find_span(device->resources, type, handle, true, &span) && span.address) {
         object.address = span.address;
         object.size = span.size;
         object_names_get(device->names, type, handle, object.name, sizeof(object.name));
-        destroyed_objects_add(device->destroyed, &object);
+        last = destroyed_objects_add(device->destroyed, &object);
     }
     object_names_set(device->names, type, handle, NULL);
+    return last;
 }
 
 /* ---- buffers */
@@ -105,7 +111,7 @@ void note_buffer(struct layer_device *device, VkBuffer buffer, const VkBufferCre
 
 void forget_buffer(struct layer_device *device, VkBuffer buffer)
 {
-    note_destroyed(device, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)buffer);
+    note_destroyed(device, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)buffer, false);
     resources_remove_buffer(device->resources, buffer);
 }
 
@@ -200,10 +206,24 @@ void note_accel_2(struct layer_device *device, VkAccelerationStructureKHR accel,
     note_address(device, accel);
 }
 
+/* Which structures the instances of a build refer to is known once the build has executed. So the
+ * destruction is noted at the pending batches, unless it is reported for another use. */
+static void note_destroyed_accel(struct layer_device *device, VkAccelerationStructureKHR accel)
+{
+    const struct used_object used = {.id = layer_accel_id(device, accel)};
+    struct pending_use use;
+    const bool is_reported =
+        device->input_checks && submitted_builds_find_use(device->submitted_builds, &used, &use);
+    const uint64_t last = note_destroyed(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                                         (uint64_t)(uintptr_t)accel, is_reported);
+    if (last && device->input_checks && !is_reported)
+        submitted_builds_note_destroyed(device->submitted_builds, last);
+}
+
 void forget_accel(struct layer_device *device, VkAccelerationStructureKHR accel)
 {
     hazard_checks_forget(device->hazard_checks, STRUCTURE_DESTROYED, (uint64_t)(uintptr_t)accel);
-    note_destroyed(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)accel);
+    note_destroyed_accel(device, accel);
     structures_note_destroyed(device->structures, resources_remove_accel(device->resources, accel),
                               1);
 }

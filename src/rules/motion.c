@@ -25,6 +25,12 @@ static bool dst_has_motion_flag(const struct build_view *build)
     return build->dst.create_flags & VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV;
 }
 
+/* Whether dst lacks motion, and a geometry has motion data. */
+static bool has_motion_geometry(const struct motion_build_view *motion_build)
+{
+    return motion_build->first_motion_geometry < motion_build->build->geometry_count;
+}
+
 bool motion_dst_is_built_with_motion(const struct motion_build_view *motion_build,
                                      struct finding *finding)
 {
@@ -44,7 +50,41 @@ bool motion_build_has_a_motion_dst(const struct motion_build_view *motion_build,
            violated(finding, "flags",
                     "{} has VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV, but {} was created with "
                     "createFlags {}, without VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV",
-                    hex(build->info->flags), dst(build), hex(build->dst.create_flags));
+                    hex(build->info->flags), dst(build), hex(build->dst.create_flags)) ||
+           (has_motion_geometry(motion_build) &&
+            also_violates(finding, build->dst.by_address
+                                       ? RULE_motion_geometry_has_a_motion_dst_at_its_address
+                                       : RULE_motion_geometry_has_a_motion_dst));
+}
+
+/* The creation knows no geometries, so builds validate what it says of them. */
+static bool created_for_motion_geometry(const struct motion_build_view *motion_build,
+                                        struct finding *finding)
+{
+    const struct build_view *build = motion_build->build;
+    return !has_motion_geometry(motion_build) ||
+           violated(finding, "dstAccelerationStructure",
+                    "{} was created with createFlags {}, without "
+                    "VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV, but geometry {} has a "
+                    "VkAccelerationStructureGeometryMotionTrianglesDataNV",
+                    dst(build), hex(build->dst.create_flags),
+                    number(motion_build->first_motion_geometry)) ||
+           (has_motion_flag(build) &&
+            is_reported_with(finding, RULE_motion_build_has_a_motion_dst));
+}
+
+bool motion_geometry_has_a_motion_dst(const struct motion_build_view *motion_build,
+                                      struct finding *finding)
+{
+    return motion_build->build->dst.by_address ||
+           created_for_motion_geometry(motion_build, finding);
+}
+
+bool motion_geometry_has_a_motion_dst_at_its_address(const struct motion_build_view *motion_build,
+                                                     struct finding *finding)
+{
+    return !motion_build->build->dst.by_address ||
+           created_for_motion_geometry(motion_build, finding);
 }
 
 bool motion_build_is_not_generic(const struct motion_build_view *motion_build,

@@ -113,6 +113,22 @@ bool update_src_is_backed_by_memory(const struct build_view *build, struct findi
            is_named_with_dst(build, finding, RULE_dst_is_backed_by_memory);
 }
 
+bool fully_bound_range_is_bound(const struct unbound_access_view *unbound_access,
+                                struct finding *finding)
+{
+    const struct accel_facts *accel = unbound_access->structure;
+    const bool is_dst = unbound_access->is_dst;
+    return !accel->fully_bound ||
+           violated(
+               finding, is_dst ? "dstAccelerationStructure" : "srcAccelerationStructure",
+               "{} was created with VK_ADDRESS_COMMAND_FULLY_BOUND_BIT_KHR, but bytes [{}, {}) "
+               "of {} are not bound to memory",
+               structure(accel->handle), hex(unbound_access->begin), hex(unbound_access->end),
+               object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)accel->buffer)) ||
+           is_reported_with(finding, is_dst ? RULE_dst_is_backed_by_memory
+                                            : RULE_update_src_is_backed_by_memory);
+}
+
 static bool has_size_of_build(const struct build_view *build, struct finding *finding)
 {
     if (!build->sizes.known || !build->dst.details_known)

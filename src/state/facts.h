@@ -63,7 +63,8 @@ struct accel_facts {
     /* Properties of its memory; UNKNOWN for a sparse buffer. multi_instance: the memory has several
      * instances (device groups). */
     enum tristate host_visible, multi_instance;
-    bool by_address; /* created by vkCreateAccelerationStructure2KHR */
+    bool by_address : 1;  /* created by vkCreateAccelerationStructure2KHR */
+    bool fully_bound : 1; /* the same, with VK_ADDRESS_COMMAND_FULLY_BOUND_BIT_KHR */
     VkAccelerationStructureKHR handle;
 };
 

@@ -11,6 +11,9 @@
 /* VK_NV_ray_tracing_motion_blur: a build, and a triangle geometry with or without motion data. */
 struct motion_build_view {
     const struct build_view *build;
+    /* From level STATE on, if dst was created without motion: the index of the first geometry with
+     * motion data, or geometry_count. Otherwise geometry_count. */
+    uint32_t first_motion_geometry;
 };
 
 struct motion_triangles_view {

@@ -38,6 +38,12 @@ static inline struct value life_object_value(const struct life_object *object_)
     return object(object_->object_type, object_->handle);
 }
 
+/* The micromaps that serialized data refer to, as far as they are known. */
+struct referenced_micromaps {
+    struct micromap_shape *items;
+    uint32_t count, capacity;
+};
+
 /* Serialized data that the host reads, from level CONTENT on. Zero where unknown. */
 struct serialized_facts {
     enum tristate compatible; /* the physical device can read this version */
@@ -48,7 +54,8 @@ struct serialized_facts {
     /* What is in its blocks, if the data are compatible. */
     uint32_t invalid_type;
     bool has_micromaps;
-    VkDeviceAddress invalid_address; /* of a micromap */
+    VkDeviceAddress invalid_address;        /* of a micromap */
+    struct referenced_micromaps *micromaps; /* to which the reader adds; or NULL */
 };
 
 enum copy_direction { COPY_BETWEEN_OBJECTS, COPY_TO_MEMORY, COPY_FROM_MEMORY };
@@ -173,6 +180,14 @@ struct pending_use {
     uint64_t submission; /* see struct order_batch */
 };
 
+/* An instance of a build that refers to a structure which was destroyed before the build was
+ * complete, as far as the application had observed. */
+struct pending_instance {
+    enum build_command command;
+    uint32_t index;
+    VkDeviceAddress reference;
+};
+
 /* What a command may use: one of these. */
 struct used_object {
     uint64_t id;              /* of a structure or micromap */
@@ -186,8 +201,10 @@ struct destroyed_view {
     const struct call_view *call;
     struct life_object object;     /* of a buffer or memory: only its type and handle */
     const struct pending_use *use; /* NULL: none is certain */
-    enum tristate has_callbacks;   /* it was created with VkAllocationCallbacks */
-    bool gets_callbacks;           /* pAllocator is not NULL */
+    /* Instead, if the structure was destroyed before: such an instance; or NULL. */
+    const struct pending_instance *instance;
+    enum tristate has_callbacks; /* it was created with VkAllocationCallbacks */
+    bool gets_callbacks;         /* pAllocator is not NULL */
 };
 
 /* A structure or micromap that a copy, query or serialization reads, and its last build when the
@@ -197,6 +214,8 @@ struct used_source_view {
     uint64_t handle;
     const struct journal_read *read;
     const struct built *built; /* never BUILT_UNKNOWN */
+    uint64_t micromap; /* to which the data refer that the source was deserialized from, and which
+                        * was certainly not deserialized; or 0 */
 };
 
 /* A query when a command that writes it executes; it is not unavailable. */

@@ -161,6 +161,14 @@ struct pair_view {
     struct memory_span shared; /* the memory that both ranges contain */
 };
 
+/* A structure in a sparse buffer that a build accesses when it executes, though bytes of it are not
+ * bound to memory then. */
+struct unbound_access_view {
+    const struct accel_facts *structure;
+    bool is_dst;
+    VkDeviceSize begin, end; /* the bytes of the buffer that are not bound */
+};
+
 /* An update that was recorded, or that the host executes, and the state of its source when it
  * executes: never built, or built with `source`. */
 struct update_view {

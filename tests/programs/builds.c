@@ -314,6 +314,9 @@ static void finish(struct build_line *line, struct one_build *build, char **refe
     if (info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR &&
         !info->srcAccelerationStructure)
         info->srcAccelerationStructure = info->dstAccelerationStructure;
+    if (play_has(play, "VK_NV_ray_tracing_motion_blur") &&
+        info->type == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)
+        info->flags |= VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
     if (!info->scratchData.deviceAddress)
         info->scratchData = unused_scratch(play, line->is_host);
     if (build->geometry.geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR) {

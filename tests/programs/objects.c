@@ -51,8 +51,11 @@ void play_create_structure(struct play *play, struct play_object *object, VkBuff
                            VkDeviceSize offset, VkDeviceSize size,
                            VkAccelerationStructureTypeKHR type)
 {
-    const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = buffer, .offset = offset,
-                 .size = size, .type = type);
+    const bool moves = play_has(play, "VK_NV_ray_tracing_motion_blur") &&
+                       type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
+    const STRUCT(VkAccelerationStructureCreateInfoKHR, info,
+                 .createFlags = moves ? VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV : 0,
+                 .buffer = buffer, .offset = offset, .size = size, .type = type);
     GET(play->vk.CreateAccelerationStructureKHR(play->device, &info, NULL, &object->structure));
     name_object(play, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)object->structure,
                 object->name);

@@ -57,6 +57,16 @@ static void chain_motion(struct scene *scene, uint64_t address)
     scene->infos[INDEXED].flags = MOTION;
 }
 
+static void give_motion_dst_by_address(struct scene *scene)
+{
+    const struct test_buffer *buffer = &scene->dst_buffers[INDEXED];
+    scene->infos[INDEXED].dstAccelerationStructure = scene_accel_at(
+        scene, &MAKE(VkAccelerationStructureCreateInfo2KHR,
+                     .createFlags = VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV,
+                     .addressRange = {.address = buffer->address, .size = buffer->size},
+                     .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR));
+}
+
 static const VkBaseInStructure info_for_creation = {
     .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV};
 #include "motion.inc"

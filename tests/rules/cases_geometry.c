@@ -45,6 +45,8 @@ static void triangles_motion_filled(struct scene *scene)
     filled = some_motion;
     filled.vertexData.deviceAddress = scene_address(scene, &scene->vertices, 0);
     scene->geometries[INDEXED][0].geometry.triangles.pNext = &filled;
+    scene_give_motion_dst(scene, INDEXED);
+    scene->infos[INDEXED].flags = VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
 }
 #include "chain.inc"
 

@@ -62,6 +62,80 @@ static void use_uncompactable(struct scene *scene)
     life->objects[0] = source;
 }
 
+/* ---- deserialized sources that refer to a micromap */
+
+static void deserialize_by_device(struct scene *scene, VkAccelerationStructureKHR dst)
+{
+    const struct test_buffer data = place_buffer(scene);
+    const STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info,
+                 .src.deviceAddress = data.address, .dst = dst,
+                 .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
+    const VkCommandBuffer command_buffer = scene_begin_before(scene);
+    scene->vk->CmdCopyMemoryToAccelerationStructureKHR(command_buffer, &info);
+    scene_end_before(scene, command_buffer);
+}
+
+/* Has the device do what was recorded, and goes on in another command buffer. */
+static void submit_so_far(struct scene *scene)
+{
+    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
+    scene_end(scene, scene->command_buffer);
+    scene_submit(scene, family, scene->command_buffer);
+    scene->command_buffer = scene_command_buffer(scene, family);
+    scene_begin(scene, scene->command_buffer, 0);
+}
+
+/* The data have a block with one micromap. */
+static void deserialize_with(struct scene *scene, VkAccelerationStructureKHR dst,
+                             VkDeviceAddress micromap)
+{
+    enum { BLOCK_TYPE = VK_ACCELERATION_STRUCTURE_SERIALIZED_BLOCK_TYPE_OPACITY_MICROMAP_KHR };
+    struct {
+        uint8_t driver[VK_UUID_SIZE], format[VK_UUID_SIZE];
+        uint64_t size, deserialized_size, blocks;
+        uint32_t type, reserved;
+        uint64_t count, micromap;
+    } *data = (void *)place_buffer(scene).host;
+    STRUCT(VkPhysicalDeviceIDProperties, ids);
+    STRUCT(VkPhysicalDeviceProperties2, properties, .pNext = &ids);
+    scene->fixture->vki.GetPhysicalDeviceProperties2(scene->fixture->physical_device, &properties);
+    memset(data, 0, sizeof(*data));
+    memcpy(data->driver, ids.driverUUID, VK_UUID_SIZE);
+    memcpy(data->format, ids.driverUUID, VK_UUID_SIZE);
+    data->size = data->deserialized_size = sizeof(*data);
+    data->blocks = (uint64_t)UINT32_MAX << 32 | 1;
+    data->type = BLOCK_TYPE;
+    data->count = 1;
+    data->micromap = micromap;
+    const STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info, .src.hostAddress = data,
+                 .dst = dst, .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
+    MUST_SUCCEED(scene->vk->CopyMemoryToAccelerationStructureKHR(scene->fixture->device,
+                                                                 VK_NULL_HANDLE, &info));
+}
+
+enum micromap_state { UNWRITTEN, BUILT, REBUILT, DESERIALIZED };
+
+static void use_source_with_micromap(struct scene *scene, enum micromap_state state)
+{
+    if (scene->fixture->platform->is_cpu) {
+        scene_skip(scene, "backend cpu writes no blocks");
+        return;
+    }
+    const struct test_buffer buffer = place_buffer(scene),
+                             visible = place_buffer_of_instances(scene, 1);
+    const VkAccelerationStructureKHR micromap = scene_accel_in(
+        scene, &buffer, 0, PLACE_FAR, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    const VkAccelerationStructureKHR structure = scene_accel_in(
+        scene, &visible, 0, PLACE_FAR, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    if (state == REBUILT || state == DESERIALIZED)
+        deserialize_by_device(scene, micromap);
+    if (state == REBUILT || state == BUILT)
+        scene_record_micromap_in(scene, micromap, 4);
+    submit_so_far(scene);
+    deserialize_with(scene, structure, buffer.address);
+    use_source(scene, (uint64_t)structure);
+}
+
 /* ---- descriptors */
 
 static VkAccelerationStructureKHR generic_structure(struct scene *scene)

@@ -99,4 +99,14 @@ static struct test_buffer aliased_buffer(struct scene *scene, VkBufferUsageFlags
     return scene_sparse_buffer(scene, PAGES * page_size, usage,
                                VK_BUFFER_CREATE_SPARSE_ALIASED_BIT);
 }
+static VkAccelerationStructureKHR
+place_bound_accel(struct scene *scene, const struct test_buffer *buffer, VkDeviceSize offset)
+{
+    const VkDeviceAddressRangeKHR range = {.address = buffer->address + offset,
+                                           .size = place_size(scene, INDEXED)};
+    return scene_accel_at(scene, &MAKE(VkAccelerationStructureCreateInfo2KHR, .addressRange = range,
+                                       .addressFlags = VK_ADDRESS_COMMAND_FULLY_BOUND_BIT_KHR,
+                                       .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR));
+}
+
 #include "sparse.inc"

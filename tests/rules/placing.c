@@ -142,8 +142,6 @@ struct test_buffer place_buffer_of_instances(struct scene *scene, uint32_t devic
     return buffer_in(scene, &memory);
 }
 
-SCENE_DESTROYS(destroy_accel, DestroyAccelerationStructureKHR, VkAccelerationStructureKHR)
-
 VkAccelerationStructureKHR place_accel_by_address(struct scene *scene, uint32_t build)
 {
     const struct test_buffer buffer = place_buffer(scene);
@@ -151,9 +149,5 @@ VkAccelerationStructureKHR place_accel_by_address(struct scene *scene, uint32_t 
                  .addressRange = {.address = buffer.address, .size = place_size(scene, build)},
                  .addressFlags = VK_ADDRESS_COMMAND_STORAGE_BUFFER_USAGE_BIT_KHR,
                  .type = scene->infos[build].type);
-    VkAccelerationStructureKHR accel;
-    MUST_SUCCEED(
-        scene->vk->CreateAccelerationStructure2KHR(scene->fixture->device, &info, NULL, &accel));
-    scene_defer(scene, scene->fixture->device, (uint64_t)accel, destroy_accel);
-    return accel;
+    return scene_accel_at(scene, &info);
 }

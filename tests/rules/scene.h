@@ -274,13 +274,14 @@ void scene_defer(struct scene *scene, VkDevice device, uint64_t handle,
         scene_table_of(scene, device)->command(device, (type)handle, NULL);                        \
     }
 #define SCENE_CREATES(name, what, type, info_type)                                                 \
+    SCENE_CREATES_BY(name, Create##what, what, type, info_type)
+#define SCENE_CREATES_BY(name, command, what, type, info_type)                                     \
     SCENE_DESTROYS(name##_destroy, Destroy##what, type)                                            \
     static type name(struct scene *scene, const info_type *create_info)                            \
     {                                                                                              \
         const VkDevice device = scene->fixture->device;                                            \
         type object;                                                                               \
-        expect_success(scene->vk->Create##what(device, create_info, NULL, &object),                \
-                       "vkCreate" #what);                                                          \
+        expect_success(scene->vk->command(device, create_info, NULL, &object), "vk" #command);     \
         scene_defer(scene, device, (uint64_t)object, name##_destroy);                              \
         return object;                                                                             \
     }
@@ -326,6 +327,9 @@ struct test_buffer scene_dense_buffer(struct scene *scene, VkBufferUsageFlags2 u
 
 VkAccelerationStructureKHR
 scene_create_accel(struct scene *scene, const VkAccelerationStructureCreateInfoKHR *create_info);
+VkAccelerationStructureKHR scene_accel_at(struct scene *scene,
+                                          const VkAccelerationStructureCreateInfo2KHR *create_info);
+/* An opacity micromap is created by its address. */
 VkAccelerationStructureKHR scene_accel_in(struct scene *scene, const struct test_buffer *buffer,
                                           VkDeviceSize offset, VkDeviceSize size,
                                           VkAccelerationStructureTypeKHR type);
@@ -377,6 +381,9 @@ struct scene_micromap_build scene_build_of_micromap(struct scene *scene, VkMicro
 /* A structure that the command buffer of the scene has made an opacity micromap of so many
  * triangles. */
 VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count);
+/* The same of a structure of the caller's. */
+void scene_record_micromap_in(struct scene *scene, VkAccelerationStructureKHR micromap,
+                              uint32_t triangle_count);
 
 /* Deserializes the source of an update on the host, or records a deserialization of anything. */
 void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure);

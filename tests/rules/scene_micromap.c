@@ -10,6 +10,9 @@ VkAccelerationStructureKHR scene_micromap_structure(struct scene *scene,
                                                     VkAccelerationStructureTypeKHR type)
 {
     const struct test_buffer buffer = scene_buffer(scene, 4 * MICROMAP_SIZE, ACCEL_USAGE);
+    /* Without the feature, a micromap cannot be created. */
+    if (scene->fixture->setup.disable & DISABLE_MICROMAP_KHR)
+        type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR;
     return scene_accel_in(scene, &buffer, 0, buffer.size, type);
 }
 
@@ -44,8 +47,10 @@ void scene_build_micromap(struct scene *scene)
     info->type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
     info->flags = 0;
     info->geometryCount = 1;
-    info->dstAccelerationStructure =
-        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    info->dstAccelerationStructure = scene_micromap_structure(
+        scene, command_is_on_host(scene->command)
+                   ? VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR /* which is created in a buffer */
+                   : VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
     for (uint32_t i = 0; i < 2; i++)
         scene->geometries[AABBS][i] =
             MAKE(VkAccelerationStructureGeometryKHR, .pNext = &micromaps->data,
@@ -54,7 +59,8 @@ void scene_build_micromap(struct scene *scene)
         scene->range_pointers[AABBS] = NULL;
 }
 
-VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count)
+void scene_record_micromap_in(struct scene *scene, VkAccelerationStructureKHR micromap,
+                              uint32_t triangle_count)
 {
     const struct test_buffer input =
         scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE, true);
@@ -67,17 +73,22 @@ VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t t
                  .triangleArrayStride = sizeof(VkMicromapTriangleKHR));
     const STRUCT(VkAccelerationStructureGeometryKHR, geometry, .pNext = &data,
                  .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR);
-    const STRUCT(
-        VkAccelerationStructureBuildGeometryInfoKHR, info,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
-        .dstAccelerationStructure =
-            scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR),
-        .geometryCount = 1, .pGeometries = &geometry, .scratchData.deviceAddress = scratch.address);
+    const STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
+                 .dstAccelerationStructure = micromap, .geometryCount = 1, .pGeometries = &geometry,
+                 .scratchData.deviceAddress = scratch.address);
     const VkAccelerationStructureBuildRangeInfoKHR *const no_range = NULL;
     const VkCommandBuffer command_buffer = scene_begin_before(scene);
     scene->vk->CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &no_range);
     scene_end_before(scene, command_buffer);
-    return info.dstAccelerationStructure;
+}
+
+VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count)
+{
+    const VkAccelerationStructureKHR micromap =
+        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    scene_record_micromap_in(scene, micromap, triangle_count);
+    return micromap;
 }
 
 /* Returns what the source of an update is serialized to. */

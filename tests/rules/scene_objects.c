@@ -50,6 +50,8 @@ SCENE_DESTROYS(free_memory, FreeMemory, VkDeviceMemory)
 SCENE_CREATES(create_buffer, Buffer, VkBuffer, VkBufferCreateInfo)
 SCENE_CREATES(create_accel, AccelerationStructureKHR, VkAccelerationStructureKHR,
               VkAccelerationStructureCreateInfoKHR)
+SCENE_CREATES_BY(create_accel_at, CreateAccelerationStructure2KHR, AccelerationStructureKHR,
+                 VkAccelerationStructureKHR, VkAccelerationStructureCreateInfo2KHR)
 
 static void destroy_other_device(struct scene *scene, VkDevice device, uint64_t handle)
 {
@@ -233,12 +235,31 @@ scene_create_accel(struct scene *scene, const VkAccelerationStructureCreateInfoK
     return create_accel(scene, create_info);
 }
 
+VkAccelerationStructureKHR scene_accel_at(struct scene *scene,
+                                          const VkAccelerationStructureCreateInfo2KHR *create_info)
+{
+    return create_accel_at(scene, create_info);
+}
+
+static VkAccelerationStructureKHR opacity_micromap_in(struct scene *scene,
+                                                      const struct test_buffer *buffer,
+                                                      VkDeviceSize offset, VkDeviceSize size)
+{
+    const VkDeviceAddressRangeKHR range = {.address = buffer->address + offset, .size = size};
+    return scene_accel_at(
+        scene, &MAKE(VkAccelerationStructureCreateInfo2KHR, .addressRange = range,
+                     .addressFlags = VK_ADDRESS_COMMAND_UNKNOWN_STORAGE_BUFFER_USAGE_BIT_KHR,
+                     .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR));
+}
+
 VkAccelerationStructureKHR scene_accel_in(struct scene *scene, const struct test_buffer *buffer,
                                           VkDeviceSize offset, VkDeviceSize size,
                                           VkAccelerationStructureTypeKHR type)
 {
     const STRUCT(VkAccelerationStructureCreateInfoKHR, create_info, .buffer = buffer->handle,
                  .offset = offset, .size = size, .type = type);
+    if (type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)
+        return opacity_micromap_in(scene, buffer, offset, size);
     return scene_create_accel(scene, &create_info);
 }
 

@@ -131,7 +131,9 @@ static void create_device(void)
                                              VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
                                              VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME,
                                              VK_KHR_DEVICE_ADDRESS_COMMANDS_EXTENSION_NAME};
-    STRUCT(VkPhysicalDeviceDisplacementMicromapFeaturesNV, displacement,
+    STRUCT(VkPhysicalDeviceDeviceAddressCommandsFeaturesKHR, commands,
+           .deviceAddressCommands = VK_TRUE);
+    STRUCT(VkPhysicalDeviceDisplacementMicromapFeaturesNV, displacement, .pNext = &commands,
            .displacementMicromap = VK_TRUE);
     STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromaps_ext, .pNext = &displacement,
            .micromap = VK_TRUE, .micromapHostCommands = VK_TRUE);

@@ -15,6 +15,16 @@ static VkMicromapEXT micromaps[MICROMAPS];
 static VkAccelerationStructureKHR micromap, with_micromaps;
 static VkBuffer buffer;
 
+static void create_micromap_khr(void)
+{
+    const STRUCT(VkAccelerationStructureCreateInfo2KHR, info,
+                 .addressRange = {.address = address_of(buffer), .size = OBJECT},
+                 .addressFlags = VK_ADDRESS_COMMAND_STORAGE_BUFFER_USAGE_BIT_KHR,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    CALL(CreateAccelerationStructure2KHR, device, &info, NULL, &micromap);
+    OWN(DestroyAccelerationStructureKHR, micromap);
+}
+
 void create_micromaps(void)
 {
     const VkDeviceSize size = INPUT_AT + (1 << 16);
@@ -31,7 +41,7 @@ void create_micromaps(void)
             create_micromap(buffer, i * OBJECT, OBJECT, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
         name_object(VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)micromaps[i], "micromap", i);
     }
-    micromap = create_accel(buffer, 0, OBJECT, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    create_micromap_khr();
     with_micromaps =
         create_accel(buffer, ACCEL_AT, ACCEL_SIZE, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 }

@@ -64,6 +64,13 @@ static bool is_only_for_nv(const struct rule_info *row)
     return row->vuid[COMMAND_DEVICE] == VUID_NONE && row->vuid[COMMAND_NV] != VUID_NONE;
 }
 
+/* The registry has an id of one command under the name of another one. */
+static bool is_misnamed(enum vuid vuid, int command)
+{
+    return vuid == VUID_vkCmdCopyAccelerationStructureToMemoryKHR_pInfo_11700 &&
+           command == COMMAND_CmdCopyMemoryToAccelerationStructureKHR;
+}
+
 /* A row's id of a command is one of that command, or of a structure: then it is every build
  * command's, or the NV command's alone, or that of other commands. */
 TEST(test_columns_are_of_their_command)
@@ -77,7 +84,7 @@ TEST(test_columns_are_of_their_command)
             const char *name = build_command_name((enum build_command)command);
             bool of_structure = strncmp(scope, "Vk", 2) == 0;
             bool of_command = strncmp(scope, name, strlen(name)) == 0 && scope[strlen(name)] == '-';
-            if (!of_structure && !of_command)
+            if (!of_structure && !of_command && !is_misnamed(vuid, command))
                 fail_msg("%s stands in the column of %s", vuid_texts[vuid].id, name);
             bool is_shared =
                 of_structure && command < BUILD_COMMAND_COUNT && !is_only_for_nv(&rule_infos[rule]);

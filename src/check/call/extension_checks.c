@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Validates builds and geometries of one extension each: motion, dense geometry, spheres. */
+#include "src/base/chain.h"
 #include "src/check/assemble/chains.h"
 #include "src/check/assemble/extended.h"
 #include "src/check/call/extensions.h"
@@ -8,12 +9,37 @@
 
 /* ---- motion */
 
+static bool geometry_has_motion(struct check_context *context,
+                                const VkAccelerationStructureGeometryKHR *geometry)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
+    return triangles && triangles->pNext && chain_is_readable(context, triangles->pNext) &&
+           chain_find(triangles->pNext,
+                      VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV);
+}
+
+/* Only the structures that lack motion are searched, so builds with motion cost no more. */
+static uint32_t first_motion_geometry(struct check_context *context, const struct build_view *build)
+{
+    uint32_t i = build->dst.details_known &&
+                         !(build->dst.create_flags & VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV)
+                     ? 0
+                     : build->geometry_count;
+    while (i < build->geometry_count &&
+           !geometry_has_motion(context, build_geometry(build->info, i)))
+        i++;
+    return i;
+}
+
 void check_motion_build(struct walk *walk, const struct build_view *build, bool with_state)
 {
-    struct motion_build_view view = {.build = build};
+    struct motion_build_view view = {.build = build,
+                                     .first_motion_geometry = build->geometry_count};
     walk_motion_build(walk, &view, LEVEL_PARAMETERS);
-    if (with_state)
-        walk_motion_build(walk, &view, LEVEL_STATE);
+    if (!with_state)
+        return;
+    view.first_motion_geometry = first_motion_geometry(walk->context, build);
+    walk_motion_build(walk, &view, LEVEL_STATE);
 }
 
 void check_motion(struct walk *walk, struct geometry_view *geometry, bool with_state)

@@ -81,7 +81,7 @@ void content_find_reference(struct content *content, uint64_t reference,
                             struct accel_facts *referenced);
 /* Evaluate the rules that apply to instances of every kind. An instance without reference is
  * inactive: its other members are ignored. */
-void content_check_reference(struct content *content, uint32_t index,
+void content_check_reference(struct content *content, uint32_t index, uint64_t reference,
                              const struct accel_facts *referenced);
 void content_check_transform(struct content *content, uint32_t index, uint64_t reference,
                              const VkTransformMatrixKHR *matrix);

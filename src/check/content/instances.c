@@ -90,13 +90,17 @@ void content_find_reference(struct content *content, uint64_t reference,
 
 /* ---- one instance */
 
-void content_check_reference(struct content *content, uint32_t index,
+void content_check_reference(struct content *content, uint32_t index, uint64_t reference,
                              const struct accel_facts *referenced)
 {
+    const struct check_context *context = content->walk->context;
     struct reference_view view = {
         .geometry = content->range->geometry, .instance = index, .referenced = *referenced};
     if (referenced->alive == YES)
         content_walk_reference(content, &view);
+    else if (referenced->alive == UNKNOWN && reference && context->hooks->refers_to_destroyed)
+        context->hooks->refers_to_destroyed(context->user, view.geometry->build->index, index,
+                                            reference);
 }
 
 void content_check_transform(struct content *content, uint32_t index, uint64_t reference,
@@ -145,7 +149,7 @@ static void check_flags_and_reference(struct content *content, uint32_t index, b
     if (instance->flags & VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR)
         view.allows_disabling = find_disabling(content, &view.referenced);
     content_walk_instance(content, &view);
-    content_check_reference(content, index, &view.referenced);
+    content_check_reference(content, index, reference, &view.referenced);
     check_nv_reference(content, index, reference);
 }
 

@@ -18,7 +18,7 @@ static void check_instance(struct content *content, struct motion_instance_view 
         content_check_instance(content, index, !view->is_packed,
                                &view->instance.data.staticInstance);
     } else if (is_known) {
-        content_check_reference(content, index, &view->referenced);
+        content_check_reference(content, index, common.reference, &view->referenced);
     }
     if (motion_instance_is(&view->instance,
                            VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV)) {

@@ -11,6 +11,11 @@
  * arguments_of_NAME. */
 void check_life(struct check_context *context, const struct call_view *call);
 
+/* Returns the micromaps that serialized data on the host refer to, for a structure which is
+ * deserialized from them. Returns NULL if none is known, or without memory. */
+struct geometry_shapes *check_referenced_micromaps(struct check_context *context,
+                                                   const void *bytes);
+
 /* ---- for the files of this folder: each validates the commands of one subject */
 
 /* Validates the arguments of a call by the tables of implicit.h. Returns false if enumerants,

@@ -3,7 +3,10 @@
  * specification has its layout, under vkCmdCopyAccelerationStructureToMemoryKHR. */
 #include "src/check/life/life.h"
 
+#include <stdlib.h>
 #include <string.h>
+
+#include "src/base/array.h"
 
 /* The header of a serialized structure. That of a VkMicromapEXT has only `version`. */
 struct header {
@@ -29,6 +32,17 @@ static uint64_t sum_of(uint64_t size, uint64_t count, uint64_t item)
     return overflows || __builtin_add_overflow(size, bytes, &sum) ? UINT64_MAX : sum;
 }
 
+/* Without memory, the micromap is not added. */
+static void add_micromap(struct resources *resources, struct referenced_micromaps *micromaps,
+                         uint64_t address)
+{
+    struct accel_facts facts;
+    if (resources_find_micromap_at(resources, address, &facts) &&
+        ARRAY_HAS_ROOM(micromaps->items, micromaps->count, micromaps->capacity))
+        micromaps->items[micromaps->count++] =
+            (struct micromap_shape){.handle = (uint64_t)(uintptr_t)facts.handle, .id = facts.id};
+}
+
 /* Looks for an address that is in no buffer. The implementation may write NULL for a geometry
  * without a micromap. */
 static void check_addresses(struct check_context *context, struct serialized_facts *data,
@@ -44,6 +58,8 @@ static void check_addresses(struct check_context *context, struct serialized_fac
         resources_look_up_address(context->resources, address, &facts);
         if (facts.status == ADDRESS_NOWHERE)
             data->invalid_address = address;
+        else if (data->micromaps && address)
+            add_micromap(context->resources, data->micromaps, address);
     }
 }
 
@@ -91,6 +107,21 @@ static void view_sizes(struct check_context *context, struct serialized_facts *d
         data->header_size = sum_of(sizeof(header), header.count, sizeof(uint64_t));
     else if (data->compatible != NO)
         view_blocks(context, data, bytes, (uint32_t)header.count);
+}
+
+struct geometry_shapes *check_referenced_micromaps(struct check_context *context, const void *bytes)
+{
+    struct referenced_micromaps micromaps = {0};
+    struct geometry_shapes *shapes = NULL;
+    struct copy_view copy = {
+        .is_on_host = true, .address = (uint64_t)(uintptr_t)bytes, .data.micromaps = &micromaps};
+    check_view_serialized(context, &copy);
+    const struct serialized_facts *data = &copy.data;
+    if (micromaps.count && data->compatible == YES && data->header_size <= data->size &&
+        !data->invalid_type && !data->invalid_address)
+        shapes = built_with_micromaps(micromaps.count, micromaps.items);
+    free(micromaps.items);
+    return shapes;
 }
 
 void check_view_serialized(struct check_context *context, struct copy_view *copy)

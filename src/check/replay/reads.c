@@ -14,6 +14,22 @@ static WALK_ALL(used_source) static WALK_ALL(sized_copy)
                                       : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
 }
 
+/* Returns a micromap that the source refers to by deserialized data, and that was certainly not
+ * deserialized; or 0. */
+static uint64_t undeserialized_micromap(struct replay *replay, const struct built *source)
+{
+    const struct geometry_shapes *shapes = source->state == BUILT_FILLED ? source->shapes : NULL;
+    for (uint32_t i = 0; shapes && i < shapes->count; i++) {
+        const struct micromap_shape micromap = built_micromap_shape(shapes, i);
+        const struct built *built = replay_read(
+            replay, &(struct journal_entry){
+                        .kind = JOURNAL_COPY, .src = micromap.handle, .src_id = micromap.id});
+        if (built->state == BUILT_NEVER || (built->state == BUILT_BEFORE && built->is_original))
+            return micromap.handle;
+    }
+    return 0;
+}
+
 void judge_read(struct replay *replay, const struct journal *journal,
                 const struct journal_entry *entry, const struct built *source)
 {
@@ -26,6 +42,7 @@ void judge_read(struct replay *replay, const struct journal *journal,
         .handle = entry->src,
         .read = &entry->read,
         .built = source,
+        .micromap = undeserialized_micromap(replay, source),
     };
     walk_used_source(&judge.walk, &view, &judge.location);
 }

@@ -40,7 +40,8 @@ static void apply_copy(struct structures *known, const struct journal_entry *ent
 
 static const struct built *filled_by(const struct journal_entry *entry)
 {
-    return entry->info == FILL_BUILDS_MICROMAP ? &entry->built : &built_filled;
+    const bool reads_micromaps = entry->info == FILL_READS_ACCEL && entry->built.shapes;
+    return entry->info == FILL_BUILDS_MICROMAP || reads_micromaps ? &entry->built : &built_filled;
 }
 
 static void apply_entries(struct structures *known, struct journal_cursor cursor);
@@ -126,10 +127,20 @@ void replay_keep(struct command_buffer *command_buffer)
 
 /* ---- submissions */
 
+/* Whether nothing but builds will have written the dst of a build. */
+static bool stays_original(const struct replay *replay, uint64_t id)
+{
+    const struct structure *before = structures_find(replay->structures, id);
+    return before ? before->built.is_original
+                  : replay->never_is_certain && replay->predecessors_known;
+}
+
 static void write_build(struct replay *replay, const struct journal *journal,
                         const struct journal_entry *entry)
 {
     struct built built = entry->built;
+    if (built.type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)
+        built.is_original = stays_original(replay, entry->dst_id);
     replay_note_build(replay, journal, entry, &built);
     replay_write(replay, entry->dst_id, &built);
 }
@@ -139,6 +150,7 @@ static void write_copy(struct replay *replay, const struct journal_entry *entry)
     struct built copy = *replay_read(replay, entry);
     if (copy.state == BUILT_NEVER || copy.state == BUILT_FILLED)
         copy = built_unknown;
+    copy.is_original = false;
     /* An update of a structure that is not compacted may change its compacted size, and so may a
      * second compaction: the compacted size is then unknown. */
     if (copy.compacted ? entry->kind == JOURNAL_COMPACT : entry->kind == JOURNAL_UPDATE)

@@ -3,6 +3,7 @@
  * find when they execute. */
 #include "src/check/overlap/pairs.h"
 #include "src/check/replay/judge.h"
+#include "src/check/walk/rows.h"
 
 void replay_bind(struct replay *replay, const struct journal_entry *entry)
 {
@@ -12,32 +13,41 @@ void replay_bind(struct replay *replay, const struct journal_entry *entry)
 
 /* ---- structures */
 
-static void report_missing(struct replay *replay, const struct journal *journal,
-                           const struct journal_entry *entry, uint64_t handle, enum rule rule,
-                           const struct sparse_bytes *missing)
+static WALK_ALL(unbound_access)
+
+    static void report_missing(struct replay *replay, const struct journal *journal,
+                               const struct journal_entry *entry,
+                               const struct unbound_access_view *unbound)
 {
-    bool is_dst = rule == RULE_dst_is_backed_by_memory;
+    bool is_dst = unbound->is_dst;
+    bool is_in_place = entry->kind == JOURNAL_UPDATE && entry->src_id == entry->dst_id;
     struct judge judge;
     struct finding finding;
     judge_begin_entry(&judge, replay, journal, entry);
     finding_says(&finding, is_dst ? "dstAccelerationStructure" : "srcAccelerationStructure",
                  "{} lies in {}, whose bytes [{}, {}) are not bound to memory",
-                 object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle),
-                 object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)missing->buffer),
-                 hex(missing->begin), hex(missing->end));
-    if (entry->kind == JOURNAL_UPDATE && entry->src_id == entry->dst_id) {
-        if (is_dst)
-            also_violates(&finding, RULE_update_src_is_backed_by_memory);
-        else
-            is_reported_with(&finding, RULE_dst_is_backed_by_memory);
-    }
-    judge_report(&judge, rule, &finding);
+                 object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                        (uint64_t)(uintptr_t)unbound->structure->handle),
+                 object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)unbound->structure->buffer),
+                 hex(unbound->begin), hex(unbound->end));
+    if (unbound->structure->fully_bound)
+        also_violates(&finding, RULE_fully_bound_range_is_bound);
+    if (is_in_place && is_dst)
+        also_violates(&finding, RULE_update_src_is_backed_by_memory);
+    else if (is_in_place)
+        is_reported_with(&finding, RULE_dst_is_backed_by_memory);
+    judge_report(&judge,
+                 is_dst ? RULE_dst_is_backed_by_memory : RULE_update_src_is_backed_by_memory,
+                 &finding);
+    if (is_dst || !is_in_place)
+        walk_unbound_access(&judge.walk, unbound, &judge.location);
 }
 
 static void check_structure(struct replay *replay, const struct journal *journal,
-                            const struct journal_entry *entry, uint64_t handle, uint64_t id,
-                            enum rule rule)
+                            const struct journal_entry *entry, bool is_dst)
 {
+    const uint64_t handle = is_dst ? entry->dst : entry->src;
+    const uint64_t id = is_dst ? entry->dst_id : entry->src_id;
     struct accel_facts facts;
     resources_look_up_accel(replay->resources, (VkAccelerationStructureKHR)(uintptr_t)handle,
                             &facts);
@@ -46,8 +56,11 @@ static void check_structure(struct replay *replay, const struct journal *journal
     const struct sparse_bytes bytes = {facts.buffer, facts.buffer_id, facts.begin,
                                        facts.begin + facts.size};
     struct sparse_bytes missing;
-    if (resources_sparse_backing(replay->resources, &bytes, replay->follows, &missing) == NO)
-        report_missing(replay, journal, entry, handle, rule, &missing);
+    if (resources_sparse_backing(replay->resources, &bytes, replay->follows, &missing) != NO)
+        return;
+    const struct unbound_access_view unbound = {
+        .structure = &facts, .is_dst = is_dst, .begin = missing.begin, .end = missing.end};
+    report_missing(replay, journal, entry, &unbound);
 }
 
 /* Silent if objects were destroyed since the submission: by now the batch may have completed, and
@@ -59,11 +72,9 @@ void replay_backing(struct replay *replay, const struct journal *journal,
         replay->destroy_count != resources_destroy_count(replay->resources))
         return;
     if (entry->dst_backing & BACKED_BY_SPARSE)
-        check_structure(replay, journal, entry, entry->dst, entry->dst_id,
-                        RULE_dst_is_backed_by_memory);
+        check_structure(replay, journal, entry, true);
     if (entry->src_backing & BACKED_BY_SPARSE && entry->kind == JOURNAL_UPDATE)
-        check_structure(replay, journal, entry, entry->src, entry->src_id,
-                        RULE_update_src_is_backed_by_memory);
+        check_structure(replay, journal, entry, false);
 }
 
 /* ---- ranges */

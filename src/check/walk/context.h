@@ -46,6 +46,9 @@ struct check_hooks {
     /* An instance of an executed build, at `position` of its command buffer, refers to a live
      * structure. Called once for each structure of a build. NULL: not needed. */
     void (*refers)(void *user, uint32_t position, const struct accel_facts *referenced);
+    /* An instance of an executed build has a reference that may be that of a structure which was
+     * destroyed after the submission. NULL: not needed. */
+    void (*refers_to_destroyed)(void *user, uint32_t build, uint32_t instance, uint64_t reference);
     /* Queries the addresses of structures that the application did not query. Called when an
      * instance refers to an address. NULL: not needed. */
     void (*query_addresses)(void *user);

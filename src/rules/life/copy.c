@@ -31,12 +31,13 @@ static const char *memory_field(const struct copy_view *copy)
 
 enum { DEVICE_ALIGNMENT = 256, HOST_ALIGNMENT = 16, MICROMAP_ALIGNMENT = 128 };
 
-/* A structure of that type is never built as another one. */
-static bool serializes_micromap(const struct copy_view *copy)
+/* A structure of that type is never built as another one, and holds no data of another one. */
+static bool is_of_micromap(const struct copy_view *copy)
 {
-    return copy->direction == COPY_TO_MEMORY && copy->src.details_known &&
-           copy->src.object_type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR &&
-           copy->src.type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
+    const struct life_object *object = copy->direction == COPY_TO_MEMORY ? &copy->src : &copy->dst;
+    return object->details_known &&
+           object->object_type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR &&
+           object->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
 }
 
 bool copy_memory_is_aligned(const struct copy_view *copy, struct finding *finding)
@@ -52,7 +53,7 @@ bool copy_memory_is_aligned(const struct copy_view *copy, struct finding *findin
 /* The specification requires an alignment to more bytes of all serialized data. */
 bool serialized_micromap_is_aligned(const struct copy_view *copy, struct finding *finding)
 {
-    return !serializes_micromap(copy) || copy->address % MICROMAP_ALIGNMENT == 0 ||
+    return !is_of_micromap(copy) || copy->address % MICROMAP_ALIGNMENT == 0 ||
            violated(finding, memory_field(copy), "{} is not aligned to {}", hex(copy->address),
                     count_of(MICROMAP_ALIGNMENT, "byte")) ||
            is_reported_with(finding, RULE_copy_memory_is_aligned);

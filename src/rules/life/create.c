@@ -39,6 +39,15 @@ bool created_opacity_micromap_has_no_motion(const struct create_view *create,
                        "VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV");
 }
 
+bool opacity_micromap_is_created_at_an_address(const struct create_view *create,
+                                               struct finding *finding)
+{
+    return !is_opacity_micromap(create) ||
+           violated_plainly(finding, "type",
+                            "is VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR, which "
+                            "vkCreateAccelerationStructureKHR cannot create");
+}
+
 bool created_top_level_with_motion_has_motion_info(const struct create_view *create,
                                                    struct finding *finding)
 {

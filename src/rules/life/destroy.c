@@ -34,11 +34,27 @@ static const char *parameter_of(VkObjectType type)
     }
 }
 
+/* Which structure an instance refers to is known once the build has executed. */
+static bool no_instance_referred_to_it(const struct destroyed_view *destroyed,
+                                       struct finding *finding)
+{
+    const struct pending_instance *instance = destroyed->instance;
+    return !instance ||
+           violated(
+               finding, "accelerationStructure",
+               "{} was destroyed while instance {} of {} referred to it by {}, and that build "
+               "had not completed as far as the application had observed",
+               life_object_value(&destroyed->object), number(instance->index),
+               text(build_command_name(instance->command)),
+               address_of_missing(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, instance->reference));
+}
+
 bool destroyed_object_is_not_in_use(const struct destroyed_view *destroyed, struct finding *finding)
 {
     const struct pending_use *use = destroyed->use;
-    return !use ||
-           violated(finding, parameter_of(destroyed->object.object_type),
+    if (!use)
+        return no_instance_referred_to_it(destroyed, finding);
+    return violated(finding, parameter_of(destroyed->object.object_type),
                     "{} is used by {} in {}, which was submitted to {} (submission {}) and has not "
                     "completed as far as the application has observed",
                     life_object_value(&destroyed->object), text(build_command_name(use->command)),

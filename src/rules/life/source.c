@@ -73,6 +73,16 @@ bool source_allows_compaction(const struct used_source_view *used_source, struct
                     built_at(built->command_buffer, built->position));
 }
 
+bool referenced_micromaps_were_deserialized(const struct used_source_view *used_source,
+                                            struct finding *finding)
+{
+    return !used_source->micromap ||
+           violated(finding, field_of_source(used_source),
+                    "{} was deserialized, and refers to micromap {}, which never was",
+                    value_of_source(used_source),
+                    object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, used_source->micromap));
+}
+
 /* ---- the query that the command writes */
 
 bool written_query_is_unavailable(const struct written_query_view *written_query,

@@ -258,6 +258,17 @@ static struct geometry_shapes *allocate_shapes(uint32_t count, uint32_t dense_co
     return shapes;
 }
 
+struct geometry_shapes *built_with_micromaps(uint32_t count, const struct micromap_shape *micromaps)
+{
+    struct geometry_shapes *shapes = allocate_shapes(count, 0, true);
+    if (!shapes)
+        return NULL;
+    shapes->dst_size = shapes->needed_size = 0;
+    memset(shapes->items, 0, count * sizeof(shapes->items[0]));
+    memcpy((char *)shapes + micromaps_offset(count, 0), micromaps, count * sizeof(*micromaps));
+    return shapes;
+}
+
 static bool is_micromap(const VkAccelerationStructureBuildGeometryInfoKHR *info)
 {
     return info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;

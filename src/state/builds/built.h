@@ -87,6 +87,7 @@ struct dense_shape {
 /* The micromap of VK_KHR_opacity_micromap that triangles were built with. */
 struct micromap_shape {
     uint64_t handle; /* 0: VK_NULL_HANDLE */
+    uint64_t id;     /* of built_with_micromaps(); else 0 */
     bool given;      /* the chain has the structure with the handle */
 };
 
@@ -127,7 +128,8 @@ enum built_state {
     BUILT_NEVER,   /* created and never written */
     BUILT_BEFORE,
     BUILT_FILLED, /* deserialized, or a VkMicromapEXT: the inputs of its build are unknown, and the
-                   * flags unless `is_micromap` is set */
+                   * flags unless `is_micromap` is set. `shapes` are those of
+                   * built_with_micromaps() */
 };
 
 struct built {
@@ -145,10 +147,13 @@ struct built {
     VkAccelerationStructureTypeKHR type;
     VkBuildAccelerationStructureFlagsKHR flags;
     enum built_state state;
-    bool compacted;   /* the structure holds a compacting copy */
-    bool sole;        /* of a query: this is its first write */
-    bool unwritten;   /* of a query: it was reset, and never written before */
-    bool is_micromap; /* BUILT_FILLED by a build of a VkMicromapEXT, with `flags` */
+    bool compacted;       /* the structure holds a compacting copy */
+    bool sole;            /* of a query: this is its first write */
+    bool unwritten;       /* of a query: it was reset, and never written before */
+    bool is_micromap : 1; /* BUILT_FILLED by a build of a VkMicromapEXT, with `flags` */
+    /* In live states: a micromap of VK_KHR_opacity_micromap, which nothing but builds has written
+     * since it was created. */
+    bool is_original : 1;
     /* In live states and queries: the compacted size of the build, or of the build that was
      * compacted. NULL if it has not been queried. */
     struct compacted_size *compacted_size;
@@ -197,7 +202,8 @@ static inline void built_describe(struct built *built,
     built->shapes = NULL;
     built->inputs = NULL;
     built->state = BUILT_BEFORE;
-    built->compacted = built->sole = built->unwritten = built->is_micromap = false;
+    built->compacted = built->sole = built->unwritten = false;
+    built->is_micromap = built->is_original = false;
     built->compacted_size = NULL;
 }
 
@@ -223,6 +229,10 @@ struct build_description {
     struct build_inputs *inputs;           /* shared; NULL: none */
 };
 
+/* Makes the shapes of a structure that was deserialized from data which refer to micromaps; all
+ * else is unknown. Returns NULL if there is no memory. */
+struct geometry_shapes *built_with_micromaps(uint32_t count,
+                                             const struct micromap_shape *micromaps);
 /* Makes the shapes of a build of VK_NV_ray_tracing: types, counts and index types. Its geometries
  * are readable. Returns NULL if there is no memory. */
 struct geometry_shapes *built_nv_shapes(const VkAccelerationStructureInfoNV *info);

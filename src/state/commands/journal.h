@@ -153,7 +153,8 @@ struct journal_entry {
     uint64_t dst, src;
     uint64_t dst_id, src_id;
     union {
-        /* A build, also FILL_BUILDS_MICROMAP: the new state of dst. An update: its parameters. */
+        /* A build, also FILL_BUILDS_MICROMAP, and FILL_READS_ACCEL if it has shapes: the new state
+         * of dst. An update: its parameters. */
         struct built built;
         struct journal *secondary;
         struct noted_ranges *ranges; /* owned */

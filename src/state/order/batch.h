@@ -126,6 +126,9 @@ struct order_batch {
     bool is_replayed; /* its effects on structures are known (layer/execution/submissions.c) */
 
     _Atomic(enum order_batch_state) state;
+    /* The number of the last object (src/state/resources/destroyed.h) that was destroyed while the
+     * batch was certainly not complete; 0: none. */
+    _Atomic uint64_t last_destroyed;
     /* What each consumer knows of the batch. The consumer says what guards its slot. */
     void *slots[BATCH_USES];
 

@@ -91,6 +91,7 @@ void submission_add_batch(struct submission *submission)
     batch->commands = NULL;
     batch->uses = batch->sequences = 0;
     memset(batch->slots, 0, sizeof(batch->slots));
+    atomic_init(&batch->last_destroyed, 0);
     atomic_init(&batch->state, BATCH_COLLECTED);
     batch->first_operation = submission->operation_count;
     batch->first_commands = submission->command_count;

@@ -115,8 +115,11 @@ void resources_add_accel_at(struct resources *resources, VkAccelerationStructure
 {
     struct accel_record *accel = make_accel(handle, create_info->addressRange.size,
                                             create_info->type, create_info->createFlags);
-    if (accel)
+    if (accel) {
         accel->facts.by_address = true;
+        accel->facts.fully_bound =
+            create_info->addressFlags & VK_ADDRESS_COMMAND_FULLY_BOUND_BIT_KHR;
+    }
     reader_lock_write(&resources->lock);
     struct buffer_search search = {.begin = create_info->addressRange.address,
                                    .size = create_info->addressRange.size};

@@ -233,6 +233,31 @@ struct resources_at resources_find_at(struct resources *resources, VkDeviceAddre
     return at;
 }
 
+static bool may_be_micromap(const struct accel_record *accel)
+{
+    return accel->facts.type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR ||
+           accel->facts.type == VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR;
+}
+
+bool resources_find_micromap_at(struct resources *resources, VkDeviceAddress address,
+                                struct accel_facts *facts)
+{
+    struct address_facts at;
+    uint32_t count = 0;
+    unsigned token = resources_begin_reading(resources);
+    resources_find_address(resources, address, &at);
+    const struct buffer_record *buffer =
+        at.is_shared || resources->incomplete ? NULL : resources_buffer(resources, at.buffer);
+    for (const struct accel_record *accel = buffer ? buffer->accels : NULL; accel;
+         accel = accel->next)
+        if (may_be_micromap(accel) && buffer->where.address + accel->offset == address) {
+            *facts = accel->facts;
+            count++;
+        }
+    resources_end_reading(resources, token);
+    return count == 1;
+}
+
 /* ---- bytes of memory */
 
 /* Returns 0 if equal offsets need not be equal bytes. */

@@ -30,16 +30,19 @@ void destroyed_objects_destroy(struct destroyed_objects *destroyed)
     free(destroyed);
 }
 
-void destroyed_objects_add(struct destroyed_objects *destroyed,
-                           const struct destroyed_object *object)
+uint64_t destroyed_objects_add(struct destroyed_objects *destroyed,
+                               const struct destroyed_object *object)
 {
-    if (!object->address)
-        return;
     pthread_mutex_lock(&destroyed->lock);
-    struct destroyed_object *item = &destroyed->items[destroyed->count++ % DESTROYED_MAX];
-    *item = *object;
-    item->submissions = destroyed_objects_submissions(destroyed);
+    if (object->address) {
+        struct destroyed_object *item = &destroyed->items[destroyed->count++ % DESTROYED_MAX];
+        *item = *object;
+        item->submissions = destroyed_objects_submissions(destroyed);
+        item->number = destroyed->count;
+    }
+    const uint64_t last = destroyed->count;
     pthread_mutex_unlock(&destroyed->lock);
+    return last;
 }
 
 static bool had_address(const struct destroyed_object *object, VkObjectType type, uint64_t address)
@@ -52,11 +55,11 @@ static bool had_address(const struct destroyed_object *object, VkObjectType type
 }
 
 /* Called with the lock held. */
-static const struct destroyed_object *find(const struct destroyed_objects *destroyed,
-                                           VkObjectType type, uint64_t address)
+static struct destroyed_object *find(struct destroyed_objects *destroyed, VkObjectType type,
+                                     uint64_t address)
 {
     for (uint64_t i = destroyed->count; i > 0 && i + DESTROYED_MAX > destroyed->count; i--) {
-        const struct destroyed_object *object = &destroyed->items[(i - 1) % DESTROYED_MAX];
+        struct destroyed_object *object = &destroyed->items[(i - 1) % DESTROYED_MAX];
         if (had_address(object, type, address))
             return object;
     }
@@ -74,6 +77,22 @@ bool destroyed_objects_find(struct destroyed_objects *destroyed, VkObjectType ty
         *object = *found;
     pthread_mutex_unlock(&destroyed->lock);
     return found;
+}
+
+bool destroyed_objects_report(struct destroyed_objects *destroyed, uint64_t address,
+                              uint64_t submissions, uint64_t last, struct destroyed_object *object)
+{
+    pthread_mutex_lock(&destroyed->lock);
+    struct destroyed_object *found =
+        find(destroyed, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, address);
+    const bool is_it =
+        found && !found->is_reported && found->submissions >= submissions && found->number <= last;
+    if (is_it) {
+        found->is_reported = true;
+        *object = *found;
+    }
+    pthread_mutex_unlock(&destroyed->lock);
+    return is_it;
 }
 
 bool destroyed_objects_find_range(struct destroyed_objects *destroyed, uint64_t address,

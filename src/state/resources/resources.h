@@ -91,6 +91,10 @@ void resources_query_addresses(struct resources *resources, VkAccelerationStruct
  * question: their facts are unknown. */
 void resources_find_referenced(struct resources *resources, VkDeviceAddress address,
                                uint64_t destroy_count, struct accel_facts *facts);
+/* Returns whether all structures at an address were destroyed, as far as none of them may have been
+ * alive under another, unknown address. */
+bool resources_reference_is_dead(struct resources *resources, VkDeviceAddress address,
+                                 uint64_t destroy_count);
 
 /* Micromaps of VK_EXT_opacity_micromap (micromap.c). */
 void resources_add_micromap(struct resources *resources, VkMicromapEXT handle,
@@ -254,6 +258,10 @@ struct resources_at {
     VkAccelerationStructureKHR structure;
 };
 struct resources_at resources_find_at(struct resources *resources, VkDeviceAddress address);
+/* Finds the structure that begins at a device address and may be a micromap. Returns false if there
+ * is none, or may be another one. */
+bool resources_find_micromap_at(struct resources *resources, VkDeviceAddress address,
+                                struct accel_facts *facts);
 
 /* Returns the id of a live object of the device, or 0 if the handle is unknown. */
 enum resource_kind {
