@@ -63,7 +63,8 @@ struct accel_facts {
     /* Properties of its memory; UNKNOWN for a sparse buffer. multi_instance: the memory has several
      * instances (device groups). */
     enum tristate host_visible, multi_instance;
-    bool by_address; /* created by vkCreateAccelerationStructure2KHR */
+    bool by_address : 1;  /* created by vkCreateAccelerationStructure2KHR */
+    bool is_external : 1; /* its buffer may be bound to external memory, or is unknown */
     VkAccelerationStructureKHR handle;
 };
 

@@ -102,4 +102,16 @@ struct reference_view {
     struct accel_facts referenced;
 };
 
+/* The instances of a build that refer to live structures without contents: to structures that
+ * nothing was built into, or copied to, before that build. */
+struct unbuilt_view {
+    const struct geometry_view *geometry;
+    uint64_t instance_count;
+    uint32_t structure_count; /* 0: no such instance is known */
+    /* The first such instance, its structure, and whether the structure was built later. */
+    uint32_t first;
+    struct accel_facts referenced;
+    bool is_built_later;
+};
+
 #endif

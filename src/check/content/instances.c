@@ -164,11 +164,28 @@ static uint64_t checked_mark(const struct content *content,
     return ((uint64_t)content->walk->instances->geometry + 1) << 8 | instance->flags;
 }
 
-static bool was_checked(const struct content *content,
+static void count_use(struct instance_use *use, uint32_t index)
+{
+    if (!use->count++)
+        use->first = index;
+}
+
+void content_count_reference(struct content *content, uint32_t index, uint64_t reference)
+{
+    struct instance_use *use = find_use(content, reference);
+    if (use)
+        count_use(use, index);
+}
+
+/* Counts the instance if it need not be checked. */
+static bool was_checked(const struct content *content, uint32_t index,
                         const VkAccelerationStructureInstanceKHR *instance)
 {
-    const struct instance_use *use = find_use(content, instance->accelerationStructureReference);
-    return use && use->checked == checked_mark(content, instance);
+    struct instance_use *use = find_use(content, instance->accelerationStructureReference);
+    if (!use || use->checked != checked_mark(content, instance))
+        return false;
+    count_use(use, index);
+    return true;
 }
 
 static void check_new_instance(struct content *content, uint32_t index,
@@ -176,8 +193,10 @@ static void check_new_instance(struct content *content, uint32_t index,
 {
     check_flags_and_reference(content, index, false, instance);
     struct instance_use *use = find_use(content, instance->accelerationStructureReference);
-    if (use)
-        use->checked = checked_mark(content, instance);
+    if (!use)
+        return;
+    use->checked = checked_mark(content, instance);
+    count_use(use, index);
 }
 
 /* If the estimate of a determinant has a sign, the transform is invertible.
@@ -188,7 +207,7 @@ static void check_new_instance(struct content *content, uint32_t index,
 static void check_plain_instance(struct content *content, uint32_t index,
                                  const VkAccelerationStructureInstanceKHR *instance)
 {
-    if (!was_checked(content, instance))
+    if (!was_checked(content, index, instance))
         check_new_instance(content, index, instance);
     if (!determinant_estimate(&instance->transform))
         content_check_transform(content, index, instance->accelerationStructureReference,

@@ -188,6 +188,22 @@ bool instances_have_one_memory_instance(const struct reference_view *reference,
                     number(reference->instance), structure(reference), buffer(reference));
 }
 
+bool instances_refer_to_built_structures(const struct unbuilt_view *unbuilt,
+                                         struct finding *finding)
+{
+    return !unbuilt->structure_count ||
+           violated(finding, content_field(unbuilt->geometry, INPUT_INSTANCES),
+                    "leads to instance {}, which refers to {}. That structure {}. References of "
+                    "this kind: {}, {}",
+                    number(unbuilt->first),
+                    object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                           (uint64_t)(uintptr_t)unbuilt->referenced.handle),
+                    text(unbuilt->is_built_later ? "was first built after this build"
+                                                 : "was never built"),
+                    count_of(unbuilt->instance_count, "instance"),
+                    count_of(unbuilt->structure_count, "structure"));
+}
+
 bool instances_were_created_with_a_buffer(const struct reference_view *reference,
                                           struct finding *finding)
 {
