@@ -78,6 +78,9 @@ struct instance_view {
     /* Whether the referenced structure's last build before this one allows disabling micromaps. */
     enum tristate allows_disabling;
     struct accel_facts referenced; /* the referenced structure; unknown if the reference is 0 */
+    /* If there is none: the structure whose handle is the reference of a device build, or whose
+     * address that of a host build; or NULL. */
+    VkAccelerationStructureKHR confused;
 };
 
 /* An instance of VK_NV_ray_tracing whose reference is not 0. */
@@ -86,6 +89,7 @@ struct nv_instance_view {
     uint32_t index;
     uint64_t reference;
     enum nv_reference refers_to;
+    bool is_handle; /* the reference is the handle of a live VkAccelerationStructureNV */
 };
 
 /* One address in an array of pointers to instances. */

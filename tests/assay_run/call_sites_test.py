@@ -51,7 +51,9 @@ class CallSites(Runs):
             self.assertEqual(first["line"], line_of(RECORDER, COMMENTS.get(command, command)))
             self.assertEqual(first["function"], "record_build")
             self.assertEqual(second["line"], line_of(MAIN, "caller"))
-            self.assertEqual(second["function"], "make_call")
+            self.assertEqual(second["function"], "call_inlined")
+            self.assertEqual([(one["function"], one["line"]) for one in second["inlined_into"]],
+                             [("make_call", line_of(MAIN, "inliner"))])
             if module:
                 self.assertEqual(first["module"], str(PROGRAMS / module))
 

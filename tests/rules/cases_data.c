@@ -147,6 +147,12 @@ static void refer_to_blas_in(struct scene *scene, const struct test_buffer *buff
         scene, 1,
         scene_accel_in(scene, buffer, 0, place_size(scene, INDEXED), scene->infos[INDEXED].type));
 }
+
+static uint64_t device_address(const struct scene *scene, VkAccelerationStructureKHR accel)
+{
+    const STRUCT(VkAccelerationStructureDeviceAddressInfoKHR, info, .accelerationStructure = accel);
+    return scene->vk->GetAccelerationStructureDeviceAddressKHR(scene->fixture->device, &info);
+}
 #include "instances.inc"
 
 #define ALLOW_DISABLING VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR

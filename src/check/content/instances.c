@@ -110,16 +110,31 @@ void content_check_transform(struct content *content, uint32_t index, uint64_t r
         content_walk_transform(content, &view);
 }
 
+/* Finds the structure whose handle was written in place of its address, or the other way round. */
+static VkAccelerationStructureKHR find_confused(const struct content *content, uint64_t reference)
+{
+    const struct check_context *context = content->walk->context;
+    struct accel_facts facts;
+    if (content->range->geometry->build->call->command == COMMAND_HOST)
+        look_up_address(context, reference, &facts);
+    else
+        resources_look_up_accel(context->resources,
+                                (VkAccelerationStructureKHR)(uintptr_t)reference, &facts);
+    return facts.alive == YES ? facts.handle : VK_NULL_HANDLE;
+}
+
 static void check_nv_reference(struct content *content, uint32_t index, uint64_t reference)
 {
     if (!reference || content->range->geometry->build->call->command != COMMAND_NV)
         return;
+    struct resources *resources = content->walk->context->resources;
     const struct nv_instance_view view = {
         .geometry = content->range->geometry,
         .index = index,
         .reference = reference,
-        .refers_to = resources_find_nv_reference(content->walk->context->resources, reference,
-                                                 content->walk->context->destroy_count)};
+        .refers_to = resources_find_nv_reference(resources, reference,
+                                                 content->walk->context->destroy_count),
+        .is_handle = resources_find_id(resources, RESOURCE_ACCEL_NV, reference) != 0};
     content_walk_nv_instance(content, &view);
 }
 
@@ -142,6 +157,8 @@ static void check_flags_and_reference(struct content *content, uint32_t index, b
                                  .instance = *instance};
     uint64_t reference = instance->accelerationStructureReference;
     content_find_reference(content, reference, &view.referenced);
+    if (view.referenced.alive == NO)
+        view.confused = find_confused(content, reference);
     if (instance->flags & VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR)
         view.allows_disabling = find_disabling(content, &view.referenced);
     content_walk_instance(content, &view);

@@ -241,6 +241,21 @@ struct resources_at resources_find_at(struct resources *resources, VkDeviceAddre
     return at;
 }
 
+bool resources_find_before(struct resources *resources, VkDeviceAddress address,
+                           struct resources_before *before)
+{
+    struct address_facts facts;
+    unsigned token = resources_begin_reading(resources);
+    resources_find_address(resources, address, &facts);
+    const struct address_facts *range =
+        facts.status == ADDRESS_NOWHERE ? address_map_before(&resources->addresses, address) : NULL;
+    if (range)
+        *before =
+            (struct resources_before){range->buffer, address - range->address - range->bytes_left};
+    resources_end_reading(resources, token);
+    return range;
+}
+
 /* ---- bytes of memory */
 
 /* Returns 0 if equal offsets need not be equal bytes. */
