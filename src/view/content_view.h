@@ -16,6 +16,11 @@ struct indices_view {
     bool is_beyond;
     uint32_t primitive, index;
     uint64_t consumed; /* lower bound of the number of different vertices */
+    /* How far the vertex of the largest index, `max`, lies behind the end of the buffer of the
+     * vertex data, in no other buffer; 0: it does not, or that is unknown. */
+    uint32_t max;
+    VkBuffer buffer;
+    uint64_t past_end;
 };
 
 /* A build range that the indirect command read. */

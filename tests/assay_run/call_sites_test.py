@@ -122,7 +122,8 @@ class CallSites(Runs):
             self.assert_place(frames[0], RECORDER, line)
             self.assert_place(frames[1], MAIN, caller)
         self.assertRegex(result.err, rf"  at \S*record_build\.c:{line} in record_build\n")
-        self.assertRegex(result.err, rf"  from \S*call_sites\.c:{caller} in make_call\n")
+        self.assertRegex(result.err, rf"  from \S*call_sites\.c:{caller} in call_inlined\n"
+                                     r"\S*   from \S*call_sites\.c:\d+ in make_call\n")
         self.assertRegex(result.out, rf"file=[^,]*record_build\.c,line={line},")
         for name in ("a.xml", "a.html"):
             self.assertRegex(self.read(name), rf"record_build\.c:{line} in record_build")

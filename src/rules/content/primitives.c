@@ -38,6 +38,19 @@ bool indices_are_within_max_vertex(const struct indices_view *indices, struct fi
             also_violates(finding, RULE_consumed_vertices_are_within_max_vertex));
 }
 
+/* If the index exceeds maxVertex, other rules report it. */
+bool indexed_vertices_are_within_their_buffer(const struct indices_view *indices,
+                                              struct finding *finding)
+{
+    return !indices->past_end || indices->is_beyond ||
+           violated(finding, "firstVertex",
+                    "{} plus the largest index ({}) makes the build read a vertex that ends {} "
+                    "past the end of {}",
+                    number(indices->range->firstVertex), number(indices->max),
+                    count_of(indices->past_end, "byte"),
+                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)indices->buffer));
+}
+
 /* A build range that consumes more vertices than maxVertex allows also exceeds maxVertex, by an
  * index or without indices. That message names this id. */
 bool consumed_vertices_are_within_max_vertex(const struct indices_view *indices,
