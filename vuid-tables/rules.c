@@ -20,6 +20,7 @@ const struct rule_info rule_infos[RULE_COUNT] = {
 #define NV(tail) .vuid[COMMAND_NV] = VUID_vkCmdBuildAccelerationStructureNV_##tail,
 #define DEVICE_WARNING(name) .vuid[COMMAND_DEVICE] = WARNING_##name,
 #define NV_WARNING(name) .vuid[COMMAND_NV] = WARNING_##name,
+#define SHARED_WARNING(command, name) .vuid[COMMAND_##command] = WARNING_##name,
 #define IN_NV(structure, tail) .vuid[COMMAND_NV] = VUID_##structure##_##tail,
 #define IN(structure, tail)                                                                        \
     .vuid[COMMAND_DEVICE] = VUID_##structure##_##tail,                                             \
@@ -46,6 +47,7 @@ enum rule rule_of_vuid(enum vuid vuid)
 #define NV(tail) case VUID_vkCmdBuildAccelerationStructureNV_##tail:
 #define DEVICE_WARNING(name) case WARNING_##name:
 #define NV_WARNING(name) case WARNING_##name:
+#define SHARED_WARNING(command, name)
 #define IN(structure, tail) case VUID_##structure##_##tail:
 #define IN_NV(structure, tail) case VUID_##structure##_##tail:
 #define OF(command, tail) case VUID_vk##command##_##tail:

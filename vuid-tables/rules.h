@@ -17,6 +17,8 @@
  *     WITHIN(structure, tail)   an id of a structure that other commands take, for all of these
  *     DEVICE_WARNING(name) NV_WARNING(name)   an id of the layer's own (warnings.def), reported
  *                               as a warning
+ *     SHARED_WARNING(COMMAND, name)   the same for any build command, if another command or row has
+ *                               the id, too
  *
  * The last column is optional: HINT("what to do") is the second sentence of a message, such as
  * HINT("Create the VkBuffer with VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT."). It is an imperative that
@@ -91,6 +93,7 @@ enum {
 #define NV(tail) | 1 << COMMAND_NV
 #define DEVICE_WARNING(name) | 1 << COMMAND_DEVICE
 #define NV_WARNING(name) | 1 << COMMAND_NV
+#define SHARED_WARNING(command, name) | 1 << COMMAND_##command
 #define IN(structure, tail) | ((1 << BUILD_COMMAND_COUNT) - 1)
 #define IN_NV(structure, tail) | 1 << COMMAND_NV
 #define OF(command, tail)

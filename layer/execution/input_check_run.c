@@ -104,6 +104,7 @@ static void report_findings(struct reading *reading)
                 guard_results_explain(&reading->guarded, pending->journal, position, pending->rule),
             .when = reading->when,
             .destroyed = device->destroyed,
+            .resources = device->resources,
             .submissions = reading->ran->execution->submissions,
         };
         reporter_send(device->instance->reporter, pending->rule, &pending->location, &origin,

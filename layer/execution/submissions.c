@@ -131,6 +131,7 @@ static struct judging begin_judging(struct submissions *submissions, struct orde
         .origin = {.device = submissions->device->handle,
                    .names = submissions->device->names,
                    .destroyed = submissions->device->destroyed,
+                   .resources = submissions->device->resources,
                    .queue = batch->queue,
                    .submission = batch->number,
                    .queue_labels = shared_labels_stack(batch->labels)},

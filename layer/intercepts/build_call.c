@@ -41,6 +41,7 @@ static struct call_origin origin_of(const struct build_call *call)
         .build_index = facts->build_index,
         .names = call->device->names,
         .destroyed = call->device->destroyed,
+        .resources = call->device->resources,
         .labels = call->command_buffer ? &call->command_buffer->labels : NULL,
         .call_site = call_site_of_thread(),
     };

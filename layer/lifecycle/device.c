@@ -95,9 +95,11 @@ struct layer_device *layer_allocate_device(void)
 
 static struct structures *create_structures(const struct layer_device *device)
 {
-    bool keeps_flags = device->level >= LEVEL_CONTENT &&
-                       (device->facts.micromap.ext || device->facts.micromap.khr);
-    return structures_create(keeps_flags, device->comparer ? &comparer_inputs : NULL);
+    const bool has_micromaps = device->facts.micromap.ext || device->facts.micromap.khr;
+    enum structures_keeping keeping = KEEPS_NOTHING;
+    if (device->level >= LEVEL_CONTENT)
+        keeping = has_micromaps ? KEEPS_FLAGS : KEEPS_SERIALS;
+    return structures_create(keeping, device->comparer ? &comparer_inputs : NULL);
 }
 
 VkResult layer_track_submissions(struct layer_device *device)

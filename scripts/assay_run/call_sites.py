@@ -29,9 +29,16 @@ def place_of(frame):
     return f"{module} in {function}" if function else module
 
 
+def with_callers(frames):
+    """Adds, behind each frame, the functions that its function was inlined into."""
+    return [one for frame in frames
+            for one in (frame, *({"module": frame["module"], "offset": frame["offset"], **caller}
+                                 for caller in frame.get("inlined_into", [])))]
+
+
 def frames_of_application(finding):
     """Returns the frames up to the start of the program or thread; all if there are no others."""
-    frames = finding.get("call_site", [])
+    frames = with_callers(finding.get("call_site", []))
     return [frame for frame in frames if not START.search(frame["module"])] or frames
 
 
@@ -46,8 +53,9 @@ def before_call(offset):
 
 
 def resolve_module(module, offsets):
-    """Returns (function, file, line) by offset; offsets without debug information are left out."""
-    command = ["addr2line", "--functions", "--demangle", f"--exe={module}"]
+    """Returns [(function, file, line)] by offset: the innermost inlined function comes first. Offsets
+    without debug information are left out."""
+    command = ["addr2line", "--addresses", "--functions", "--inlines", "--demangle", f"--exe={module}"]
     # Debug information that a server would have to send could take minutes.
     environment = {key: value for key, value in os.environ.items() if key != "DEBUGINFOD_URLS"}
     try:
@@ -56,14 +64,28 @@ def resolve_module(module, offsets):
                              timeout=120, check=True, encoding="utf-8", errors="replace")
     except (OSError, subprocess.SubprocessError):
         return {}
-    lines = run.stdout.splitlines()
-    places = {}
-    for offset, function, place in zip(offsets, lines[::2], lines[1::2]):
+    groups = re.split(r"^0x[0-9a-f]+\n", run.stdout, flags=re.M)[1:]
+    return {offset: places for offset, group in zip(offsets, groups)
+            if (places := places_of_lines(group.splitlines()))}
+
+
+def places_of_lines(lines):
+    """Reads pairs of lines: a function, and a place in the source."""
+    places = []
+    for function, place in zip(lines[::2], lines[1::2]):
         file, _, line = DISCRIMINATOR.sub("", place).rpartition(":")
         if function != "??" or file != "??":
-            places[offset] = (function, None if file == "??" else file,
-                              int(line) if line.isdigit() else 0)
+            places.append((function, None if file == "??" else file,
+                           int(line) if line.isdigit() else 0))
     return places
+
+
+def described(function, file, line):
+    """Returns the members of a frame that name a place in the source."""
+    members = {"function": function} if function != "??" else {}
+    if file and line:
+        members.update(function=function, file=file, line=line)
+    return members
 
 
 def resolve_call_sites(findings):
@@ -77,10 +99,9 @@ def resolve_call_sites(findings):
               for module, offsets in modules.items()}
     for finding in findings:
         for frame in finding.get("call_site", []):
-            function, file, line = places[frame["module"]].get(frame["offset"], (None, None, 0))
-            if function and function != "??":
-                frame["function"] = function
-            if file and line:
-                frame.update(file=file, line=line)
-                frame.setdefault("function", "??")
+            found = [described(*place) for place in places[frame["module"]].get(frame["offset"], [])]
+            if found:
+                frame.update(found[0])
+            if found[1:]:
+                frame["inlined_into"] = found[1:]
     return True

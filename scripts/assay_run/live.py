@@ -5,7 +5,7 @@ from .baseline import split_known
 from .call_sites import resolve_call_sites
 from .expectations import split_expected
 from .groups import group_findings, identity
-from .records import parse_line
+from .records import is_mistake, parse_line
 from .verdict import group_lines
 
 
@@ -15,7 +15,7 @@ class RecordTail:
     def __init__(self, folder):
         self.folder, self.offsets = folder, {}
 
-    def new_errors(self):
+    def new_mistakes(self):
         findings = []
         for path in sorted(self.folder.glob("*.jsonl")):
             with open(path, "rb") as file:
@@ -27,7 +27,7 @@ class RecordTail:
             self.offsets[path] = self.offsets.get(path, 0) + len(whole) + 1
             lines = map(parse_line, whole.decode("utf-8", "replace").split("\n"))
             findings += [line for line in lines
-                         if line and line["Type"] == "Finding" and line["Severity"] == "Error"]
+                         if line and line["Type"] == "Finding" and is_mistake(line)]
         return findings
 
 
@@ -42,7 +42,7 @@ class Observer:
 
     def observe(self):
         """Returns whether the application is to be ended."""
-        _, findings = split_expected(self.tail.new_errors())
+        _, findings = split_expected(self.tail.new_mistakes())
         if any(entry.needs_call_sites for entry in self.entries):
             resolve_call_sites(findings)
         findings, _ = split_known(findings, self.entries)

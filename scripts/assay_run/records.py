@@ -16,6 +16,13 @@ class RecordFailure(Exception):
     """A record that cannot be read; the text says which and why."""
 
 
+def is_mistake(finding):
+    """Returns whether a finding counts: an error, or a warning about a call (docs/warnings.md). Other
+    warnings are about the layer, a lost device, or what the driver built."""
+    is_of_call = finding.get("Function") and not finding["VUID"].startswith("ASSAY-compare-")
+    return finding["Severity"] == "Error" or bool(finding["Severity"] == "Warning" and is_of_call)
+
+
 class Record:
     """What one or several processes have reported."""
 
@@ -35,11 +42,12 @@ class Record:
         process = self.processes.setdefault((str(path), line.get("pid")), len(self.processes))
         self.lines.append((process, line))
 
-    def errors(self):
-        return [finding for finding in self.findings if finding["Severity"] == "Error"]
+    def mistakes(self):
+        return [finding for finding in self.findings if is_mistake(finding)]
 
     def warnings(self):
-        return [finding for finding in self.findings if finding["Severity"] == "Warning"]
+        return [finding for finding in self.findings
+                if finding["Severity"] == "Warning" and not is_mistake(finding)]
 
     def held_back(self):
         """Returns how often each id was found beyond what was reported."""

@@ -100,6 +100,34 @@ static void append_built(struct text_buffer *text, struct message *message,
     text_append(text, ", build %" PRIu32, built->build);
 }
 
+/* Names end in _BIT, most of them with the author's tag behind it, which says nothing here. Returns
+ * the length up to there; 0: the bit has no name. */
+static size_t name_length(const struct value *flags, uint64_t bit)
+{
+    const char *name = flags->name_of_bit(bit), *end = name ? strstr(name, "_BIT") : NULL;
+    return end ? (size_t)(end - name) : 0;
+}
+
+/* Appends 0x5 (ALLOW_UPDATE | PREFER_FAST_TRACE); without the names if no bit has one. */
+static void append_flags(struct text_buffer *text, const struct value *flags)
+{
+    const char *before = " (";
+    bool has_names = false;
+    text_append(text, "0x%" PRIx64, flags->number);
+    for (uint64_t rest = flags->number; rest; rest &= rest - 1)
+        has_names |= name_length(flags, rest & -rest) > 0;
+    for (uint64_t rest = has_names ? flags->number : 0; rest; rest &= rest - 1) {
+        const uint64_t bit = rest & -rest;
+        const size_t length = name_length(flags, bit);
+        if (length)
+            text_append(text, "%s%.*s", before, (int)length, flags->name_of_bit(bit));
+        else
+            text_append(text, "%s0x%" PRIx64, before, bit);
+        before = " | ";
+    }
+    text_append(text, has_names ? ")" : "");
+}
+
 static void append_value(struct text_buffer *text, struct message *message,
                          const struct value *value, enum build_command command,
                          const struct object_names *names)
@@ -108,6 +136,9 @@ static void append_value(struct text_buffer *text, struct message *message,
     case VALUE_ADDRESS:
     case VALUE_HEX:
         text_append(text, "0x%" PRIx64, value->number);
+        return;
+    case VALUE_FLAGS:
+        append_flags(text, value);
         return;
     case VALUE_NUMBER:
         text_append(text, "%" PRIu64, value->number);
@@ -196,7 +227,7 @@ static void append_finding(struct text_buffer *text, struct message *message,
         text_append(text, " ");
     append_statement(text, message, location->command, origin, finding);
     for (uint32_t i = 0; i < finding->value_count; i++)
-        message_append_destroyed(text, &finding->values[i], origin);
+        message_append_about_address(text, message, &finding->values[i]);
     if (hint)
         text_append(text, " %s", hint);
     append_replaced(text, origin->replaced);

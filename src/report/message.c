@@ -11,6 +11,7 @@
 #include "src/state/commands/call_sites.h"
 #include "src/state/commands/object_names.h"
 #include "src/state/resources/destroyed.h"
+#include "src/state/resources/resources.h"
 
 enum { MODULE_SHOWN = 512 };
 
@@ -89,13 +90,13 @@ void message_append_path(struct text_buffer *text, const struct location *at, co
     }
 }
 
-void message_append_destroyed(struct text_buffer *text, const struct value *value,
-                              const struct call_origin *origin)
+static bool append_destroyed(struct text_buffer *text, const struct value *value,
+                             const struct call_origin *origin)
 {
     struct destroyed_object object;
-    if (value->kind != VALUE_ADDRESS || !origin->destroyed ||
+    if (!origin->destroyed ||
         !destroyed_objects_find(origin->destroyed, value->object_type, value->number, &object))
-        return;
+        return false;
     uint64_t submissions = origin->submissions ? origin->submissions
                                                : destroyed_objects_submissions(origin->destroyed);
     text_append(text, " %s 0x%" PRIx64, object_type_name(object.type), object.handle);
@@ -111,6 +112,34 @@ void message_append_destroyed(struct text_buffer *text, const struct value *valu
     } else {
         text_append(text, "since the last submission.");
     }
+    return true;
+}
+
+/* Farther away, the buffer has nothing to do with the address. */
+enum { DISTANCE_SHOWN = 1 << 20 };
+
+static void append_buffer_before(struct text_buffer *text, struct message *message,
+                                 const struct value *value)
+{
+    const struct call_origin *origin = message->origin;
+    struct resources_before before;
+    if (value->object_type != VK_OBJECT_TYPE_BUFFER || !origin->resources ||
+        !resources_find_before(origin->resources, value->number, &before) ||
+        before.distance > DISTANCE_SHOWN)
+        return;
+    text_append(text, " It is ");
+    text_append_count(text, before.distance, "byte");
+    text_append(text, " past the end of ");
+    message_append_object(text, message, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)before.buffer,
+                          origin->names);
+    text_append(text, ".");
+}
+
+void message_append_about_address(struct text_buffer *text, struct message *message,
+                                  const struct value *value)
+{
+    if (value->kind == VALUE_ADDRESS && !append_destroyed(text, value, message->origin))
+        append_buffer_before(text, message, value);
 }
 
 void message_append_call_site(struct text_buffer *text, const struct call_site *site, uint32_t most)

@@ -19,6 +19,7 @@
 struct call_site;
 struct destroyed_objects;
 struct object_names;
+struct resources;
 struct label_stack;
 
 /* The objects that a message names in addition to the finding's. Members may be null or 0. */
@@ -42,6 +43,7 @@ struct call_origin {
      * work when the build was submitted, or now. NULL: unknown. */
     struct destroyed_objects *destroyed;
     uint64_t submissions;
+    struct resources *resources; /* for buffers in front of addresses; or NULL */
 };
 
 enum {
@@ -151,9 +153,9 @@ void message_append_path(struct text_buffer *text, const struct location *at, co
  * frames at most. Signal handlers may call this. */
 void message_append_call_site(struct text_buffer *text, const struct call_site *site,
                               uint32_t most);
-/* If the value is an address that a destroyed object had, appends which one, and when it was
- * destroyed. */
-void message_append_destroyed(struct text_buffer *text, const struct value *value,
-                              const struct call_origin *origin);
+/* If the value is an address, appends what is known of it: which destroyed object had it, and when
+ * that was destroyed, or else behind the end of which buffer it lies. */
+void message_append_about_address(struct text_buffer *text, struct message *message,
+                                  const struct value *value);
 
 #endif

@@ -109,6 +109,7 @@ bool reporter_wants(const struct reporter *reporter, enum vuid vuid)
 /* A finding of a rule, if `vuid` is set; else a hazard, or a difference. */
 struct report {
     const enum vuid *vuid;
+    enum rule rule;
     enum difference difference;
     const struct location *location;
     const struct call_origin *origin;
@@ -119,14 +120,16 @@ struct report {
 static void message_of_report(struct message *message, const struct report *report,
                               const struct message_style *style)
 {
-    if (report->vuid)
+    if (report->vuid) {
         message_of_finding(message, *report->vuid, report->location, report->origin,
                            report->finding, style);
-    else if (report->hazard)
+        message->level = rule_infos[report->rule].level; /* warnings of one id may differ */
+    } else if (report->hazard) {
         message_of_hazard(message, report->hazard, style);
-    else
+    } else {
         message_of_difference(message, report->difference, report->location, report->origin,
                               report->finding, style);
+    }
 }
 
 /* Returns false if the message is muted. Else `skip` says whether a callback skips the call. */
@@ -159,11 +162,13 @@ bool reporter_send(struct reporter *reporter, enum rule rule, const struct locat
     const enum vuid vuid = rule_infos[rule].vuid[location->command];
     const struct message_subject subject = message_subject_of(origin, finding);
     bool skip;
-    return send_report(
-               reporter, vuid, origin->device, &subject,
-               &(struct report){
-                   .vuid = &vuid, .location = location, .origin = origin, .finding = finding},
-               &skip) &&
+    return send_report(reporter, vuid, origin->device, &subject,
+                       &(struct report){.vuid = &vuid,
+                                        .rule = rule,
+                                        .location = location,
+                                        .origin = origin,
+                                        .finding = finding},
+                       &skip) &&
            (skip || is_failed(reporter, vuid));
 }
 

@@ -2,6 +2,7 @@
 /* Rules about the buffers that contain the addresses of a build. */
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
+#include "src/view/names.h"
 
 static struct value buffer(const struct address_view *address)
 {
@@ -35,7 +36,7 @@ static bool has_build_input_usage(const struct address_view *address, struct fin
            violated(finding, input_field(address->role),
                     "{} is in {}, which was created with usage {}, without "
                     "VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR",
-                    hex(facts->address), buffer(address), hex(facts->usage));
+                    hex(facts->address), buffer(address), buffer_usage(facts->usage));
 }
 
 /* The valid usage names these members only, not those of extension structures. */

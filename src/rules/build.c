@@ -48,7 +48,7 @@ bool build_flags_are_valid(const struct build_view *build, struct finding *findi
         unknown &= ~build_flags_enabled(device);
     return !unknown || device->newer_than_registry ||
            violated(finding, "flags", "{} has bits {}, which no enabled extension defines",
-                    hex(build->info->flags), hex(unknown));
+                    build_flags(build->info->flags), hex(unknown));
 }
 
 bool fast_trace_excludes_fast_build(const struct build_view *build, struct finding *finding)
@@ -60,7 +60,7 @@ bool fast_trace_excludes_fast_build(const struct build_view *build, struct findi
            violated(finding, "flags",
                     "{} has both VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR and "
                     "VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR",
-                    hex(build->info->flags));
+                    build_flags(build->info->flags));
 }
 
 bool build_mode_is_valid(const struct build_view *build, struct finding *finding)

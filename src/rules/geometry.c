@@ -79,7 +79,7 @@ bool geometry_flags_are_valid(const struct geometry_view *geometry, struct findi
     VkGeometryFlagsKHR unknown = geometry->geometry->flags & ~geometry_flags;
     return !unknown || device_of(geometry)->newer_than_registry ||
            violated(finding, "flags", "{} has bits {}, which VkGeometryFlagBitsKHR does not define",
-                    hex(geometry->geometry->flags), hex(unknown));
+                    geometry_flags_of(geometry->geometry->flags), hex(unknown));
 }
 
 bool tlas_geometry_is_instances(const struct geometry_view *geometry, struct finding *finding)

@@ -3,6 +3,7 @@
  * ranges. */
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
+#include "src/view/names.h"
 
 #define STRIDES "pIndirectStrides"
 
@@ -41,7 +42,7 @@ bool indirect_ranges_are_in_one_buffer(const struct indirect_view *indirect,
     case ADDRESS_NULL:
     case ADDRESS_NOWHERE:
         return violated(finding, field, "{} is in no buffer, but geometryCount is {}",
-                        hex(facts->address), number(count));
+                        address_of_missing(VK_OBJECT_TYPE_BUFFER, facts->address), number(count));
     case ADDRESS_IN_BUFFER:
         break;
     }
@@ -62,5 +63,5 @@ bool indirect_buffer_has_indirect_usage(const struct indirect_view *indirect,
            violated(finding, input_field(INPUT_INDIRECT),
                     "{} is in {}, which was created with usage {}, without "
                     "VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT",
-                    hex(facts->address), buffer(facts), hex(facts->usage));
+                    hex(facts->address), buffer(facts), buffer_usage(facts->usage));
 }

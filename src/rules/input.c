@@ -127,7 +127,7 @@ bool transform_address_is_valid(const struct geometry_view *geometry, struct fin
     return geometry->transform.status != ADDRESS_NOWHERE ||
            violated(finding, "geometry.triangles.transformData.deviceAddress",
                     "{} is not 0, and is in no buffer whose address was retrieved",
-                    hex(geometry->transform.address));
+                    address_of_missing(VK_OBJECT_TYPE_BUFFER, geometry->transform.address));
 }
 
 bool transform_address_is_aligned(const struct geometry_view *geometry, struct finding *finding)

@@ -39,7 +39,7 @@ bool motion_dst_is_built_with_motion(const struct motion_build_view *motion_buil
            violated(finding, "flags",
                     "{} lacks VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV, but {} was created "
                     "with VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV",
-                    hex(build->info->flags), dst(build));
+                    build_flags(build->info->flags), dst(build));
 }
 
 bool motion_build_has_a_motion_dst(const struct motion_build_view *motion_build,
@@ -50,7 +50,8 @@ bool motion_build_has_a_motion_dst(const struct motion_build_view *motion_build,
            violated(finding, "flags",
                     "{} has VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV, but {} was created with "
                     "createFlags {}, without VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV",
-                    hex(build->info->flags), dst(build), hex(build->dst.create_flags)) ||
+                    build_flags(build->info->flags), dst(build),
+                    accel_create_flags(build->dst.create_flags)) ||
            (has_motion_geometry(motion_build) &&
             also_violates(finding, build->dst.by_address
                                        ? RULE_motion_geometry_has_a_motion_dst_at_its_address
@@ -67,7 +68,7 @@ static bool created_for_motion_geometry(const struct motion_build_view *motion_b
                     "{} was created with createFlags {}, without "
                     "VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV, but geometry {} has a "
                     "VkAccelerationStructureGeometryMotionTrianglesDataNV",
-                    dst(build), hex(build->dst.create_flags),
+                    dst(build), accel_create_flags(build->dst.create_flags),
                     number(motion_build->first_motion_geometry)) ||
            (has_motion_flag(build) &&
             is_reported_with(finding, RULE_motion_build_has_a_motion_dst));
@@ -96,7 +97,7 @@ bool motion_build_is_not_generic(const struct motion_build_view *motion_build,
            violated(finding, "flags",
                     "{} has VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV, but type is "
                     "VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR",
-                    hex(build->info->flags)) ||
+                    build_flags(build->info->flags)) ||
            is_reported_with(finding, RULE_build_type_is_not_generic);
 }
 

@@ -180,7 +180,7 @@ static bool scratch_is_in_one_buffer(const struct build_view *build, struct find
     case ADDRESS_NULL:
     case ADDRESS_NOWHERE:
         return violated(finding, "scratchData.deviceAddress", "{} is in no buffer, but {} is {}",
-                        hex(scratch->address), text(size_name), number(needed));
+                        address_of_missing(VK_OBJECT_TYPE_BUFFER, scratch->address), text(size_name), number(needed));
     case ADDRESS_IN_BUFFER:
         break;
     }
@@ -217,7 +217,7 @@ static bool scratch_has_storage_usage(const struct build_view *build, struct fin
                     "VK_BUFFER_USAGE_STORAGE_BUFFER_BIT",
                     hex(scratch->address),
                     object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)scratch->buffer),
-                    hex(scratch->usage));
+                    buffer_usage(scratch->usage));
 }
 
 bool build_scratch_has_storage_usage(const struct build_view *build, struct finding *finding)

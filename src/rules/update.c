@@ -37,7 +37,7 @@ bool update_source_was_built_with_allow_update(const struct update_view *update,
            violated(finding, field,
                     "{} was last built with flags {}, without "
                     "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR ({})",
-                    source(update), hex(last->flags), last_build(last));
+                    source(update), build_flags(last->flags), last_build(last));
 }
 
 bool geometry_count_matches_source(const struct update_view *update, struct finding *finding)
@@ -54,7 +54,8 @@ bool build_flags_match_source(const struct update_view *update, struct finding *
     const struct built *last = update->source;
     return !(last->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) ||
            update->asked->flags == last->flags ||
-           update_differs(update, finding, "flags", hex(update->asked->flags), hex(last->flags));
+           update_differs(update, finding, "flags", build_flags(update->asked->flags),
+                          build_flags(last->flags));
 }
 
 static bool first_types_differ(const struct update_view *update)
@@ -97,7 +98,8 @@ bool geometry_flags_match_source(const struct updated_geometry_view *updated_geo
 {
     const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
     return now->flags == then->flags ||
-           geometry_differs(updated_geometry, finding, "flags", hex(now->flags), hex(then->flags));
+           geometry_differs(updated_geometry, finding, "flags", geometry_flags_of(now->flags),
+                            geometry_flags_of(then->flags));
 }
 
 static bool both_are_triangles(const struct updated_geometry_view *geometry)

@@ -65,6 +65,7 @@ struct accel_facts {
     enum tristate host_visible, multi_instance;
     bool by_address : 1;  /* created by vkCreateAccelerationStructure2KHR */
     bool fully_bound : 1; /* the same, with VK_ADDRESS_COMMAND_FULLY_BOUND_BIT_KHR */
+    bool is_external : 1; /* its buffer may be bound to external memory, or is unknown */
     VkAccelerationStructureKHR handle;
 };
 

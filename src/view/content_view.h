@@ -16,6 +16,11 @@ struct indices_view {
     bool is_beyond;
     uint32_t primitive, index;
     uint64_t consumed; /* lower bound of the number of different vertices */
+    /* How far the vertex of the largest index, `max`, lies behind the end of the buffer of the
+     * vertex data, in no other buffer; 0: it does not, or that is unknown. */
+    uint32_t max;
+    VkBuffer buffer;
+    uint64_t past_end;
 };
 
 /* A build range that the indirect command read. */
@@ -78,6 +83,9 @@ struct instance_view {
     /* Whether the referenced structure's last build before this one allows disabling micromaps. */
     enum tristate allows_disabling;
     struct accel_facts referenced; /* the referenced structure; unknown if the reference is 0 */
+    /* If there is none: the structure whose handle is the reference of a device build, or whose
+     * address that of a host build; or NULL. */
+    VkAccelerationStructureKHR confused;
 };
 
 /* An instance of VK_NV_ray_tracing whose reference is not 0. */
@@ -86,6 +94,7 @@ struct nv_instance_view {
     uint32_t index;
     uint64_t reference;
     enum nv_reference refers_to;
+    bool is_handle; /* the reference is the handle of a live VkAccelerationStructureNV */
 };
 
 /* One address in an array of pointers to instances. */
@@ -100,6 +109,18 @@ struct reference_view {
     const struct geometry_view *geometry;
     uint32_t instance;
     struct accel_facts referenced;
+};
+
+/* The instances of a build that refer to live structures without contents: to structures that
+ * nothing was built into, or copied to, before that build. */
+struct unbuilt_view {
+    const struct geometry_view *geometry;
+    uint64_t instance_count;
+    uint32_t structure_count; /* 0: no such instance is known */
+    /* The first such instance, its structure, and whether the structure was built later. */
+    uint32_t first;
+    struct accel_facts referenced;
+    bool is_built_later;
 };
 
 #endif

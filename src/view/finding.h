@@ -15,23 +15,28 @@ enum value_kind {
     VALUE_ADDRESS, /* a device address, shown like VALUE_HEX, which destroyed objects may have had
                     */
     VALUE_HEX,     /* an address or a bit pattern: 0x1010 */
-    VALUE_NUMBER,  /* a number without a noun: 256 */
-    VALUE_COUNT,   /* a number with its noun: 1 byte, 2 bytes */
-    VALUE_REAL,    /* a number with a fraction: 0.5 */
-    VALUE_TEXT,    /* a string that outlives the report, such as an enumerant's spelling */
-    VALUE_OBJECT,  /* a handle, shown with its type and debug name, and listed as an object */
-    VALUE_FIELD,   /* a field of another build of the call: pInfos[build].text */
-    VALUE_BUILT,   /* the command buffer or host call of an earlier build: see built_at() */
+    VALUE_FLAGS, /* a bit pattern with the names of its bits: 0x5 (ALLOW_UPDATE | PREFER_FAST_TRACE)
+                  */
+    VALUE_NUMBER, /* a number without a noun: 256 */
+    VALUE_COUNT,  /* a number with its noun: 1 byte, 2 bytes */
+    VALUE_REAL,   /* a number with a fraction: 0.5 */
+    VALUE_TEXT,   /* a string that outlives the report, such as an enumerant's spelling */
+    VALUE_OBJECT, /* a handle, shown with its type and debug name, and listed as an object */
+    VALUE_FIELD,  /* a field of another build of the call: pInfos[build].text */
+    VALUE_BUILT,  /* the command buffer or host call of an earlier build: see built_at() */
 };
 
 struct value {
     enum value_kind kind;
     uint32_t build;           /* VALUE_FIELD, VALUE_BUILT */
     VkObjectType object_type; /* VALUE_OBJECT; VALUE_ADDRESS: what should have the address */
-    uint64_t number;          /* VALUE_ADDRESS, _HEX, _NUMBER, _COUNT, _OBJECT, _BUILT */
+    uint64_t number;          /* VALUE_ADDRESS, _HEX, _FLAGS, _NUMBER, _COUNT, _OBJECT, _BUILT */
     union {
         const char *text; /* VALUE_TEXT, VALUE_FIELD; VALUE_COUNT: the noun's singular */
         double real;      /* VALUE_REAL */
+        /* VALUE_FLAGS: returns the name of a bit from after the prefix of its type on, such as
+         * ALLOW_UPDATE_BIT_KHR, or NULL if it has none. */
+        const char *(*name_of_bit)(uint64_t bit);
     };
 };
 

@@ -50,3 +50,36 @@ struct value format(VkFormat format)
 {
     return spelling(string_VkFormat(format), (uint32_t)format);
 }
+
+/* ---- flags */
+
+/* The helpers return "Unhandled VkX" for unknown bits. */
+static const char *without_prefix(const char *name, const char *prefix)
+{
+    const size_t length = strlen(prefix);
+    return strncmp(name, prefix, length) == 0 ? name + length : NULL;
+}
+
+#define FLAGS(function, flags_type, helper, bit_type, prefix)                                      \
+    static const char *name_of_##function(uint64_t bit)                                            \
+    {                                                                                              \
+        return without_prefix(helper((bit_type)bit), prefix);                                      \
+    }                                                                                              \
+    struct value function(flags_type flags)                                                        \
+    {                                                                                              \
+        return (struct value){                                                                     \
+            .kind = VALUE_FLAGS, .number = flags, .name_of_bit = name_of_##function};              \
+    }
+
+FLAGS(build_flags, VkBuildAccelerationStructureFlagsKHR,
+      string_VkBuildAccelerationStructureFlagBitsKHR, VkBuildAccelerationStructureFlagBitsKHR,
+      "VK_BUILD_ACCELERATION_STRUCTURE_")
+FLAGS(geometry_flags_of, VkGeometryFlagsKHR, string_VkGeometryFlagBitsKHR, VkGeometryFlagBitsKHR,
+      "VK_GEOMETRY_")
+FLAGS(instance_flags, VkGeometryInstanceFlagsKHR, string_VkGeometryInstanceFlagBitsKHR,
+      VkGeometryInstanceFlagBitsKHR, "VK_GEOMETRY_INSTANCE_")
+FLAGS(accel_create_flags, VkAccelerationStructureCreateFlagsKHR,
+      string_VkAccelerationStructureCreateFlagBitsKHR, VkAccelerationStructureCreateFlagBitsKHR,
+      "VK_ACCELERATION_STRUCTURE_CREATE_")
+FLAGS(buffer_usage, VkBufferUsageFlags2, string_VkBufferUsageFlagBits2, uint64_t,
+      "VK_BUFFER_USAGE_2_")

@@ -17,4 +17,11 @@ struct value micromap_copy_mode(VkCopyMicromapModeEXT mode);
 struct value query_type(VkQueryType type);
 struct value format(VkFormat format);
 
+/* Return flags with the names of their bits. */
+struct value build_flags(VkBuildAccelerationStructureFlagsKHR flags);
+struct value geometry_flags_of(VkGeometryFlagsKHR flags);
+struct value instance_flags(VkGeometryInstanceFlagsKHR flags);
+struct value accel_create_flags(VkAccelerationStructureCreateFlagsKHR flags);
+struct value buffer_usage(VkBufferUsageFlags2 usage);
+
 #endif

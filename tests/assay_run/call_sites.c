@@ -66,6 +66,12 @@ static void prepare(struct scene *scene)
                            VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR;
 }
 
+__attribute__((always_inline)) static inline void
+call_inlined(VkResult (*record)(const struct scene *), struct scene *scene)
+{
+    record(scene); /* caller */
+}
+
 __attribute__((noipa)) static void make_call(struct scene *scene)
 {
     VkResult (*record)(const struct scene *) = record_build;
@@ -74,7 +80,7 @@ __attribute__((noipa)) static void make_call(struct scene *scene)
         record = (VkResult(*)(const struct scene *))dlsym(opened, "record_build");
     if ((library && !opened) || !record)
         exit(3);
-    record(scene); /* caller */
+    call_inlined(record, scene); /* inliner */
     if (opened)
         dlclose(opened);
 }

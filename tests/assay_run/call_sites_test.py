@@ -51,7 +51,9 @@ class CallSites(Runs):
             self.assertEqual(first["line"], line_of(RECORDER, COMMENTS.get(command, command)))
             self.assertEqual(first["function"], "record_build")
             self.assertEqual(second["line"], line_of(MAIN, "caller"))
-            self.assertEqual(second["function"], "make_call")
+            self.assertEqual(second["function"], "call_inlined")
+            self.assertEqual([(one["function"], one["line"]) for one in second["inlined_into"]],
+                             [("make_call", line_of(MAIN, "inliner"))])
             if module:
                 self.assertEqual(first["module"], str(PROGRAMS / module))
 
@@ -120,7 +122,8 @@ class CallSites(Runs):
             self.assert_place(frames[0], RECORDER, line)
             self.assert_place(frames[1], MAIN, caller)
         self.assertRegex(result.err, rf"  at \S*record_build\.c:{line} in record_build\n")
-        self.assertRegex(result.err, rf"  from \S*call_sites\.c:{caller} in make_call\n")
+        self.assertRegex(result.err, rf"  from \S*call_sites\.c:{caller} in call_inlined\n"
+                                     r"\S*   from \S*call_sites\.c:\d+ in make_call\n")
         self.assertRegex(result.out, rf"file=[^,]*record_build\.c,line={line},")
         for name in ("a.xml", "a.html"):
             self.assertRegex(self.read(name), rf"record_build\.c:{line} in record_build")

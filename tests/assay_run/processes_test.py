@@ -35,7 +35,13 @@ class Statuses(Runs):
         self.assertEqual(self.run_script('write("")').status, 98)
 
     def test_warnings_are_no_findings(self):
-        self.expect(self.run_script("load(); find('ASSAY-warning', Severity='Warning')"), 0, "1 warning")
+        for members in ("'ASSAY-warning'", "'ASSAY-compare-missed', Function='vkB'"):
+            script = f"load(); find({members}, Severity='Warning')"
+            self.expect(self.run_script(script), 0, "1 warning")
+
+    def test_warnings_about_calls_are_findings(self):
+        script = "load(); find('ASSAY-read-past-buffer', Severity='Warning', Function='vkB')"
+        self.expect(self.run_script(script), 99, "Warning: ASSAY-read-past-buffer", "1 finding in")
 
     def test_quiet_and_clean_is_silent(self):
         result = self.run_script("load(); end(); print('own output')", "--quiet")

@@ -34,7 +34,7 @@ static const struct input_memory memory = {.find = find};
 static void begin(void)
 {
     comparer = (struct comparer){.device = &device, .last = &comparer.builds};
-    device.structures = structures_create(false, &comparer_inputs);
+    device.structures = structures_create(KEEPS_NOTHING, &comparer_inputs);
     assert_non_null(device.structures);
     geometry = boxes_geometry((uintptr_t)&box, sizeof(box));
 }

@@ -127,6 +127,18 @@ READS(read_7_triangles, UNINDEXED, 5)
 READS(read_7_boxes, AABBS, 4)
 #include "indirect_contents.inc"
 
+static VkAccelerationStructureKHR accel_in_external_memory(struct scene *scene)
+{
+    const STRUCT(VkExternalMemoryBufferCreateInfo, external,
+                 .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT);
+    const STRUCT(VkBufferCreateInfo, create_info, .pNext = &external,
+                 .size = scene->dst_buffers[INDEXED].size, .usage = ACCEL_USAGE);
+    struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
+    const struct test_memory memory =
+        scene_allocate(scene, scene_buffer_memory_size(scene, &buffer));
+    scene_bind(scene, &buffer, &memory, 0);
+    return scene_accel_in(scene, &buffer, 0, buffer.size, scene->infos[INDEXED].type);
+}
 #include "instance_addresses.inc"
 
 static void refer_to_blas_in(struct scene *scene, const struct test_buffer *buffer)
@@ -134,6 +146,12 @@ static void refer_to_blas_in(struct scene *scene, const struct test_buffer *buff
     scene_refer(
         scene, 1,
         scene_accel_in(scene, buffer, 0, place_size(scene, INDEXED), scene->infos[INDEXED].type));
+}
+
+static uint64_t device_address(const struct scene *scene, VkAccelerationStructureKHR accel)
+{
+    const STRUCT(VkAccelerationStructureDeviceAddressInfoKHR, info, .accelerationStructure = accel);
+    return scene->vk->GetAccelerationStructureDeviceAddressKHR(scene->fixture->device, &info);
 }
 #include "instances.inc"
 

@@ -6,7 +6,7 @@
 
 #include <pthread.h>
 
-static const char NEVER_BUILT[] = "not a live, built bottom-level acceleration structure";
+static const char NEVER_BUILT[] = "That structure was ";
 
 /* A build that waits for all earlier commands, and is waited for. */
 static VkCommandBuffer record(uint32_t count)

@@ -48,7 +48,7 @@ static const struct {
     {unaligned, GUARD_NO_STRUCTURE},
     {destroyed, GUARD_NO_STRUCTURE},
     {without_buffer, "is not bound to memory"},
-    {never_built, "not a live, built bottom-level acceleration structure"},
+    {never_built, "That structure was "},
     {top_level, "which is not a bottom-level acceleration structure"},
     {guard_of_another_device, GUARD_NO_STRUCTURE},
 };

@@ -8,7 +8,7 @@ enum { QUEUE = 1, OTHER_QUEUE = 2, ID = 7, COPY_ID, OTHER_ID };
 
 static struct structures *with_flags(void)
 {
-    return structures_create(true, NULL);
+    return structures_create(KEEPS_FLAGS, NULL);
 }
 
 static void write_flag(struct structures *structures, bool allows, struct timestamp timestamp)
@@ -143,6 +143,44 @@ FLAGS_TEST(test_first_build)
     assert_true(structures_note_first_build(structures, ID, 5));
 }
 
+/* ---- structures without contents */
+
+static enum structure_written written_at(const struct structures *structures,
+                                         struct execution_point point)
+{
+    return structures_were_written(structures, ID, &point);
+}
+
+FLAGS_TEST(test_first_write)
+{
+    struct execution_point before = turn_in(structures, batch(3)), other = before;
+    other.now.queue = OTHER_QUEUE;
+    assert_int_equal(written_at(structures, before), WRITTEN_NEVER);
+    assert_int_equal(structures_were_written(structures, ID, NULL), WRITTEN_PERHAPS);
+    assert_int_equal(structures_were_written(structures, 0, &before), WRITTEN_PERHAPS);
+    assert_int_equal(structures_were_written(NULL, ID, &before), WRITTEN_PERHAPS);
+    write_flag(structures, true, batch(3));
+    const struct execution_point between = turn_in(structures, batch(3));
+    write_flag(structures, true, (struct timestamp){OTHER_QUEUE, 1});
+    assert_int_equal(written_at(structures, before), WRITTEN_LATER);
+    assert_int_equal(written_at(structures, between), WRITTEN_PERHAPS);
+    assert_int_equal(written_at(structures, other), WRITTEN_PERHAPS);
+    before.is_unordered = true;
+    assert_int_equal(written_at(structures, before), WRITTEN_PERHAPS);
+    structures_release(structures);
+    assert_int_equal(written_at(structures, between), WRITTEN_PERHAPS);
+}
+
+/* A host command that has begun writes at an unknown time. */
+FLAGS_TEST(test_first_write_by_the_host)
+{
+    const struct execution_point before = turn_in(structures, batch(1));
+    assert_true(structures_add_writer(structures, ID));
+    assert_int_equal(written_at(structures, before), WRITTEN_PERHAPS);
+    write_flag(structures, true, batch(1));
+    assert_int_equal(written_at(structures, before), WRITTEN_PERHAPS);
+}
+
 /* ---- inputs, which are numbers of references here */
 
 static void *share_number(void *input)
@@ -159,7 +197,7 @@ static void release_number(void *input)
 static struct structures *with_inputs(void)
 {
     static const struct structure_inputs inputs = {share_number, release_number};
-    return structures_create(false, &inputs);
+    return structures_create(KEEPS_NOTHING, &inputs);
 }
 
 #define INPUTS_TEST(name)                                                                          \

@@ -210,6 +210,7 @@ static bool is_about_references(enum rule rule)
 {
     return rule == RULE_instance_references_are_zero_or_a_blas ||
            rule == RULE_instances_are_backed_by_memory ||
+           rule == RULE_instances_refer_to_built_structures ||
            rule == RULE_nv_instance_references_are_blas_handles ||
            rule == RULE_nv_instance_references_are_of_live_structures;
 }

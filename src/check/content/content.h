@@ -79,6 +79,8 @@ void content_read_motion_data(struct content *content, uint32_t index, uint32_t 
  * unknown. */
 void content_find_reference(struct content *content, uint64_t reference,
                             struct accel_facts *referenced);
+/* Counts an instance that refers to a structure. */
+void content_count_reference(struct content *content, uint32_t index, uint64_t reference);
 /* Evaluate the rules that apply to instances of every kind. An instance without reference is
  * inactive: its other members are ignored. */
 void content_check_reference(struct content *content, uint32_t index, uint64_t reference,
@@ -100,7 +102,8 @@ void content_release_inputs(struct walk *walk); /* called after the build is rec
 struct instance_uses {
     struct instance_use {
         struct accel_facts referenced;
-        uint64_t checked; /* the last instance whose flags were validated, see instances.c */
+        uint64_t checked;      /* the last instance whose flags were validated, see instances.c */
+        uint32_t first, count; /* the first instance that refers to it, and how many do */
     } * items;
     uint32_t count, capacity;
     uint32_t geometry;           /* the number of geometries with instances so far */

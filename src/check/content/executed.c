@@ -8,6 +8,7 @@
 #include "src/base/array.h"
 #include "src/check/assemble/views.h"
 #include "src/check/content/micromap.h"
+#include "src/check/content/unbuilt.h"
 #include "src/check/life/life.h"
 #include "src/check/overlap/pairs.h"
 #include "src/check/walk/rows.h"
@@ -25,6 +26,7 @@ struct executed_call {
     struct sweep *sweep; /* of referenced structures; NULL: none, or no memory */
     struct retained_build *builds;
     uint32_t count, capacity;
+    struct unbuilt_uses unbuilt;
 };
 
 struct executed_call *executed_call_begin(struct check_context *context,
@@ -191,6 +193,7 @@ static void collect_instances(struct executed_call *call, const struct recorded_
     if (!uses || !uses->count)
         return;
     report_references(call, recorded, uses);
+    unbuilt_uses_add(&call->unbuilt, &call->walk, &build, uses);
     if (!call->sweep)
         call->sweep = check_make_sweep();
     if (call->sweep)
@@ -262,8 +265,8 @@ void executed_call_read(struct executed_call *call, const struct executed_build 
     build_inputs_mark_known(build->inputs);
     call->walk.inputs = NULL;
     call->walk.source_inputs = NULL;
-    call->walk.point = NULL;
     collect_instances(call, build->build);
+    call->walk.point = NULL;
     retain_build(call, build);
 }
 
@@ -272,8 +275,18 @@ bool executed_call_has_instances(const struct executed_call *call)
     return call->sweep && call->count > 1;
 }
 
+static bool is_built(void *context, uint64_t id)
+{
+    const struct executed_call *call = context;
+    for (uint32_t i = 0; i < call->count; i++)
+        if (call->builds[i].dst_id == id)
+            return true;
+    return false;
+}
+
 void executed_call_end(struct executed_call *call)
 {
+    unbuilt_uses_check(&call->unbuilt, &call->walk, &call->view, is_built, call);
     if (executed_call_has_instances(call))
         walk_pairs(call);
     check_free_sweep(call->sweep);

@@ -114,16 +114,31 @@ void content_check_transform(struct content *content, uint32_t index, uint64_t r
         content_walk_transform(content, &view);
 }
 
+/* Finds the structure whose handle was written in place of its address, or the other way round. */
+static VkAccelerationStructureKHR find_confused(const struct content *content, uint64_t reference)
+{
+    const struct check_context *context = content->walk->context;
+    struct accel_facts facts;
+    if (content->range->geometry->build->call->command == COMMAND_HOST)
+        look_up_address(context, reference, &facts);
+    else
+        resources_look_up_accel(context->resources,
+                                (VkAccelerationStructureKHR)(uintptr_t)reference, &facts);
+    return facts.alive == YES ? facts.handle : VK_NULL_HANDLE;
+}
+
 static void check_nv_reference(struct content *content, uint32_t index, uint64_t reference)
 {
     if (!reference || content->range->geometry->build->call->command != COMMAND_NV)
         return;
+    struct resources *resources = content->walk->context->resources;
     const struct nv_instance_view view = {
         .geometry = content->range->geometry,
         .index = index,
         .reference = reference,
-        .refers_to = resources_find_nv_reference(content->walk->context->resources, reference,
-                                                 content->walk->context->destroy_count)};
+        .refers_to = resources_find_nv_reference(resources, reference,
+                                                 content->walk->context->destroy_count),
+        .is_handle = resources_find_id(resources, RESOURCE_ACCEL_NV, reference) != 0};
     content_walk_nv_instance(content, &view);
 }
 
@@ -146,6 +161,8 @@ static void check_flags_and_reference(struct content *content, uint32_t index, b
                                  .instance = *instance};
     uint64_t reference = instance->accelerationStructureReference;
     content_find_reference(content, reference, &view.referenced);
+    if (view.referenced.alive == NO)
+        view.confused = find_confused(content, reference);
     if (instance->flags & VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR)
         view.allows_disabling = find_disabling(content, &view.referenced);
     content_walk_instance(content, &view);
@@ -168,11 +185,28 @@ static uint64_t checked_mark(const struct content *content,
     return ((uint64_t)content->walk->instances->geometry + 1) << 8 | instance->flags;
 }
 
-static bool was_checked(const struct content *content,
+static void count_use(struct instance_use *use, uint32_t index)
+{
+    if (!use->count++)
+        use->first = index;
+}
+
+void content_count_reference(struct content *content, uint32_t index, uint64_t reference)
+{
+    struct instance_use *use = find_use(content, reference);
+    if (use)
+        count_use(use, index);
+}
+
+/* Counts the instance if it need not be checked. */
+static bool was_checked(const struct content *content, uint32_t index,
                         const VkAccelerationStructureInstanceKHR *instance)
 {
-    const struct instance_use *use = find_use(content, instance->accelerationStructureReference);
-    return use && use->checked == checked_mark(content, instance);
+    struct instance_use *use = find_use(content, instance->accelerationStructureReference);
+    if (!use || use->checked != checked_mark(content, instance))
+        return false;
+    count_use(use, index);
+    return true;
 }
 
 static void check_new_instance(struct content *content, uint32_t index,
@@ -180,8 +214,10 @@ static void check_new_instance(struct content *content, uint32_t index,
 {
     check_flags_and_reference(content, index, false, instance);
     struct instance_use *use = find_use(content, instance->accelerationStructureReference);
-    if (use)
-        use->checked = checked_mark(content, instance);
+    if (!use)
+        return;
+    use->checked = checked_mark(content, instance);
+    count_use(use, index);
 }
 
 /* If the estimate of a determinant has a sign, the transform is invertible.
@@ -192,7 +228,7 @@ static void check_new_instance(struct content *content, uint32_t index,
 static void check_plain_instance(struct content *content, uint32_t index,
                                  const VkAccelerationStructureInstanceKHR *instance)
 {
-    if (!was_checked(content, instance))
+    if (!was_checked(content, index, instance))
         check_new_instance(content, index, instance);
     if (!determinant_estimate(&instance->transform))
         content_check_transform(content, index, instance->accelerationStructureReference,

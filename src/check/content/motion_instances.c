@@ -12,6 +12,7 @@ static void check_instance(struct content *content, struct motion_instance_view 
     struct motion_instance_common common = {0};
     bool is_known = motion_instance_common(&view->instance, &common);
     content_find_reference(content, common.reference, &view->referenced);
+    content_count_reference(content, index, common.reference);
     content_walk_motion_instance(content, view);
     if (motion_instance_is(&view->instance,
                            VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV)) {

@@ -228,6 +228,35 @@ static void view_indices(const struct content_indices *indices, struct indices_v
             count_vertices(indices->bytes, indices->size, indices->count, (uint64_t)max + 2);
 }
 
+/* Compares the vertex of the largest index with the end of the buffer as it is now: unknown if any
+ * object was destroyed since the build was submitted. */
+static void find_past_end(const struct content *content,
+                          const VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
+                          struct indices_view *view)
+{
+    const struct check_context *context = content->walk->context;
+    const uint64_t size = format_position_size(triangles->vertexFormat),
+                   first = content_vertex_offset(view->range, content->indices.size,
+                                                 triangles->vertexStride);
+    struct address_facts begin, last;
+    uint64_t end;
+    view->max = content->indices.max;
+    if (!size || first > INT64_MAX || triangles->vertexStride > UINT32_MAX ||
+        context->destroy_count != resources_destroy_count(context->resources) ||
+        __builtin_add_overflow(triangles->vertexData.deviceAddress,
+                               first + view->max * triangles->vertexStride + size, &end))
+        return;
+    resources_look_up_address(context->resources, triangles->vertexData.deviceAddress, &begin);
+    resources_look_up_address(context->resources, end - 1, &last);
+    if (begin.status != ADDRESS_IN_BUFFER || begin.is_sparse || last.status != ADDRESS_NOWHERE)
+        return;
+    /* inputs_are_read_within_their_buffers() is about the vertex of firstVertex. */
+    if (view->geometry->build->call->command == COMMAND_DEVICE && first + size > begin.bytes_left)
+        return;
+    view->buffer = begin.buffer;
+    view->past_end = end - (begin.address + begin.bytes_left);
+}
+
 /* Not for VK_NV_ray_tracing: its geometries have no build ranges, which these rules are about. */
 static void check_indices(struct content *content,
                           const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
@@ -241,6 +270,8 @@ static void check_indices(struct content *content,
         return;
     else if (triangles->indexType == VK_INDEX_TYPE_NONE_KHR)
         view.consumed = content->indices.count;
+    if (content->indices.bytes && content->range->geometry->build->call->command != COMMAND_HOST)
+        find_past_end(content, triangles, &view);
     content_walk_indices(content, &view);
 }
 

@@ -4,6 +4,7 @@
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
 #include "src/view/enabled.h"
+#include "src/view/names.h"
 
 static const struct device_facts *device_of(const struct instance_view *view)
 {
@@ -21,7 +22,7 @@ bool instance_flags_are_valid(const struct instance_view *instance, struct findi
            violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose flags {} have bits {}, which "
                     "VkGeometryInstanceFlagBitsKHR does not define",
-                    number(instance->index), hex(flags), hex(unknown));
+                    number(instance->index), instance_flags(flags), hex(unknown));
 }
 
 bool instance_micromap_flags_have_their_feature(const struct instance_view *instance,
@@ -33,7 +34,7 @@ bool instance_micromap_flags_have_their_feature(const struct instance_view *inst
            violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose flags {} have the micromap bits {}, but the "
                     "feature micromap is not enabled",
-                    number(instance->index), hex(instance->instance.flags), hex(flags));
+                    number(instance->index), instance_flags(instance->instance.flags), hex(flags));
 }
 
 static bool may_disable_micromaps(const struct instance_view *instance, struct finding *finding)
@@ -42,7 +43,7 @@ static bool may_disable_micromaps(const struct instance_view *instance, struct f
            violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose flags {} disable micromaps, but {} was built "
                     "without VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT",
-                    number(instance->index), hex(instance->instance.flags),
+                    number(instance->index), instance_flags(instance->instance.flags),
                     object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                            (uint64_t)(uintptr_t)instance->referenced.handle));
 }
@@ -63,17 +64,29 @@ bool instances_disable_micromaps_only_if_their_blas_allows(const struct instance
            also_violates(finding, RULE_instance_disables_micromaps_only_if_its_blas_allows);
 }
 
+static struct value accel(VkAccelerationStructureKHR handle)
+{
+    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)handle);
+}
+
 /* An instance without a structure is valid and inactive. Instances with motion have their own
  * rule. */
 bool instance_references_are_valid_handles(const struct instance_view *instance,
                                            struct finding *finding)
 {
     const struct accel_facts *referenced = &instance->referenced;
-    return instance->has_motion || !referenced->handle || referenced->alive != NO ||
-           violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
+    const struct value reference = hex((uint64_t)(uintptr_t)referenced->handle);
+    if (instance->has_motion || !referenced->handle || referenced->alive != NO)
+        return true;
+    if (instance->confused)
+        return violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
+                        "leads to instance {}, whose accelerationStructureReference {} is not an "
+                        "acceleration structure of this device, but the device address of {}",
+                        number(instance->index), reference, accel(instance->confused));
+    return violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose accelerationStructureReference {} is not an "
                     "acceleration structure of this device",
-                    number(instance->index), hex((uint64_t)(uintptr_t)referenced->handle));
+                    number(instance->index), reference);
 }
 
 /* An instance with reference 0 is inactive. */
@@ -86,8 +99,10 @@ bool nv_instance_references_are_blas_handles(const struct nv_instance_view *nv_i
                finding, "instanceData",
                "leads to instance {}, whose accelerationStructureReference {} {}",
                number(nv_instance->index), hex(nv_instance->reference),
-               text(refers_to == NV_REFERENCE_TOP_LEVEL
-                        ? "is the handle of a top-level structure"
+               text(refers_to == NV_REFERENCE_TOP_LEVEL ? "is the handle of a top-level structure"
+                    : nv_instance->is_handle
+                        ? "is a VkAccelerationStructureNV, not the value that "
+                          "vkGetAccelerationStructureHandleNV returns for it"
                         : "is not a value that vkGetAccelerationStructureHandleNV returned for "
                           "a live structure"));
 }
@@ -123,9 +138,12 @@ bool instance_references_are_zero_or_a_blas(const struct instance_view *instance
         return violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                         "leads to instance {}, whose accelerationStructureReference {} is the "
                         "address of {}, which is not a bottom-level acceleration structure",
-                        number(instance->index), hex(reference),
-                        object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                               (uint64_t)(uintptr_t)referenced->handle));
+                        number(instance->index), hex(reference), accel(referenced->handle));
+    if (referenced->alive == NO && instance->confused)
+        return violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
+                        "leads to instance {}, whose accelerationStructureReference {} is not the "
+                        "address of an acceleration structure of this device, but the handle of {}",
+                        number(instance->index), hex(reference), accel(instance->confused));
     return referenced->alive != NO ||
            violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose accelerationStructureReference {} is not the "
@@ -186,6 +204,20 @@ bool instances_have_one_memory_instance(const struct reference_view *reference,
                     REFERS_TO
                     "whose {} is bound to memory that was allocated with multiple instances",
                     number(reference->instance), structure(reference), buffer(reference));
+}
+
+bool instances_refer_to_built_structures(const struct unbuilt_view *unbuilt,
+                                         struct finding *finding)
+{
+    return !unbuilt->structure_count ||
+           violated(finding, content_field(unbuilt->geometry, INPUT_INSTANCES),
+                    "leads to instance {}, which refers to {}. That structure {}. References of "
+                    "this kind: {}, {}",
+                    number(unbuilt->first), accel(unbuilt->referenced.handle),
+                    text(unbuilt->is_built_later ? "was first built after this build"
+                                                 : "was never built"),
+                    count_of(unbuilt->instance_count, "instance"),
+                    count_of(unbuilt->structure_count, "structure"));
 }
 
 bool instances_were_created_with_a_buffer(const struct reference_view *reference,

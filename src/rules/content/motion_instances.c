@@ -6,6 +6,7 @@
 #include "src/rules/predicates.h"
 #include "src/view/enabled.h"
 #include "src/view/motion_instance.h"
+#include "src/view/names.h"
 
 static const struct device_facts *device_of(const struct motion_instance_view *view)
 {
@@ -55,7 +56,7 @@ static bool flags_are_valid(const struct motion_instance_view *view, int type,
     VkGeometryInstanceFlagsKHR unknown = common.flags & ~allowed_flags(device, type);
     return !unknown || device->newer_than_registry ||
            violated(finding, content_field(view->geometry, INPUT_INSTANCES), says,
-                    number(view->index), hex(common.flags), hex(unknown));
+                    number(view->index), instance_flags(common.flags), hex(unknown));
 }
 
 #define FLAGS_OF(member)                                                                           \

@@ -5,6 +5,8 @@
 #include "src/bvh/bvh.h"
 #include "src/rules/input.h"
 #include "src/rules/predicates.h"
+#include "src/view/formats.h"
+#include "src/view/geometry_data.h"
 
 /* ---- vertices */
 
@@ -13,16 +15,40 @@ static uint64_t vertex_count(const struct indices_view *indices)
     return (uint64_t)indices->max_vertex + 1;
 }
 
+/* Draws may have primitive restart, builds do not. */
+static const char *restart_note(const struct indices_view *indices)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(indices->geometry->geometry);
+    const uint32_t bits = 8 * index_type_size(triangles->indexType);
+    const bool is_restart = bits && indices->index == UINT32_MAX >> (32 - bits);
+    return is_restart ? " (primitive restart, which builds do not have)" : "";
+}
+
 bool indices_are_within_max_vertex(const struct indices_view *indices, struct finding *finding)
 {
     uint32_t first = indices->range->firstVertex;
     return !indices->is_beyond ||
            violated(finding, "firstVertex",
-                    "{} plus index {} of primitive {} is vertex {}, which exceeds maxVertex ({})",
-                    number(first), number(indices->index), number(indices->primitive),
-                    number((uint64_t)first + indices->index), number(indices->max_vertex)) ||
+                    "{} plus index {}{} of primitive {} is vertex {}, which exceeds maxVertex ({})",
+                    number(first), number(indices->index), text(restart_note(indices)),
+                    number(indices->primitive), number((uint64_t)first + indices->index),
+                    number(indices->max_vertex)) ||
            (indices->consumed > vertex_count(indices) &&
             also_violates(finding, RULE_consumed_vertices_are_within_max_vertex));
+}
+
+/* If the index exceeds maxVertex, other rules report it. */
+bool indexed_vertices_are_within_their_buffer(const struct indices_view *indices,
+                                              struct finding *finding)
+{
+    return !indices->past_end || indices->is_beyond ||
+           violated(finding, "firstVertex",
+                    "{} plus the largest index ({}) makes the build read a vertex that ends {} "
+                    "past the end of {}",
+                    number(indices->range->firstVertex), number(indices->max),
+                    count_of(indices->past_end, "byte"),
+                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)indices->buffer));
 }
 
 /* A build range that consumes more vertices than maxVertex allows also exceeds maxVertex, by an

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about the creation of structures and micromaps. */
 #include "src/rules/predicates.h"
+#include "src/view/names.h"
 
 static bool is_opacity_micromap(const struct create_view *create)
 {
@@ -202,7 +203,7 @@ bool created_object_has_storage_usage(const struct create_view *create, struct f
     return create->buffer.alive != YES || (create->buffer.usage & wanted) ||
            violated(finding, create->by_address ? "addressRange" : "buffer",
                     "lies in {}, which was created with usage {}, without {}", buffer(create),
-                    hex(create->buffer.usage),
+                    buffer_usage(create->buffer.usage),
                     text(create->is_micromap
                              ? "VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT"
                              : "VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR"));

@@ -3,6 +3,7 @@
  * of triangles (micromap_inputs.c). */
 #include "src/rules/micromap/usages.h"
 #include "src/rules/predicates.h"
+#include "src/view/names.h"
 #include "src/view/phrases.h"
 
 /* ---- usages */
@@ -238,7 +239,7 @@ bool built_micromap_scratch_has_storage_usage(const struct built_micromap_view *
            violated(finding, SCRATCH,
                     "{} is in {}, which was created with usage {}, without "
                     "VK_BUFFER_USAGE_STORAGE_BUFFER_BIT",
-                    hex(scratch->address), buffer_at(scratch), hex(scratch->usage));
+                    hex(scratch->address), buffer_at(scratch), buffer_usage(scratch->usage));
 }
 
 /* ---- data and triangles in device memory */
@@ -289,7 +290,7 @@ static bool has_input_usage(const struct address_facts *facts, struct finding *f
            violated(finding, field,
                     "{} is in {}, which was created with usage {}, without "
                     "VK_BUFFER_USAGE_MICROMAP_BUILD_INPUT_READ_ONLY_BIT_EXT",
-                    hex(facts->address), buffer_at(facts), hex(facts->usage));
+                    hex(facts->address), buffer_at(facts), buffer_usage(facts->usage));
 }
 
 bool built_micromap_inputs_have_build_input_usage(const struct built_micromap_view *built_micromap,

@@ -2,6 +2,7 @@
 /* Rules about the source of copies, queries and serializations when they execute. */
 #include "src/rules/predicates.h"
 #include "src/state/commands/journal.h"
+#include "src/view/names.h"
 
 static bool is_query(const struct used_source_view *source)
 {
@@ -69,7 +70,7 @@ bool source_allows_compaction(const struct used_source_view *used_source, struct
            violated(finding, field,
                     "{} was last built with flags {}, without "
                     "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR ({})",
-                    value_of_source(used_source), hex(built->flags),
+                    value_of_source(used_source), build_flags(built->flags),
                     built_at(built->command_buffer, built->position));
 }
 

@@ -37,7 +37,7 @@ bool micromap_update_excludes_data_update(const struct micromap_build_view *micr
                     "{} has both "
                     "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR and "
                     "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT",
-                    hex(micromap_build->build->info->flags));
+                    build_flags(micromap_build->build->info->flags));
 }
 
 /* ---- features */
@@ -53,7 +53,7 @@ bool micromap_data_update_flag_has_its_feature(const struct micromap_build_view 
                "{} has VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT, "
                "but VkPhysicalDeviceOpacityMicromapFeaturesEXT::micromap is not enabled for the "
                "device",
-               hex(micromap_build->build->info->flags));
+               build_flags(micromap_build->build->info->flags));
 }
 
 static bool flag_has_its_feature(const struct micromap_build_view *micromap_build,
@@ -68,7 +68,7 @@ static bool flag_has_its_feature(const struct micromap_build_view *micromap_buil
                     "{} has {}, but the feature micromap is not enabled for the device, neither of "
                     "VkPhysicalDeviceOpacityMicromapFeaturesKHR nor of "
                     "VkPhysicalDeviceOpacityMicromapFeaturesEXT",
-                    hex(micromap_build->build->info->flags), text(name));
+                    build_flags(micromap_build->build->info->flags), text(name));
 }
 
 bool micromap_update_flag_has_its_feature(const struct micromap_build_view *micromap_build,
@@ -111,8 +111,8 @@ bool micromap_build_flags_are_allowed(const struct micromap_build_view *micromap
     VkBuildAccelerationStructureFlagsKHR flags = micromap_build->build->info->flags;
     return !is_micromap(micromap_build->build) || !(flags & ~allowed) ||
            violated(finding, "flags",
-                    "{} has bits {}, which the build of a micromap does not accept", hex(flags),
-                    hex(flags & ~allowed));
+                    "{} has bits {}, which the build of a micromap does not accept",
+                    build_flags(flags), build_flags(flags & ~allowed));
 }
 
 bool micromap_build_has_one_geometry(const struct micromap_build_view *micromap_build,
@@ -132,7 +132,7 @@ bool lossy_build_is_a_micromap(const struct micromap_build_view *micromap_build,
            violated(
                finding, "type",
                "is {}, but flags {} has VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR",
-               accel_type(build->info->type), hex(build->info->flags));
+               accel_type(build->info->type), build_flags(build->info->flags));
 }
 
 static const VkAccelerationStructureGeometryKHR *geometry_of(const struct build_view *build,
@@ -238,5 +238,5 @@ bool micromap_geometry_has_no_flags(const struct micromap_geometry_view *microma
     return !is_micromap_geometry(micromap_geometry) || !geometry->geometry->flags ||
            !geometry->build->call->device->extension.opacity_micromap_khr ||
            violated(finding, "flags", "{} is not 0, which VK_GEOMETRY_TYPE_MICROMAP_KHR requires",
-                    hex(geometry->geometry->flags));
+                    geometry_flags_of(geometry->geometry->flags));
 }

@@ -161,7 +161,7 @@ static bool has_ray_tracing_usage(const struct buffer_facts *facts, struct findi
     return facts->alive != YES || (facts->usage & VK_BUFFER_USAGE_RAY_TRACING_BIT_NV) ||
            violated(finding, field,
                     "{} was created with usage {}, without VK_BUFFER_USAGE_RAY_TRACING_BIT_NV",
-                    nv_buffer(facts->handle), hex(facts->usage));
+                    nv_buffer(facts->handle), buffer_usage(facts->usage));
 }
 
 /* The registry has the valid usage of scratch and instanceData for the command and for
@@ -235,7 +235,8 @@ bool nv_dst_was_created_compatible(const struct nv_call_view *nv_call, struct fi
                         accel_type(info->type));
     if (created->flags != info->flags)
         return violated(finding, "dst", "{} was created with flags {}, but pInfo has {}",
-                        nv_structure(nv_call->dst), hex(created->flags), hex(info->flags));
+                        nv_structure(nv_call->dst), build_flags(created->flags),
+                        build_flags(info->flags));
     if (created->instance_count < info->instanceCount)
         return created_for_fewer(nv_call, finding, "instanceCount", created->instance_count,
                                  info->instanceCount);

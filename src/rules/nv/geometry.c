@@ -67,7 +67,7 @@ bool nv_geometry_flags_are_valid(const struct nv_geometry_view *nv_geometry,
     VkGeometryFlagsKHR unknown = nv_geometry->geometry->flags & ~geometry_flags;
     return !unknown || device_of(nv_geometry)->newer_than_registry ||
            violated(finding, "flags", "{} has bits {}, which VkGeometryFlagBitsKHR does not define",
-                    hex(nv_geometry->geometry->flags), hex(unknown));
+                    geometry_flags_of(nv_geometry->geometry->flags), hex(unknown));
 }
 
 /* ---- the members of VkGeometryDataNV

@@ -51,7 +51,7 @@ bool nv_info_flags_are_valid(const struct nv_info_view *nv_info, struct finding 
         nv_info->info->flags & ~build_flags_enabled(device);
     return !unknown || device->newer_than_registry ||
            violated(finding, "flags", "{} has bits {}, which no enabled extension defines",
-                    hex(nv_info->info->flags), hex(unknown));
+                    build_flags(nv_info->info->flags), hex(unknown));
 }
 
 bool nv_fast_trace_excludes_fast_build(const struct nv_info_view *nv_info, struct finding *finding)
@@ -63,7 +63,7 @@ bool nv_fast_trace_excludes_fast_build(const struct nv_info_view *nv_info, struc
            violated(finding, "flags",
                     "{} has both VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_NV and "
                     "VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_NV",
-                    hex(nv_info->info->flags));
+                    build_flags(nv_info->info->flags));
 }
 
 bool nv_tlas_has_no_geometries(const struct nv_info_view *nv_info, struct finding *finding)

@@ -3,6 +3,8 @@
  * geometry doesn't use, are all unknown. */
 #include "src/rules/nv/objects.h"
 #include "src/rules/predicates.h"
+#include "src/view/formats.h"
+#include "src/view/geometry_data.h"
 
 #define TRIANGLES "geometry.triangles."
 #define BOXES "geometry.aabbs."
@@ -92,4 +94,66 @@ bool nv_aabb_offset_is_in_the_buffer(const struct nv_geometry_view *nv_geometry,
     const VkGeometryAABBNV *aabbs = nv_geometry->aabbs;
     return !aabbs || nv_geometry_is_empty(nv_geometry) ||
            is_in_buffer(&nv_geometry->boxes, finding, BOXES "offset", aabbs->offset);
+}
+
+/* ---- the end of buffers */
+
+/* Returns whether `count` elements lie in the buffer. Other rules are about an offset behind its
+ * end, and about strides that do not fit in 32 bits. */
+static bool is_read_within(const struct buffer_facts *facts, struct finding *finding,
+                           const char *field, VkDeviceSize offset, uint64_t count, uint64_t stride,
+                           uint64_t size)
+{
+    if (facts->alive != YES || offset >= facts->size || !count || !size || stride > UINT32_MAX)
+        return true;
+    const uint64_t bytes = (count - 1) * stride + size;
+    return bytes <= facts->size - offset ||
+           violated(finding, field, "{} makes the build read {} of {}, {} past its end",
+                    number(offset), count_of(bytes, "byte"), nv_buffer(facts->handle),
+                    count_of(bytes - (facts->size - offset), "byte"));
+}
+
+/* Vertices are read by index, or all of them; a triangle that lacks vertices is not read. */
+static bool triangles_are_read_within(const struct nv_geometry_view *nv_geometry,
+                                      struct finding *finding)
+{
+    const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
+    const uint32_t index_size = index_type_size(triangles->indexType);
+    const bool has_indices = triangles->indexType != VK_INDEX_TYPE_NONE_NV;
+    const uint32_t count = has_indices ? 0 : triangles->vertexCount - triangles->vertexCount % 3;
+    if ((has_indices ? triangles->indexCount : count) / 3 >
+        nv_geometry->call->call->device->nv_limits.maxTriangleCount)
+        return true; /* other rules are about the count */
+    return is_read_within(&nv_geometry->index_data, finding, TRIANGLES "indexOffset",
+                          triangles->indexOffset, triangles->indexCount - triangles->indexCount % 3,
+                          index_size, index_size) &&
+           is_read_within(&nv_geometry->vertex, finding, TRIANGLES "vertexOffset",
+                          triangles->vertexOffset, count, triangles->vertexStride,
+                          format_position_size(triangles->vertexFormat)) &&
+           is_read_within(&nv_geometry->transform, finding, TRIANGLES "transformOffset",
+                          triangles->transformOffset, 1, 0, sizeof(VkTransformMatrixNV));
+}
+
+bool nv_geometry_is_read_within_its_buffers(const struct nv_geometry_view *nv_geometry,
+                                            struct finding *finding)
+{
+    const VkGeometryAABBNV *aabbs = nv_geometry->aabbs;
+    if (nv_geometry_is_empty(nv_geometry))
+        return true;
+    if (nv_geometry->triangles)
+        return triangles_are_read_within(nv_geometry, finding);
+    return !aabbs || is_read_within(&nv_geometry->boxes, finding, BOXES "offset", aabbs->offset,
+                                    aabbs->numAABBs, aabbs->stride, sizeof(VkAabbPositionsNV));
+}
+
+bool nv_instances_are_read_within_their_buffer(const struct nv_call_view *nv_call,
+                                               struct finding *finding)
+{
+    const VkAccelerationStructureInfoNV *info = nv_call->info;
+    return !info || info->type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV ||
+           info->instanceCount > nv_call->call->device->nv_limits.maxInstanceCount ||
+           is_read_within(&nv_call->instance_facts, finding, "instanceOffset",
+                          nv_call->instance_offset, info->instanceCount,
+                          sizeof(VkAccelerationStructureInstanceNV),
+                          sizeof(VkAccelerationStructureInstanceNV));
 }

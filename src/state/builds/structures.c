@@ -32,11 +32,11 @@ struct structure_before {
 struct structures_shared {
     struct structure_before *undo; /* only the writer uses these three */
     uint32_t undo_count, undo_capacity;
-    bool keeps_flags;                      /* keeps_flags and inputs never change */
+    enum structures_keeping keeping;       /* keeping and inputs never change */
     const struct structure_inputs *inputs; /* or NULL */
     pthread_mutex_t lock;                  /* guards the members below */
     bool is_unknown;                       /* all records were removed */
-    uint64_t serial;                       /* number of writes; if flags are kept */
+    uint64_t serial;                       /* number of writes; if serials are kept */
     struct handle_table other_inputs; /* by id, of structures without a record: executions that were
                                        * not read yet may have used them */
     struct destroyed_ids {
@@ -58,7 +58,8 @@ static void unlock_shared(const struct structures *structures)
         pthread_mutex_unlock(&structures->shared->lock);
 }
 
-struct structures *structures_create(bool keeps_flags, const struct structure_inputs *inputs)
+struct structures *structures_create(enum structures_keeping keeping,
+                                     const struct structure_inputs *inputs)
 {
     struct structures *structures = calloc(1, sizeof(*structures));
     struct structures_shared *shared = calloc(1, sizeof(*shared));
@@ -67,7 +68,7 @@ struct structures *structures_create(bool keeps_flags, const struct structure_in
         free(shared);
         return NULL;
     }
-    shared->keeps_flags = keeps_flags;
+    shared->keeping = keeping;
     shared->inputs = inputs;
     pthread_mutex_init(&shared->lock, NULL);
     structures->shared = shared;
@@ -135,7 +136,7 @@ static struct structure *find_or_add(struct structures *structures, uint64_t id)
 /* If there is no memory, the flag stays unknown. */
 static void note_flag(struct structures_shared *shared, struct structure *structure)
 {
-    uint64_t serial = ++shared->serial;
+    uint64_t serial = shared->serial;
     if (structure->built.state != BUILT_BEFORE) {
         if (structure->more)
             structure->more->since = 0;
@@ -151,6 +152,14 @@ static void note_flag(struct structures_shared *shared, struct structure *struct
     more->written = structure->written;
 }
 
+static void note_first_write(struct structure *structure, uint64_t serial)
+{
+    if (structure->first_serial)
+        return;
+    structure->first_queue = structure->written.queue;
+    structure->first_serial = serial;
+}
+
 void structures_replace(struct structures *structures, struct structure *structure,
                         const struct built *built, struct timestamp written)
 {
@@ -159,10 +168,11 @@ void structures_replace(struct structures *structures, struct structure *structu
     built_release(&structure->built);
     structure->built = own;
     structure->written = written;
-    if (!shared || (!shared->keeps_flags && !shared->inputs))
+    if (!shared || (!shared->keeping && !shared->inputs))
         return;
     lock_shared(structures);
-    if (shared->keeps_flags)
+    note_first_write(structure, ++shared->serial);
+    if (shared->keeping == KEEPS_FLAGS)
         note_flag(shared, structure);
     if (structure->more)
         structure->more->copy_of = 0;
@@ -180,7 +190,7 @@ bool structures_set(struct structures *structures, uint64_t id, const struct bui
 
 static void forget_flag(struct structures *structures, struct structure *structure)
 {
-    if (!structures->shared->keeps_flags)
+    if (structures->shared->keeping != KEEPS_FLAGS)
         return;
     lock_shared(structures);
     if (structure->more)
@@ -375,7 +385,7 @@ void structures_keep(struct structures *structures)
 
 bool structures_find_serial(const struct structures *structures, uint64_t *serial)
 {
-    if (!structures || !structures->shared->keeps_flags)
+    if (!structures || !structures->shared->keeping)
         return false;
     lock_shared(structures);
     *serial = structures->shared->serial;
@@ -404,6 +414,31 @@ enum tristate structures_allow_disabling(const struct structures *structures, ui
         allows = more->allows_disabling ? YES : NO;
     unlock_shared(structures);
     return allows;
+}
+
+/* Called with the lock held. A host command that has begun may have written the structure before.
+ */
+static bool was_written_later(const struct structure *structure,
+                              const struct execution_point *point)
+{
+    return structure->first_serial > point->serial && !structure->host_writers &&
+           structure->first_queue == point->now.queue && !point->is_unordered;
+}
+
+enum structure_written structures_were_written(const struct structures *structures, uint64_t id,
+                                               const struct execution_point *point)
+{
+    enum structure_written written = WRITTEN_PERHAPS;
+    if (!structures || !id || !point)
+        return written;
+    lock_shared(structures);
+    const struct structure *structure = structures_find(structures, id);
+    if (!structure && !structures->shared->is_unknown)
+        written = WRITTEN_NEVER;
+    else if (structure && was_written_later(structure, point))
+        written = WRITTEN_LATER;
+    unlock_shared(structures);
+    return written;
 }
 
 uint32_t structures_first_build(const struct structures *structures, uint64_t id)

@@ -28,6 +28,9 @@ struct structure {
     uint32_t host_writers;    /* number of host commands that are writing it: until they end, the
                                * state is unknown */
     uint32_t first_build;     /* count of its first build, for setting guard */
+    /* The queue of its first write, and the serial then; if serials are kept. */
+    uint32_t first_queue;
+    uint64_t first_serial;
     struct structure_more *more; /* what other settings need; NULL until they do */
 };
 
@@ -44,9 +47,17 @@ struct structure_inputs {
     void (*release)(void *input);
 };
 
-/* Returns the empty table of a device, or NULL if there is no memory. `keeps_flags`: for
- * structures_allow_disabling(). `inputs`: for structures_set_input(); or NULL. */
-struct structures *structures_create(bool keeps_flags, const struct structure_inputs *inputs);
+/* What a device's table keeps for past execution points. */
+enum structures_keeping {
+    KEEPS_NOTHING,
+    KEEPS_SERIALS, /* for structures_were_written() */
+    KEEPS_FLAGS,   /* also for structures_allow_disabling() */
+};
+
+/* Returns the empty table of a device, or NULL if there is no memory. `inputs`: for
+ * structures_set_input(); or NULL. */
+struct structures *structures_create(enum structures_keeping keeping,
+                                     const struct structure_inputs *inputs);
 void structures_destroy(struct structures *structures); /* accepts NULL */
 
 /* ---- the writer */
@@ -112,13 +123,24 @@ struct execution_point {
     struct execution_clock follows;
 };
 
-/* Finds the serial of the latest write. Returns false if no flags are kept. */
+/* Finds the serial of the latest write. Returns false if no serials are kept. */
 bool structures_find_serial(const struct structures *structures, uint64_t *serial);
 /* Returns whether the structure had been built, at an execution point, so that instances may
  * disable its micromaps. Known as long as the flag hasn't changed since that point. UNKNOWN if
  * `structures` or `point` is NULL. */
 enum tristate structures_allow_disabling(const struct structures *structures, uint64_t id,
                                          const struct execution_point *point);
+
+/* Whether a structure was written before an execution point of a queue. */
+enum structure_written {
+    WRITTEN_PERHAPS,
+    WRITTEN_NEVER, /* nor after that point */
+    WRITTEN_LATER, /* by work that the same queue executed after that point */
+};
+/* `id` is of a live structure: records of destroyed ones are removed. WRITTEN_PERHAPS if
+ * `structures` or `point` is NULL. */
+enum structure_written structures_were_written(const struct structures *structures, uint64_t id,
+                                               const struct execution_point *point);
 
 /* Returns the count of the structure's first build, STRUCTURE_NEVER_BUILT, or 0 if it is unknown.
  */

@@ -61,7 +61,8 @@ static struct accel_record *make_accel(VkAccelerationStructureKHR handle, VkDevi
                                                  .details_known = true,
                                                  .size = size,
                                                  .type = type,
-                                                 .create_flags = flags}};
+                                                 .create_flags = flags,
+                                                 .is_external = true}};
     return accel;
 }
 

@@ -289,6 +289,15 @@ void address_map_find(const struct address_map *map, uint64_t address, buffer_ra
     }
 }
 
+const struct address_facts *address_map_before(const struct address_map *map, uint64_t address)
+{
+    if (!map->chunk_count)
+        return NULL;
+    const struct address_chunk *chunk = map->chunks[chunk_of(map, address)];
+    const size_t count = count_up_to(chunk, address);
+    return count ? &map->guesses.ranges[chunk->slots[count - 1]] : NULL;
+}
+
 void address_map_each(const struct address_map *map, buffer_range_visitor visit, void *context)
 {
     for (size_t c = 0; c < map->chunk_count; c++)

@@ -36,6 +36,9 @@ typedef void (*buffer_range_visitor)(const struct address_facts *range, void *co
 void address_map_find(const struct address_map *map, uint64_t address, buffer_range_visitor visit,
                       void *context);
 
+/* Returns the last range that begins at or before `address`, or NULL. */
+const struct address_facts *address_map_before(const struct address_map *map, uint64_t address);
+
 /* Calls `visit` for every range in ascending order of addresses. `visit` must not change the
  * map. */
 void address_map_each(const struct address_map *map, buffer_range_visitor visit, void *context);

@@ -60,6 +60,13 @@ static VkBufferUsageFlags2 usage_of(const VkBufferCreateInfo *create_info)
     return flags2 ? flags2->usage : create_info->usage;
 }
 
+static bool is_external(const VkBufferCreateInfo *create_info)
+{
+    const VkExternalMemoryBufferCreateInfo *external =
+        chain_find(create_info->pNext, VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO);
+    return external && external->handleTypes;
+}
+
 /* Returns whether the application creates the buffer with a captured address, which it need not
  * retrieve again. */
 static bool replays_address(const VkBufferCreateInfo *create_info)
@@ -83,6 +90,7 @@ void resources_add_buffer(struct resources *resources, VkBuffer handle,
         buffer->where.usage = usage_of(create_info);
         buffer->where.is_protected = create_info->flags & VK_BUFFER_CREATE_PROTECTED_BIT;
         buffer->flags = create_info->flags;
+        buffer->is_external = is_external(create_info);
         buffer->bound = NO;
         resources_refresh(resources, buffer);
     }
@@ -256,6 +264,21 @@ bool resources_find_micromap_at(struct resources *resources, VkDeviceAddress add
         }
     resources_end_reading(resources, token);
     return count == 1;
+}
+
+bool resources_find_before(struct resources *resources, VkDeviceAddress address,
+                           struct resources_before *before)
+{
+    struct address_facts facts;
+    unsigned token = resources_begin_reading(resources);
+    resources_find_address(resources, address, &facts);
+    const struct address_facts *range =
+        facts.status == ADDRESS_NOWHERE ? address_map_before(&resources->addresses, address) : NULL;
+    if (range)
+        *before =
+            (struct resources_before){range->buffer, address - range->address - range->bytes_left};
+    resources_end_reading(resources, token);
+    return range;
 }
 
 /* ---- bytes of memory */

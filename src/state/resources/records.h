@@ -46,6 +46,7 @@ struct buffer_record {
 
     uint32_t references; /* from acceleration structures, and one from the table while alive */
     bool alive;
+    bool is_external; /* created for external memory */
     VkBufferCreateFlags flags;
 
     /* Non-sparse buffers only. YES: bound to `memory` at `memory_offset`. */

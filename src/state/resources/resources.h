@@ -263,6 +263,15 @@ struct resources_at resources_find_at(struct resources *resources, VkDeviceAddre
 bool resources_find_micromap_at(struct resources *resources, VkDeviceAddress address,
                                 struct accel_facts *facts);
 
+/* Finds the buffer behind whose end an address lies that is in no buffer, and how many bytes behind
+ * it. Returns false if there is none, or if the layer may not know all buffers. */
+struct resources_before {
+    VkBuffer buffer;
+    VkDeviceSize distance;
+};
+bool resources_find_before(struct resources *resources, VkDeviceAddress address,
+                           struct resources_before *before);
+
 /* Returns the id of a live object of the device, or 0 if the handle is unknown. */
 enum resource_kind {
     RESOURCE_ACCEL,
