@@ -79,7 +79,7 @@ bool referenced_micromaps_were_deserialized(const struct used_source_view *used_
 {
     return !used_source->micromap ||
            violated(finding, field_of_source(used_source),
-                    "{} was deserialized, and refers to micromap {}, which never was",
+                    "{} was deserialized and refers to micromap {}, which was never deserialized",
                     value_of_source(used_source),
                     object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, used_source->micromap));
 }
