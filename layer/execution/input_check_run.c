@@ -316,10 +316,11 @@ static struct found_notes take_notes(struct read_buffer *buffer, const struct jo
 static void read_build(struct read_buffer *buffer, const struct journal_entry *entry,
                        const struct found_notes *notes)
 {
-    const struct recorded_build *build = journal_copies(entry);
+    struct recorded_build *build = journal_copies(entry);
     const struct journal_entry *known = entry->kind == JOURNAL_INPUTS ? NULL : entry;
     const struct input_note *note = notes->inputs;
     struct reading *reading = buffer->reading;
+    struct pending_finding **const before = reading->findings_last;
     struct snapshot_memory memory = {
         .snapshots = build->snapshots,
         .count = build->snapshot_count,
@@ -354,6 +355,8 @@ static void read_build(struct read_buffer *buffer, const struct journal_entry *e
     snapshot_memory_close(&memory);
     if (note)
         replay_judge_inputs(&reading->replay, note);
+    if (reading->findings_last != before)
+        atomic_store(&build->has_findings, true);
 }
 
 /* Whether this thread is to validate the build now. The device executes the calls of a command

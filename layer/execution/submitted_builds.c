@@ -286,6 +286,7 @@ static bool visit_journal(struct visitor *visitor, const struct journal *journal
         build->entry = entry;
         build->state = MARK_IS_UNKNOWN;
         build->lacks_inputs = copies && copies->left_out;
+        build->copies = copies;
         if (copies)
             build->state = recording_mark_state(journal->work, copies->mark, 0);
         if (!visitor->visit(visitor->user, build))

@@ -47,8 +47,9 @@ struct submitted_build {
     VkQueue queue;
     uint64_t submission; /* number, see struct order_batch */
     const struct label_stack *queue_labels;
-    enum mark_state state; /* MARK_IS_UNKNOWN below level CONTENT */
-    bool lacks_inputs;     /* the layer could not copy all of its inputs */
+    enum mark_state state;               /* MARK_IS_UNKNOWN below level CONTENT */
+    bool lacks_inputs;                   /* the layer could not copy all of its inputs */
+    const struct recorded_build *copies; /* of its inputs, or NULL */
 };
 
 /* Calls `visit` for each build in the order of submission, until it returns false. Holds the lock

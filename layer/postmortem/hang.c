@@ -99,9 +99,14 @@ static void report(const struct watch *watch)
     text_append(&text, "The device has made no progress for ");
     text_append_count(&text, watch->hang / SECOND, "second");
     text_append(&text, ", while the application waits for it. ");
-    if (!pending_list_append(device, true, &text) || atomic_exchange(&device->hang_reported, true))
+    if (!submitted_builds_are_pending(device->submitted_builds) ||
+        atomic_exchange(&device->hang_reported, true))
         return;
     input_checks_read_marked(device->input_checks, "read while the device made no progress");
+    if (!pending_list_append(device, true, NULL, &text)) {
+        atomic_store(&device->hang_reported, false); /* it went on meanwhile */
+        return;
+    }
     reporter_report_event(device->instance->reporter, "ASSAY-hang", line);
 }
 

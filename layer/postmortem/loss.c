@@ -100,15 +100,17 @@ static void append_address(const struct layer_device *device,
         append_objects(device, fault, text);
 }
 
-/* Appends the driver's description and addresses, each with the buffer and structure in whose range
- * it lies, live or destroyed. Returns false, and appends nothing, if the application has not
- * enabled the feature deviceFault, or if the driver has nothing to say. */
-static bool device_fault_append(const struct layer_device *device, bool on_new_line,
-                                struct text_buffer *text)
-{
+/* What the driver says of the fault. */
+struct device_fault {
     VkDeviceFaultAddressInfoEXT addresses[ADDRESSES_MAX];
-    VkDeviceFaultInfoEXT info = {.sType = VK_STRUCTURE_TYPE_DEVICE_FAULT_INFO_EXT,
-                                 .pAddressInfos = addresses};
+    VkDeviceFaultInfoEXT info;
+    uint32_t count;
+};
+
+/* Returns false if the application has not enabled the feature deviceFault, or if the driver has
+ * nothing to say. */
+static bool find_device_fault(const struct layer_device *device, struct device_fault *fault)
+{
     VkDeviceFaultCountsEXT counts = {.sType = VK_STRUCTURE_TYPE_DEVICE_FAULT_COUNTS_EXT};
     if (!device->facts.device_fault || !device->vk.GetDeviceFaultInfoEXT ||
         device->vk.GetDeviceFaultInfoEXT(device->handle, &counts, NULL) < VK_SUCCESS)
@@ -117,14 +119,42 @@ static bool device_fault_append(const struct layer_device *device, bool on_new_l
         counts.addressInfoCount = ADDRESSES_MAX;
     counts.vendorInfoCount = 0;
     counts.vendorBinarySize = 0;
-    if (device->vk.GetDeviceFaultInfoEXT(device->handle, &counts, &info) < VK_SUCCESS ||
-        !(counts.addressInfoCount || info.description[0]))
+    fault->info = (VkDeviceFaultInfoEXT){.sType = VK_STRUCTURE_TYPE_DEVICE_FAULT_INFO_EXT,
+                                         .pAddressInfos = fault->addresses};
+    if (device->vk.GetDeviceFaultInfoEXT(device->handle, &counts, &fault->info) < VK_SUCCESS)
         return false;
-    text_append_plain(text, on_new_line ? "\nThe driver reports: " : "The driver reports: ");
-    text_append_quoted(text, info.description, sizeof(info.description));
-    for (uint32_t i = 0; i < counts.addressInfoCount; i++)
-        append_address(device, &addresses[i], text);
-    return true;
+    fault->count = counts.addressInfoCount;
+    return fault->count || fault->info.description[0];
+}
+
+/* The precision is the size of the aligned bytes among which the address is, a power of two. */
+static struct pending_faults addresses_of_data(const struct layer_device *device,
+                                               const struct device_fault *fault)
+{
+    struct pending_faults faults = {.count = 0};
+    for (uint32_t i = 0; i < fault->count; i++) {
+        const VkDeviceFaultAddressInfoEXT *at = &fault->addresses[i];
+        const uint64_t size = at->addressPrecision ? at->addressPrecision : 1;
+        const uint64_t begin = at->reportedAddress & ~(size - 1);
+        if (!is_of_data(at->addressType))
+            continue;
+        const struct resources_at there = resources_find_at(device->resources, at->reportedAddress);
+        faults.ranges[faults.count].begin = begin;
+        faults.ranges[faults.count].end = begin + size;
+        faults.ranges[faults.count++].structure = (uint64_t)(uintptr_t)there.structure;
+    }
+    return faults;
+}
+
+/* Appends the driver's description and addresses, each with the buffer and structure in whose range
+ * it lies, live or destroyed. */
+static void append_device_fault(const struct layer_device *device, const struct device_fault *fault,
+                                struct text_buffer *text)
+{
+    text_append_plain(text, "The driver reports: ");
+    text_append_quoted(text, fault->info.description, sizeof(fault->info.description));
+    for (uint32_t i = 0; i < fault->count; i++)
+        append_address(device, &fault->addresses[i], text);
 }
 
 /* ---- the report */
@@ -135,8 +165,14 @@ static void report(struct layer_device *device)
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
     text_append(&text, "The device was lost. ");
-    uint32_t count = pending_list_append(device, true, &text);
-    bool has_fault = device_fault_append(device, count != 0, &text);
+    struct device_fault fault = {.count = 0};
+    const bool has_fault = find_device_fault(device, &fault);
+    const struct pending_faults faults = addresses_of_data(device, &fault);
+    const uint32_t count = pending_list_append(device, true, &faults, &text);
+    if (has_fault) {
+        text_append_plain(&text, count ? "\n" : "");
+        append_device_fault(device, &fault, &text);
+    }
     if (count || has_fault)
         reporter_report_event(device->instance->reporter, "ASSAY-device-lost", line);
 }

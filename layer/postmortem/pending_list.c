@@ -5,14 +5,58 @@
 #include "layer/execution/submitted_builds.h"
 #include "src/report/message.h"
 
-enum { NAME_SIZE = 256, RANKS = 4 };
+enum { NAME_SIZE = 256, RANKS = 7 };
 
 struct list {
     const struct layer_device *device;
     bool waits;
+    const struct pending_faults *faults; /* or NULL */
     struct text_buffer *text;
     uint32_t rank, listed, count;
+    bool may_run; /* a build may have been running */
 };
+
+/* ---- what leads to the culprit */
+
+static bool is_hit(const struct list *list, uint64_t address, uint64_t size)
+{
+    for (uint32_t i = 0; list->faults && i < list->faults->count; i++)
+        if (address < list->faults->ranges[i].end && list->faults->ranges[i].begin < address + size)
+            return true;
+    return false;
+}
+
+static bool is_hit_structure(const struct list *list, const struct submitted_build *build,
+                             uint64_t handle)
+{
+    struct resource_span span;
+    for (uint32_t i = 0; handle && i < list->faults->count; i++)
+        if (list->faults->ranges[i].structure == handle)
+            return true;
+    return handle && build->entry->command != COMMAND_NV &&
+           resources_find_span(list->device->resources, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                               handle, list->waits, &span) &&
+           span.address && is_hit(list, span.address, span.size);
+}
+
+/* Whether a faulting address lies in the build's structures or inputs. */
+static bool has_fault(const struct list *list, const struct submitted_build *build)
+{
+    const struct recorded_build *copies = build->copies;
+    if (!list->faults || !list->faults->count)
+        return false;
+    for (uint32_t i = 0; copies && i < copies->snapshot_count; i++)
+        if (is_hit(list, copies->snapshots[i].address, copies->snapshots[i].size))
+            return true;
+    return is_hit_structure(list, build, build->entry->dst) ||
+           (build->entry->kind == JOURNAL_UPDATE &&
+            is_hit_structure(list, build, build->entry->src));
+}
+
+static bool has_findings(const struct submitted_build *build)
+{
+    return build->copies && atomic_load(&build->copies->has_findings);
+}
 
 /* ---- one build */
 
@@ -100,6 +144,10 @@ static void append_build(const struct list *list, const struct submitted_build *
     }
     append_labels(list, ", queue labels ", build->queue_labels);
     text_append_plain(list->text, words_of(build));
+    if (has_findings(build))
+        text_append_plain(list->text, "; there are findings about its inputs");
+    if (has_fault(list, build))
+        text_append_plain(list->text, "; a faulting address lies in its inputs or structures");
     text_append_plain(list->text, ".");
     if (site)
         message_append_call_site(list->text, site, 1); /* the list is to fit into a message */
@@ -108,33 +156,37 @@ static void append_build(const struct list *list, const struct submitted_build *
 /* ---- all builds */
 
 /* The likeliest culprit has rank 0. */
-static uint32_t rank_of(const struct submitted_build *build)
+static uint32_t rank_of(const struct list *list, const struct submitted_build *build)
 {
+    if (has_findings(build))
+        return build->state == MARK_HAS_BUILDS ? 1 : 0;
+    if (has_fault(list, build))
+        return 2;
     switch (build->state) {
     case MARK_HAS_COPIES:
-        return 0;
+        return 3;
     case MARK_IS_UNKNOWN:
-        return 1;
+        return 4;
     case MARK_IS_CLEAR:
-        return 2;
+        return 5;
     case MARK_HAS_BUILDS:
         break;
     }
-    return 3;
+    return 6;
 }
 
 static bool count_build(void *user, const struct submitted_build *build)
 {
     struct list *list = user;
-    (void)build;
     list->count++;
+    list->may_run |= build->state == MARK_HAS_COPIES || build->state == MARK_IS_UNKNOWN;
     return true;
 }
 
 static bool list_build(void *user, const struct submitted_build *build)
 {
     struct list *list = user;
-    if (rank_of(build) != list->rank)
+    if (rank_of(list, build) != list->rank)
         return true;
     if (list->listed == PENDING_LISTED)
         return false;
@@ -144,10 +196,10 @@ static bool list_build(void *user, const struct submitted_build *build)
 }
 
 uint32_t pending_list_append(const struct layer_device *device, bool waits,
-                             struct text_buffer *text)
+                             const struct pending_faults *faults, struct text_buffer *text)
 {
     struct submitted_builds *submitted = device->submitted_builds;
-    struct list list = {.device = device, .waits = waits, .text = text};
+    struct list list = {.device = device, .waits = waits, .faults = faults, .text = text};
     if (!submitted || !submitted_builds_each(submitted, waits, count_build, &list) || !list.count)
         return 0;
     text_append_count(text, list.count, "build");
@@ -155,6 +207,9 @@ uint32_t pending_list_append(const struct layer_device *device, bool waits,
     text_append_plain(text, " submitted to ");
     append_object(&list, VK_OBJECT_TYPE_DEVICE, (uint64_t)(uintptr_t)device->handle);
     text_append_plain(text, " and may not be complete");
+    if (!list.may_run)
+        text_append_plain(text,
+                          list.count == 1 ? ", but was not running" : ", but none was running");
     text_append_plain(text, list.count == 1 ? ":" : ", the likeliest culprit first:");
     for (; list.rank < RANKS; list.rank++)
         submitted_builds_each(submitted, waits, list_build, &list);

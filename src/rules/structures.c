@@ -180,7 +180,8 @@ static bool scratch_is_in_one_buffer(const struct build_view *build, struct find
     case ADDRESS_NULL:
     case ADDRESS_NOWHERE:
         return violated(finding, "scratchData.deviceAddress", "{} is in no buffer, but {} is {}",
-                        address_of_missing(VK_OBJECT_TYPE_BUFFER, scratch->address), text(size_name), number(needed));
+                        address_of_missing(VK_OBJECT_TYPE_BUFFER, scratch->address),
+                        text(size_name), number(needed));
     case ADDRESS_IN_BUFFER:
         break;
     }

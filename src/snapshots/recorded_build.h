@@ -4,6 +4,8 @@
 #ifndef ASSAY_SNAPSHOTS_RECORDED_BUILD_H
 #define ASSAY_SNAPSHOTS_RECORDED_BUILD_H
 
+#include <stdatomic.h>
+
 #include "src/base/handle_table.h"
 #include "src/snapshots/build_parameters.h"
 #include "src/snapshots/memory.h"
@@ -131,6 +133,7 @@ struct recorded_build {
     struct build_guard guard;    /* for a TLAS */
     bool begins_call;            /* the first build of its call that is recorded */
     uint32_t mark;               /* see recording_mark_state() */
+    atomic_bool has_findings;    /* about the inputs of one of its executions */
     struct recorded_build *next; /* in the list of its recording */
 };
 
