@@ -22,11 +22,16 @@ const struct rule_info rule_infos[RULE_COUNT] = {
 #define NV_WARNING(name) .vuid[COMMAND_NV] = WARNING_##name,
 #define SHARED_WARNING(command, name) .vuid[COMMAND_##command] = WARNING_##name,
 #define IN_NV(structure, tail) .vuid[COMMAND_NV] = VUID_##structure##_##tail,
+#define INFO_NV(structure, tail)                                                                   \
+    IN_NV(structure, tail).vuid[COMMAND_CreateAccelerationStructureNV] = VUID_##structure##_##tail,
 #define IN(structure, tail)                                                                        \
     .vuid[COMMAND_DEVICE] = VUID_##structure##_##tail,                                             \
     .vuid[COMMAND_INDIRECT] = VUID_##structure##_##tail,                                           \
     .vuid[COMMAND_HOST] = VUID_##structure##_##tail,                                               \
     .vuid[COMMAND_NV] = VUID_##structure##_##tail,
+#define SIZED(structure, tail)                                                                     \
+    IN(structure, tail).vuid[COMMAND_GetAccelerationStructureBuildSizesKHR] =                      \
+        VUID_##structure##_##tail,
 #define OF(command, tail) .vuid[COMMAND_##command] = VUID_vk##command##_##tail,
 #define WITHIN(structure, tail) COLUMNS_OF_##structure(VUID_##structure##_##tail)
 #define HINT(hint_) .hint = hint_,
@@ -50,6 +55,8 @@ enum rule rule_of_vuid(enum vuid vuid)
 #define SHARED_WARNING(command, name)
 #define IN(structure, tail) case VUID_##structure##_##tail:
 #define IN_NV(structure, tail) case VUID_##structure##_##tail:
+#define INFO_NV(structure, tail) case VUID_##structure##_##tail:
+#define SIZED(structure, tail) case VUID_##structure##_##tail:
 #define OF(command, tail) case VUID_vk##command##_##tail:
 #define WITHIN(structure, tail) case VUID_##structure##_##tail:
 #define HINT(hint)

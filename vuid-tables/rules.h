@@ -13,7 +13,11 @@
  *     OF(command, tail)         an id of another command, such as OF(CopyMicromapEXT, tail)
  *     EACH(tail)                the id of each other command that has one of that tail
  *     IN(structure, tail)       an id of a structure, for all build commands
+ *     SIZED(structure, tail)    the same, and for vkGetAccelerationStructureBuildSizesKHR: the
+ *                               structure decides the sizes of a build
  *     IN_NV(structure, tail)    an id of a structure that only the NV command takes
+ *     INFO_NV(structure, tail)  the same, and for vkCreateAccelerationStructureNV, which takes the
+ *                               structure of the builds to come
  *     WITHIN(structure, tail)   an id of a structure that other commands take, for all of these
  *     DEVICE_WARNING(name) NV_WARNING(name)   an id of the layer's own (warnings.def), reported
  *                               as a warning
@@ -96,6 +100,8 @@ enum {
 #define SHARED_WARNING(command, name) | 1 << COMMAND_##command
 #define IN(structure, tail) | ((1 << BUILD_COMMAND_COUNT) - 1)
 #define IN_NV(structure, tail) | 1 << COMMAND_NV
+#define INFO_NV(structure, tail) IN_NV(structure, tail)
+#define SIZED(structure, tail) IN(structure, tail)
 #define OF(command, tail)
 #define WITHIN(structure, tail)
 #define HINT(hint)

@@ -5,6 +5,7 @@
 
 #include "layer/intercepts/call_sites.h"
 #include "layer/layer.h"
+#include "layer/physical_device.h"
 #include "src/check/call/check.h"
 
 struct build_call {
@@ -35,6 +36,14 @@ void build_call_report_device(enum build_command command, VkDevice handle);
 bool build_call_found(void *user, enum rule rule, const struct location *location,
                       const struct finding *finding);
 bool build_call_of_another_device(void *user, enum resource_kind kind, uint64_t handle);
+static inline enum tristate build_call_vertex_format_supported(void *user, VkFormat format)
+{
+    return layer_vertex_format_supported(((struct build_call *)user)->device, format);
+}
+static inline enum tristate build_call_radius_format_supported(void *user, VkFormat format)
+{
+    return layer_radius_format_supported(((struct build_call *)user)->device, format);
+}
 
 /* For recorded calls: judges updates whose sources the command buffer has built itself. Then keeps
  * the call's journal entries, or removes them if the call will be skipped. Most journals have no

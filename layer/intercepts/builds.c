@@ -4,7 +4,6 @@
 
 #include "layer/intercepts/build_call.h"
 #include "layer/intercepts/host_work.h"
-#include "layer/physical_device.h"
 #include "observers.h"
 #include "src/base/readable.h"
 #include "src/base/recording_path.h"
@@ -16,16 +15,6 @@ ON_RECORDING_PATH static void find_sizes(void *user,
                                          struct size_facts *sizes)
 {
     layer_find_build_sizes(((struct build_call *)user)->device, info, counts, build_type, sizes);
-}
-
-ON_RECORDING_PATH static enum tristate vertex_format_supported(void *user, VkFormat format)
-{
-    return layer_vertex_format_supported(((struct build_call *)user)->device, format);
-}
-
-static enum tristate radius_format_supported(void *user, VkFormat format)
-{
-    return layer_radius_format_supported(((struct build_call *)user)->device, format);
 }
 
 /* ---- the calls */
@@ -53,8 +42,8 @@ static void give_back_sweep(const struct build_call *call, struct sweep *sweep)
 static const struct check_hooks hooks = {
     .found = build_call_found,
     .find_sizes = find_sizes,
-    .vertex_format_supported = vertex_format_supported,
-    .radius_format_supported = radius_format_supported,
+    .vertex_format_supported = build_call_vertex_format_supported,
+    .radius_format_supported = build_call_radius_format_supported,
     .of_another_device = build_call_of_another_device,
 };
 

@@ -85,11 +85,14 @@ static void find_micromap_sizes(void *user, const VkMicromapBuildInfoEXT *info,
 
 bool check_command(struct layer_device *device, enum build_command command, const void *arguments)
 {
-    static const struct check_hooks hooks = {.found = build_call_found,
-                                             .find_micromap_sizes = find_micromap_sizes,
-                                             .of_another_device = build_call_of_another_device,
-                                             .is_compatible = is_compatible,
-                                             .find_use = find_use};
+    static const struct check_hooks hooks = {
+        .found = build_call_found,
+        .find_micromap_sizes = find_micromap_sizes,
+        .vertex_format_supported = build_call_vertex_format_supported,
+        .radius_format_supported = build_call_radius_format_supported,
+        .of_another_device = build_call_of_another_device,
+        .is_compatible = is_compatible,
+        .find_use = find_use};
     struct build_call call;
     if (command_is_recorded(command))
         build_call_start_recorded(&call, device, command, *(const VkCommandBuffer *)arguments);

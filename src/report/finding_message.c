@@ -154,8 +154,7 @@ static void append_value(struct text_buffer *text, struct message *message,
         return;
     case VALUE_FIELD:
         message_append_build(text, command, value->build);
-        message_append_field(text, command == COMMAND_NV ? "->" : ".",
-                             value->text ? value->text : "");
+        message_append_field(text, message_separator(command), value->text ? value->text : "");
         return;
     case VALUE_OBJECT:
         if (!value->number) {

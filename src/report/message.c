@@ -19,8 +19,18 @@ void message_append_build(struct text_buffer *text, enum build_command command, 
 {
     if (command == COMMAND_NV)
         text_append(text, "pInfo");
+    else if (command == COMMAND_GetAccelerationStructureBuildSizesKHR)
+        text_append(text, "pBuildInfo");
+    else if (command == COMMAND_CreateAccelerationStructureNV)
+        text_append(text, "pCreateInfo->info");
     else
         text_append(text, "pInfos[%" PRIu32 "]", build);
+}
+
+const char *message_separator(enum build_command command)
+{
+    return command == COMMAND_NV || command == COMMAND_GetAccelerationStructureBuildSizesKHR ? "->"
+                                                                                             : ".";
 }
 
 void message_append_field(struct text_buffer *text, const char *separator, const char *field)
@@ -60,7 +70,7 @@ static void append_argument(struct text_buffer *text, const struct location *at,
 
 void message_append_path(struct text_buffer *text, const struct location *at, const char *field)
 {
-    const char *separator = at->command == COMMAND_NV ? "->" : ".";
+    const char *separator = message_separator(at->command);
     switch (at->subject) {
     case SUBJECT_CALL:
     case SUBJECT_PARAMETER:

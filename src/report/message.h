@@ -145,6 +145,8 @@ void message_append_last_notice(struct text_buffer *text, const char *what,
 
 /* Appends the build's element of the call's parameters. */
 void message_append_build(struct text_buffer *text, enum build_command command, uint32_t build);
+/* Returns what stands between a build and its members: some commands take a pointer to a build. */
+const char *message_separator(enum build_command command);
 /* Appends nothing if the field is "", which stands for the structure itself. */
 void message_append_field(struct text_buffer *text, const char *separator, const char *field);
 void message_append_path(struct text_buffer *text, const struct location *at, const char *field);

@@ -97,7 +97,7 @@ struct create_view {
     struct address_facts storage; /* from level STATE on */
     /* vkCreateAccelerationStructureNV only. */
     VkDeviceSize compacted_size;
-    uint32_t geometry_count, instance_count;
+    const VkAccelerationStructureInfoNV *nv_info;
 };
 
 /* A command that writes a property of several structures to a query pool or to host memory. */

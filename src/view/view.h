@@ -31,7 +31,7 @@ struct call_view {
     const VkAccelerationStructureBuildGeometryInfoKHR *infos;
     /* Not for COMMAND_INDIRECT. */
     const VkAccelerationStructureBuildRangeInfoKHR *const *build_ranges;
-    /* COMMAND_INDIRECT only. */
+    /* COMMAND_INDIRECT, and queries of sizes, whose `infos` is the one build. */
     const uint32_t *const *max_primitive_counts;
     /* indirect_addresses and indirect_strides: COMMAND_INDIRECT only. */
     const VkDeviceAddress *indirect_addresses;

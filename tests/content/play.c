@@ -81,6 +81,7 @@ static struct scene *open_scene(const struct play *play, struct fixture *fixture
     memcpy(parameters.geometries, scene->geometries, sizeof(parameters.geometries));
     memcpy(parameters.ranges, scene->ranges, sizeof(parameters.ranges));
     scene_inputs_remember(scene);
+    scene->is_edited = true;
     if (call->mutate != NULL)
         call->mutate(scene);
     if (change_of(play, call) != CHANGE_NOTHING &&

@@ -283,7 +283,7 @@ def row(cases, name, items, setups, defines):
         if steps.get(key):
             fields.append(f".{key} = {cases.function(steps[key])}")
     says = items.get("says")
-    if says is None and "silent" not in items:
+    if says is None:
         says = next(filter(None, map(path_of, map(edited, steps["wrong"]))), None)
     if says and says != "anything":
         fields.append(f".path = {says}")

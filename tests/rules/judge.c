@@ -145,6 +145,19 @@ static void replace_word(char *text, size_t size, const char *word, const char *
     snprintf(at, size - (size_t)(at - text), "%s%s", by, rest);
 }
 
+/* Puts the one build of a query of sizes in the place of an element of pInfos. */
+static void spell_build(char *text, size_t size)
+{
+    const char *const begin = strstr(text, "pInfos[");
+    const char *const end = begin != NULL ? strchr(begin, ']') : NULL;
+    if (end == NULL)
+        return;
+    const bool has_member = end[1] == '.';
+    char element[32];
+    snprintf(element, sizeof(element), "%.*s", (int)(end - begin) + 1 + has_member, begin);
+    replace_word(text, size, element, has_member ? "pBuildInfo->" : "pBuildInfo");
+}
+
 /* The path of a case as this play's messages spell it. */
 static const char *spell_path(const struct play *play, char *buffer, size_t size)
 {
@@ -161,6 +174,10 @@ static const char *spell_path(const struct play *play, char *buffer, size_t size
         replace_word(buffer, size, "hostAddress", "deviceAddress");
     if (play->command == COMMAND_INDIRECT)
         replace_word(buffer, size, "ppBuildRangeInfos", "pIndirectDeviceAddresses");
+    if (play->command == COMMAND_GetAccelerationStructureBuildSizesKHR)
+        spell_build(buffer, size);
+    if (play->command == COMMAND_CreateAccelerationStructureNV)
+        replace_word(buffer, size, "pInfo->", "pCreateInfo->info.");
     if (play->command == COMMAND_CmdCopyAccelerationStructureNV)
         replace_word(buffer, size, "pInfo->", "");
     if (command_is_of_micromaps(play->command))

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* One call of a case of rules_test. */
+#include <stdlib.h>
 #include <string.h>
 
 #include "judge.h"
@@ -66,6 +67,19 @@ static void forget_scene(const struct play *play, const struct call *call, struc
         fixture->messages.count = since;
 }
 
+/* A query of sizes is about the build that the case is about, if the scene has it already. */
+static void choose_build(const struct play *play, struct scene *scene)
+{
+    static const char array[] = "pInfos[";
+    const char *path = play->test_case->path != NULL ? play->test_case->path : "";
+    const char *index = strstr(path, array);
+    if (play->command != COMMAND_GetAccelerationStructureBuildSizesKHR || index == NULL)
+        return;
+    const uint32_t build = (uint32_t)strtoul(index + strlen(array), NULL, 10);
+    if (build < scene->info_count)
+        scene_ask_sizes_of(scene, build);
+}
+
 bool play_call(const struct play *play, struct fixture *fixture, const struct call *call,
                struct report *report)
 {
@@ -78,8 +92,10 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
     struct scene *scene = scene_open(fixture, play->command);
     if (call->prepare != NULL)
         call->prepare(scene);
+    scene->is_edited = true;
     if (call->mutate != NULL)
         call->mutate(scene);
+    choose_build(play, scene);
     if (play->geometry_pointers)
         scene_use_geometry_pointers(scene);
     forget_scene(play, call, fixture, 0);

@@ -160,6 +160,8 @@ static void set_geometries(struct scene *scene)
 VkAccelerationStructureBuildSizesInfoKHR scene_sizes(const struct scene *scene, uint32_t build)
 {
     STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
+    struct messages *messages = &scene->fixture->messages;
+    const uint32_t since = messages->count;
     uint32_t counts[SCENE_GEOMETRIES];
 
     for (uint32_t i = 0; i < SCENE_GEOMETRIES; i++)
@@ -172,6 +174,8 @@ VkAccelerationStructureBuildSizesInfoKHR scene_sizes(const struct scene *scene, 
         scene->infos[build].type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR ? NULL
                                                                                         : counts,
         &sizes);
+    if (scene->is_edited)
+        messages->count = since;
     return sizes;
 }
 

@@ -103,6 +103,7 @@ struct scene_life {
     VkAccelerationStructureCreateInfo2KHR create_at;
     VkMicromapCreateInfoEXT create_micromap;
     VkAccelerationStructureCreateInfoNV create_nv;
+    VkAccelerationStructureInfoNV nv_info; /* create_nv.info before the case; see nv.info */
     const VkAllocationCallbacks *allocator;
     uint64_t created, destroyed;
     VkBindAccelerationStructureMemoryInfoNV bindings[2];
@@ -159,6 +160,7 @@ struct scene {
     VkFence fence; /* these three: of who submits it, if that has any */
     VkSemaphore timeline;
     uint64_t timeline_value;
+    bool is_edited;  /* by a case: what it asks the sizes of may be invalid */
     VkDevice device; /* these two: COMMAND_HOST */
     VkDeferredOperationKHR deferred_operation;
     uint32_t info_count;
@@ -251,6 +253,8 @@ VkAccelerationStructureKHR scene_accel_for(struct scene *scene, uint32_t build);
 
 /* What vkGetAccelerationStructureBuildSizesKHR says of a build as it stands. */
 VkAccelerationStructureBuildSizesInfoKHR scene_sizes(const struct scene *scene, uint32_t build);
+/* Makes the call, a query of sizes, be about a build. */
+void scene_ask_sizes_of(struct scene *scene, uint32_t build);
 
 /* The size of scratch that a build needs in its mode, as it stands. */
 VkDeviceSize scene_scratch_size(const struct scene *scene, uint32_t build);

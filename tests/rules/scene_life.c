@@ -194,6 +194,7 @@ static void set_creation(struct scene *scene)
     life->create_micromap = MAKE(VkMicromapCreateInfoEXT, .buffer = life->storage.handle,
                                  .size = 1024, .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
     life->create_nv = MAKE(VkAccelerationStructureCreateInfoNV, .info = scene->nv.info);
+    life->nv_info = life->create_nv.info;
 }
 
 static VkAccelerationStructureKHR accel_for_capture(struct scene *scene)
@@ -226,6 +227,18 @@ static void set_queries_of_objects(struct scene *scene)
              .type = VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV,
              .accelerationStructure = (VkAccelerationStructureNV)life->src);
     life->requirements = MAKE(VkMemoryRequirements2);
+}
+
+void scene_ask_sizes_of(struct scene *scene, uint32_t build)
+{
+    struct scene_life *life = &scene->life;
+    const VkAccelerationStructureBuildGeometryInfoKHR *info = &scene->infos[build];
+    for (uint32_t i = 0; i < SCENE_GEOMETRIES; i++)
+        scene->counts[build][i] = scene->ranges[build][i].primitiveCount;
+    life->build_argument = info;
+    life->counts_argument = info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR
+                                ? NULL
+                                : scene->counts[build];
 }
 
 static void set_binding(struct scene *scene)
@@ -505,10 +518,21 @@ static void finish_call(struct scene *scene, VkResult result)
         scene_forget(scene, scene->life.destroyed);
 }
 
+/* Cases edit the info that builds and the creation have in common, or the creation's own. */
+static void take_nv_info(struct scene *scene)
+{
+    struct scene_life *life = &scene->life;
+    const bool is_edited =
+        memcmp(&life->create_nv.info, &life->nv_info, sizeof(life->nv_info)) != 0;
+    if (!is_edited)
+        life->create_nv.info = scene->nv.info;
+}
+
 VkResult scene_life_call(struct scene *scene)
 {
     union life_arguments arguments = {0};
     translate_modes(scene);
+    take_nv_info(scene);
     fill_arguments(scene, &arguments);
     if (scene->life.edit != NULL)
         scene->life.edit(scene, &arguments);

@@ -148,10 +148,21 @@ static void clear_counts(struct build_view *build)
     build->triangle_count = build->aabb_count = 0;
 }
 
+/* The indirect command's maximum counts only bound the counts; those of a query of sizes are the
+ * counts that the query is about. */
+static inline uint32_t count_of_geometry(const struct build_view *build, uint32_t index)
+{
+    if (build->ranges)
+        return build->ranges[index].primitiveCount;
+    return build->max_primitive_counts && build->call->command != COMMAND_INDIRECT
+               ? build->max_primitive_counts[index]
+               : 0;
+}
+
 /* Adds the primitives of a geometry. Returns whether the geometry takes a build range. */
 static inline bool sum_geometry(struct build_view *build, uint32_t index, VkGeometryTypeKHR type)
 {
-    uint32_t count = build->ranges ? build->ranges[index].primitiveCount : 0;
+    uint32_t count = count_of_geometry(build, index);
     if (type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
         build->triangle_count += count;
     else if (type == VK_GEOMETRY_TYPE_AABBS_KHR)
@@ -177,8 +188,6 @@ __attribute__((noinline)) static bool sum_other_geometries(struct build_view *bu
     return take_ranges;
 }
 
-/* Sums the primitives of a build. The indirect command's maximum counts are not added: they only
- * bound the counts. */
 static void sum_primitives(struct build_view *build)
 {
     bool takes_ranges = build->info->type != VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;

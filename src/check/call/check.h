@@ -9,6 +9,7 @@
 #include "src/view/nv_view.h"
 
 struct sweep;
+struct walk;
 
 /* Makes memory that the caller may reuse for several calls. The caller frees it with
  * check_free_sweep(). Returns NULL if there is no memory. */
@@ -26,5 +27,10 @@ void check_call(struct check_context *context, const struct call_view *call);
 
 /* Validates one call of COMMAND_NV. The caller fills the parameters and the view of the call. */
 void check_nv_build(struct check_context *context, struct nv_call_view *call);
+
+/* Validates the structure that this command has in common with vkCreateAccelerationStructureNV,
+ * for the latter. */
+void check_nv_info(struct walk *walk, const struct call_view *call,
+                   const VkAccelerationStructureInfoNV *info);
 
 #endif

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Validates a call of vkCmdBuildAccelerationStructureNV and makes its views. */
+/* Validates a call of vkCmdBuildAccelerationStructureNV, and what vkCreateAccelerationStructureNV
+ * has in common with it, and makes the views. */
 #include <string.h>
 
 #include "src/check/assemble/align.h"
@@ -146,6 +147,26 @@ static void check_geometries(struct walk *walk, const struct nv_call_view *call,
     }
 }
 
+static void check_info(struct walk *walk, const struct nv_call_view *call, bool with_state)
+{
+    const struct nv_info_view info = view_info(call);
+    walk_nv_info(walk, &info, LEVEL_PARAMETERS);
+    if (with_state)
+        walk_nv_info(walk, &info, LEVEL_STATE);
+    check_geometries(walk, call, with_state);
+}
+
+void check_nv_info(struct walk *walk, const struct call_view *call,
+                   const VkAccelerationStructureInfoNV *info)
+{
+    struct nv_call_view view = {.call = call, .info_argument = info};
+    if (!align_nv_call(walk->context, &view))
+        return;
+    view_parameters(walk->context, &view);
+    if (view.info)
+        check_info(walk, &view, walk->context->level >= LEVEL_STATE);
+}
+
 static void check_parameters(struct walk *walk, struct nv_call_view *call)
 {
     struct check_context *context = walk->context;
@@ -156,13 +177,8 @@ static void check_parameters(struct walk *walk, struct nv_call_view *call)
     walk_nv_call(walk, call, LEVEL_PARAMETERS);
     if (with_state)
         walk_nv_call(walk, call, LEVEL_STATE);
-    if (call->info) {
-        struct nv_info_view info = view_info(call);
-        walk_nv_info(walk, &info, LEVEL_PARAMETERS);
-        if (with_state)
-            walk_nv_info(walk, &info, LEVEL_STATE);
-        check_geometries(walk, call, with_state);
-    }
+    if (call->info)
+        check_info(walk, call, with_state);
     if (context->recorder)
         record_call(context, call);
     nv_shape_release(call->dst_facts.created);

@@ -3,6 +3,7 @@
 #include "arguments.h"
 #include "src/base/chain.h"
 #include "src/check/assemble/chains.h"
+#include "src/check/call/check.h"
 #include "src/check/life/life.h"
 
 static void view_chain(struct walk *walk, struct create_view *create, const void *chain)
@@ -66,10 +67,9 @@ static void view_micromap(struct walk *walk, struct create_view *create,
 static void view_nv_accel(struct create_view *create,
                           const VkAccelerationStructureCreateInfoNV *info)
 {
+    create->nv_info = &info->info;
     create->is_nv = true;
     create->compacted_size = info->compactedSize;
-    create->geometry_count = info->info.geometryCount;
-    create->instance_count = info->info.instanceCount;
 }
 
 /* The parameters of all four commands are alike. */
@@ -113,6 +113,9 @@ void check_create(struct walk *walk, const struct call_view *call)
 {
     struct create_view create = {.call = call};
     const struct location location = check_argument(call, "pCreateInfo");
-    if (view_arguments(walk, call, &create))
-        walk_create(walk, &create, &location);
+    if (!view_arguments(walk, call, &create))
+        return;
+    walk_create(walk, &create, &location);
+    if (create.nv_info)
+        check_nv_info(walk, call, create.nv_info);
 }

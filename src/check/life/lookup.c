@@ -1,55 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Makes the views of queries of sizes, addresses, handles and data for capture of structures, and
- * of their bindings. */
+/* Makes the views of queries of addresses, handles and data for capture of structures, and of their
+ * bindings. */
 #include "arguments.h"
 #include "src/check/life/life.h"
 #include "src/state/resources/nv_shape.h"
-
-/* ---- sizes */
-
-static bool pointers_are_readable(struct check_context *context, struct size_query_view *query)
-{
-    const VkAccelerationStructureGeometryKHR *const *pointers = query->geometry_pointers;
-    for (uint32_t i = 0; i < query->info->geometryCount; i++)
-        if (!readable(context->readable, pointers[i], sizeof(**pointers)))
-            return false;
-    return true;
-}
-
-static void view_geometries(struct check_context *context, struct size_query_view *query)
-{
-    const VkAccelerationStructureBuildGeometryInfoKHR *info = query->info;
-    if (info->pGeometries) {
-        query->geometries = check_read(context, info->pGeometries,
-                                       (size_t)info->geometryCount * sizeof(*info->pGeometries));
-        return;
-    }
-    query->geometry_pointers = check_read(
-        context, info->ppGeometries, (size_t)info->geometryCount * sizeof(*info->ppGeometries));
-    if (query->geometry_pointers && !pointers_are_readable(context, query))
-        query->geometry_pointers = NULL;
-}
-
-void check_size_query(struct walk *walk, const struct call_view *call)
-{
-    const struct arguments_of_GetAccelerationStructureBuildSizesKHR *arguments = call->arguments;
-    struct check_context *context = walk->context;
-    const struct location location = check_argument(call, NULL);
-    struct size_query_view query = {
-        .call = call,
-        .build_type = arguments->buildType,
-        .counts_argument = arguments->pMaxPrimitiveCounts,
-        .info = check_read(context, arguments->pBuildInfo, sizeof(*arguments->pBuildInfo))};
-    if (!query.info)
-        return;
-    if (query.info->geometryCount) {
-        query.counts =
-            check_read(context, arguments->pMaxPrimitiveCounts,
-                       (size_t)query.info->geometryCount * sizeof(*arguments->pMaxPrimitiveCounts));
-        view_geometries(context, &query);
-    }
-    walk_size_query(walk, &query, &location);
-}
 
 /* ---- addresses and handles */
 

@@ -59,17 +59,23 @@ WALK_ALL(updated_dense)
 WALK_ALL(updated_micromap)
 WALK_ALL(used_micromap)
 
-/* ---- vkCmdBuildAccelerationStructureNV */
+/* ---- vkCmdBuildAccelerationStructureNV, and the structures that it has in common with
+ * vkCreateAccelerationStructureNV */
 
 static const struct location nv_parameter = {.command = COMMAND_NV, .subject = SUBJECT_PARAMETER};
-static const struct location nv_build = {.command = COMMAND_NV, .subject = SUBJECT_BUILD};
+
+static struct location location_of_nv_info(const struct nv_info_view *info)
+{
+    return (struct location){.command = info->call->call->command, .subject = SUBJECT_BUILD};
+}
 
 static struct location location_of_nv_geometry(const struct nv_geometry_view *geometry)
 {
-    return (struct location){
-        .command = COMMAND_NV, .subject = SUBJECT_GEOMETRY, .geometry = geometry->index};
+    return (struct location){.command = geometry->call->call->command,
+                             .subject = SUBJECT_GEOMETRY,
+                             .geometry = geometry->index};
 }
 
 WALK_LEVEL(nv_call, nv_parameter)
-WALK_LEVEL(nv_info, nv_build)
+WALK_LEVEL(nv_info, location_of_nv_info(nv_info))
 WALK_LEVEL(nv_geometry, location_of_nv_geometry(nv_geometry))

@@ -35,19 +35,11 @@ void walk_stop_rule(struct walk *walk, enum rule rule)
     walk->remaining[rule] = false;
 }
 
-static bool is_of_structure(const char *id, const char *structure)
-{
-    const size_t prefix = strlen("VUID-");
-    return strncmp(id + prefix, structure, strlen(structure)) == 0;
-}
-
 /* Returns whether vkGetAccelerationStructureBuildSizesKHR requires a rule, too: it takes the
  * structures of a build, except for the build ranges. */
-static bool sizes_require(enum rule rule, enum build_command command)
+static bool sizes_require(enum rule rule)
 {
-    const char *id = vuid_texts[rule_infos[rule].vuid[command]].id;
-    return is_of_structure(id, "VkAccelerationStructureBuildGeometryInfoKHR-") ||
-           is_of_structure(id, "VkAccelerationStructureGeometry");
+    return rule_infos[rule].vuid[COMMAND_GetAccelerationStructureBuildSizesKHR] != VUID_NONE;
 }
 
 void walk_report(struct walk *walk, enum rule rule, struct location location,
@@ -56,7 +48,7 @@ void walk_report(struct walk *walk, enum rule rule, struct location location,
     struct check_context *context = walk->context;
     enum rule other = finding->reported_with;
     walk->findings++;
-    walk->hides_sizes |= sizes_require(rule, location.command);
+    walk->hides_sizes |= sizes_require(rule);
     if (other != RULE_COUNT && context->active[other])
         return;
     if (!context->hooks->found(context->user, rule, &location, finding))

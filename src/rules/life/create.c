@@ -369,9 +369,10 @@ bool replayed_structure_is_in_a_replayed_buffer(const struct create_view *create
 
 bool compacted_size_comes_alone(const struct create_view *create, struct finding *finding)
 {
-    return !create->compacted_size || (!create->geometry_count && !create->instance_count) ||
+    const VkAccelerationStructureInfoNV *info = create->nv_info;
+    return !create->compacted_size || (!info->geometryCount && !info->instanceCount) ||
            violated(finding, "compactedSize",
                     "is {}, and info.geometryCount is {} and info.instanceCount {}",
-                    number(create->compacted_size), number(create->geometry_count),
-                    number(create->instance_count));
+                    number(create->compacted_size), number(info->geometryCount),
+                    number(info->instanceCount));
 }
