@@ -10,7 +10,7 @@
 static void check_geometry(struct walk *walk, const struct build_view *build, uint32_t index,
                            bool with_state)
 {
-    struct geometry_view geometry;
+    struct geometry_view geometry = {.index = index}; /* addresses are not looked up */
     view_geometry(walk->context, build, index, &geometry);
     if (build->call->device->extension.adds_to_inputs)
         check_extended_geometry(walk, &geometry, with_state);
@@ -54,7 +54,7 @@ void check_size_query(struct walk *walk, const struct call_view *call)
     struct check_context *context = walk->context;
     const struct location location = check_argument(call, NULL);
     struct call_view call_of_build;
-    struct build_view build;
+    struct build_view build = {.index = 0}; /* structures are not looked up */
     struct size_query_view query = {
         .call = call,
         .build_type = arguments->buildType,
