@@ -161,7 +161,8 @@ VkAccelerationStructureBuildSizesInfoKHR scene_sizes(const struct scene *scene, 
 {
     STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
     struct messages *messages = &scene->fixture->messages;
-    const uint32_t since = messages->count;
+    /* Other threads may add messages to a scene that is not edited. */
+    const uint32_t since = scene->is_edited ? messages->count : 0;
     uint32_t counts[SCENE_GEOMETRIES];
 
     for (uint32_t i = 0; i < SCENE_GEOMETRIES; i++)
