@@ -301,7 +301,8 @@ static inline bool journal_entry_has_source_to_check(const struct journal_entry 
 
 static inline bool journal_entry_has_references(const struct journal_entry *entry)
 {
-    if (entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE)
+    if (entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE ||
+        (entry->kind == JOURNAL_FILL && entry->info == FILL_READS_ACCEL))
         return entry->built.shapes || entry->built.compacted_size;
     return entry->kind == JOURNAL_EXECUTE || entry->kind == JOURNAL_RANGES;
 }
