@@ -45,6 +45,20 @@ bool hazard_recording_begin(struct hazard_recording *recording, VkCommandBuffer 
     return true;
 }
 
+/* Returns NULL if memory runs out. */
+static struct hazard_entry *add_access(struct hazard_recording *recording,
+                                       const struct hazard_use *use)
+{
+    struct hazard_entry *access = hazard_add(recording->journal, HAZARD_ACCESS);
+    if (!access)
+        return NULL;
+    access->access = (unsigned char)use->kind;
+    access->role = (unsigned char)use->role;
+    access->info = use->info;
+    access->geometry = use->geometry;
+    return access;
+}
+
 void hazard_recording_add(struct hazard_recording *recording, const struct hazard_use *use,
                           VkObjectType type, uint64_t object, const struct hazard_bytes *bytes)
 {
@@ -52,28 +66,17 @@ void hazard_recording_add(struct hazard_recording *recording, const struct hazar
         hazard_recording_add_anywhere(recording, use);
     if (!bytes->memory || bytes->begin >= bytes->end)
         return;
-    struct hazard_entry *access = hazard_add(recording->journal, HAZARD_ACCESS);
-    if (access)
-        *access = (struct hazard_entry){.kind = access->kind,
-                                        .size = access->size,
-                                        .access = (unsigned char)use->kind,
-                                        .role = (unsigned char)use->role,
-                                        .info = use->info,
-                                        .geometry = use->geometry,
-                                        .object = object,
-                                        .object_type = type,
-                                        .bytes = *bytes};
+    struct hazard_entry *access = add_access(recording, use);
+    if (!access)
+        return;
+    access->object = object;
+    access->object_type = type;
+    access->bytes = *bytes;
 }
 
 void hazard_recording_add_anywhere(struct hazard_recording *recording, const struct hazard_use *use)
 {
-    struct hazard_entry *access = hazard_add(recording->journal, HAZARD_ACCESS);
-    if (!access)
-        return;
-    access->access = (unsigned char)use->kind;
-    access->role = (unsigned char)use->role;
-    access->info = use->info;
-    access->geometry = use->geometry;
+    add_access(recording, use);
 }
 
 static inline VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)

@@ -3,7 +3,6 @@
  * by descriptors and code, which are not followed: a shader may write any bytes. */
 #include "layer/hazards/recording.h"
 #include "observers.h"
-#include "src/base/chain.h"
 #include "src/view/shader_code.h"
 
 /* ---- commands */
@@ -84,16 +83,12 @@ void hazards_forget_module(struct layer_device *device, VkShaderModule module)
                                false);
 }
 
-/* The code may be in the chain instead of a module. */
 static bool stage_traces(const struct layer_device *device,
                          const VkPipelineShaderStageCreateInfo *stage)
 {
-    const VkShaderModuleCreateInfo *given =
-        stage->module ? NULL
-                      : chain_find(stage->pNext, VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO);
-    return given ? shader_code_traces(given->pCode, given->codeSize)
-                 : hazard_objects_trace(device->hazard_objects, TRACING_MODULE,
-                                        (uint64_t)(uintptr_t)stage->module);
+    return shader_stage_traces(stage) ||
+           hazard_objects_trace(device->hazard_objects, TRACING_MODULE,
+                                (uint64_t)(uintptr_t)stage->module);
 }
 
 void hazards_note_compute_pipelines(struct layer_device *device, uint32_t count,

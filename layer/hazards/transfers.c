@@ -118,13 +118,6 @@ static void add_image_copy_2(struct hazard_recording *recording, const struct im
                                         regions[i].imageOffset, regions[i].imageExtent});
 }
 
-/* Which bytes the rows do not cover is unknown. */
-static void add_rest(struct hazard_recording *recording)
-{
-    hazard_recording_add_anywhere(
-        recording, &(struct hazard_use){.kind = ACCESS_TRANSFER_WRITE, .role = HAZARD_DST});
-}
-
 static struct image_copy to_buffer(VkImage src, VkBuffer dst)
 {
     return (struct image_copy){src, {ACCESS_TRANSFER_WRITE, HAZARD_DST, .buffer = dst}};
@@ -140,7 +133,7 @@ void hazards_copy_to_buffer(struct hazard_recording *recording, VkImage src, VkB
 {
     const struct image_copy copy = to_buffer(src, dst);
     add_image_copy(recording, &copy, count, regions);
-    add_rest(recording);
+    hazards_write_unfollowed(recording); /* the bytes added are not all that are written */
 }
 
 void hazards_copy_to_buffer_2(struct hazard_recording *recording,
@@ -148,7 +141,7 @@ void hazards_copy_to_buffer_2(struct hazard_recording *recording,
 {
     const struct image_copy copy = to_buffer(info->srcImage, info->dstBuffer);
     add_image_copy_2(recording, &copy, info->regionCount, info->pRegions);
-    add_rest(recording);
+    hazards_write_unfollowed(recording); /* the bytes added are not all that are written */
 }
 
 void hazards_copy_to_image(struct hazard_recording *recording, VkBuffer src, VkImage dst,
@@ -183,7 +176,7 @@ void hazards_copy_image_to_memory(struct hazard_recording *recording,
 {
     struct image_copy copy = to_buffer(info->image, VK_NULL_HANDLE);
     add_addressed_copy(recording, &copy, info);
-    add_rest(recording);
+    hazards_write_unfollowed(recording); /* the bytes added are not all that are written */
 }
 
 void hazards_copy_memory_to_image(struct hazard_recording *recording,
@@ -241,7 +234,7 @@ static void add_results(struct hazard_recording *recording, VkQueryPool pool, ui
     bool has_availability = flags & VK_QUERY_RESULT_WITH_AVAILABILITY_BIT;
     VkDeviceSize size = has_availability ? 2 * word : word;
     struct query_pool known;
-    add_rest(recording);
+    hazards_write_unfollowed(recording); /* the bytes added are not all that are written */
     if (!(flags & VK_QUERY_RESULT_WAIT_BIT)) {
         if (!has_availability || !query_pools_find(recording->device->query_pools, pool, &known))
             return;

@@ -7,18 +7,18 @@ static struct write_anywhere *write_at(struct writes_anywhere *writes, uint64_t 
     return &writes->items[position % WRITES_ANYWHERE];
 }
 
+static bool is_settled(const struct hazards *hazards, const struct write_anywhere *write)
+{
+    return write->number <= hazards->queues[write->queue].settled;
+}
+
 /* Whether a write is visible to a read of that kind by the current queue. */
 static bool is_visible(const struct hazards *hazards, const struct write_anywhere *write,
                        enum access_kind read)
 {
     const struct frontier *frontier = hazards->queues[hazards->queue].from[write->queue];
-    return write->kind == ACCESS_KINDS || write->number <= hazards->queues[write->queue].settled ||
+    return write->kind == ACCESS_KINDS || is_settled(hazards, write) ||
            (frontier && frontier_orders_write(frontier, write->number, write->kind, read));
-}
-
-static bool is_settled(const struct hazards *hazards, const struct write_anywhere *write)
-{
-    return write->number <= hazards->queues[write->queue].settled;
 }
 
 static void drop_first(struct hazards *hazards)

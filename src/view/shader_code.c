@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "src/view/shader_code.h"
 
+#include "src/base/chain.h"
 #include "src/base/readable.h"
 
 /* From the SPIR-V specification. */
@@ -45,4 +46,12 @@ bool shader_code_traces(const uint32_t *code, size_t size)
             return true;
     }
     return false;
+}
+
+bool shader_stage_traces(const VkPipelineShaderStageCreateInfo *stage)
+{
+    const VkShaderModuleCreateInfo *module =
+        stage->module ? NULL
+                      : chain_find(stage->pNext, VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO);
+    return module && shader_code_traces(module->pCode, module->codeSize);
 }

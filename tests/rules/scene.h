@@ -160,7 +160,7 @@ struct scene {
     VkFence fence; /* these three: of who submits it, if that has any */
     VkSemaphore timeline;
     uint64_t timeline_value;
-    bool is_edited;  /* by a case: what it asks the sizes of may be invalid */
+    bool is_edited;  /* a case has edited it: queries of sizes may have findings */
     VkDevice device; /* these two: COMMAND_HOST */
     VkDeferredOperationKHR deferred_operation;
     uint32_t info_count;
@@ -385,7 +385,7 @@ struct scene_micromap_build scene_build_of_micromap(struct scene *scene, VkMicro
 /* A structure that the command buffer of the scene has made an opacity micromap of so many
  * triangles. */
 VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count);
-/* The same of a structure of the caller's. */
+/* Records the same build, into a structure that the caller has created. */
 void scene_record_micromap_in(struct scene *scene, VkAccelerationStructureKHR micromap,
                               uint32_t triangle_count);
 

@@ -169,14 +169,6 @@ bool cpu_shaders_trace(uint32_t count, const VkShaderCreateInfoEXT *infos)
 
 /* ---- pipeline stages with inline shader code */
 
-static bool stage_traces(const VkPipelineShaderStageCreateInfo *stage)
-{
-    const VkShaderModuleCreateInfo *module =
-        stage->module ? NULL
-                      : chain_find(stage->pNext, VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO);
-    return module && shader_code_traces(module->pCode, module->codeSize);
-}
-
 /* A pipeline library may ignore its stages, which then need not be readable. */
 static bool a_stage_traces(const VkGraphicsPipelineCreateInfo *info)
 {
@@ -184,7 +176,7 @@ static bool a_stage_traces(const VkGraphicsPipelineCreateInfo *info)
     for (uint32_t i = 0; i < info->stageCount; i++) {
         if (!readable(cache, &info->pStages[i], sizeof(info->pStages[i])))
             return false;
-        if (stage_traces(&info->pStages[i]))
+        if (shader_stage_traces(&info->pStages[i]))
             return true;
     }
     return false;
@@ -194,7 +186,7 @@ bool cpu_compute_pipelines_trace(uint32_t count, const VkComputePipelineCreateIn
 {
     bool found = false;
     for (uint32_t i = 0; i < count && !found; i++)
-        found = stage_traces(&infos[i].stage);
+        found = shader_stage_traces(&infos[i].stage);
     return found;
 }
 

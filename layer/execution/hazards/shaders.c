@@ -55,7 +55,7 @@ struct input_read {
     uint64_t first_open; /* see hazards_first_open_write(), at that build; 0: there was none */
 };
 
-/* Of one memory object, in ascending order of `begin`. */
+/* What builds have read of one VkDeviceMemory, in ascending order of `begin`. */
 struct memory_inputs {
     struct input_read *items;
     uint32_t count, capacity;

@@ -5,7 +5,7 @@
 
 #include "src/check/content/content.h"
 
-/* Of the builds of one call. Zero-initialized is empty. */
+/* These structures, of the builds of one call. Zero bytes are an empty list. */
 struct unbuilt_uses {
     struct unbuilt_use {
         uint32_t build; /* index in the call */
