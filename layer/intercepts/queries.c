@@ -15,31 +15,12 @@
 
 /* ---- pools */
 
-static bool is_property(VkQueryType type)
-{
-    switch ((int)type) {
-    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR:
-    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR:
-    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR:
-    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR:
-    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV:
-    case VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT:
-    case VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT:
-        return true;
-    default:
-        return false;
-    }
-}
-
 void note_query_pool(struct layer_device *device, VkQueryPool pool,
                      const VkQueryPoolCreateInfo *info)
 {
-    if (!device->order || !is_property(info->queryType)) {
-        query_pools_add_plain(device->query_pools, pool, info->queryType, info->queryCount);
-        return;
-    }
-    query_pools_add(device->query_pools, pool, info->queryType, info->queryCount);
-    if (info->flags & VK_QUERY_POOL_CREATE_RESET_BIT_KHR)
+    const bool has_ids = device->order && query_type_is_property(info->queryType);
+    query_pools_add(device->query_pools, pool, info, has_ids);
+    if (has_ids && info->flags & VK_QUERY_POOL_CREATE_RESET_BIT_KHR)
         note_query_resets(device, pool, 0, info->queryCount);
 }
 
@@ -91,6 +72,7 @@ static bool note_queries(struct layer_device *device, VkCommandBuffer handle,
 {
     bool skip = false;
     struct query_pool pool;
+    query_pools_touch(device->query_pools, queried->pool, queried->first, queried->count);
     if (query_pools_find(device->query_pools, queried->pool, &pool) && pool.type == queried->type) {
         queried->tracked_count = query_pool_clamp(&pool, queried->first, queried->count);
         queried->first_id = pool.first_id + queried->first;
@@ -194,6 +176,7 @@ void note_query_resets(struct layer_device *device, VkQueryPool handle, uint32_t
                        uint32_t count)
 {
     struct query_pool pool;
+    query_pools_touch(device->query_pools, handle, first, count);
     if (!query_pools_find(device->query_pools, handle, &pool))
         return;
     const struct journal_entry entry = reset_entry(&pool, first, count);
@@ -207,6 +190,7 @@ void note_recorded_query_resets(struct layer_device *device, VkCommandBuffer com
                                 VkQueryPool handle, uint32_t first, uint32_t count)
 {
     struct query_pool pool;
+    query_pools_touch(device->query_pools, handle, first, count);
     if (!query_pools_find(device->query_pools, handle, &pool))
         return;
     const struct journal_entry entry = reset_entry(&pool, first, count);

@@ -120,6 +120,13 @@ struct queried_view {
     struct life_object object;
 };
 
+/* A read of results of a pool whose queries are of a property of structures or micromaps. */
+struct read_queries_view {
+    VkQueryPool pool;
+    uint32_t number;       /* of the first query that no command has reset or written */
+    bool is_uninitialized; /* there is one */
+};
+
 /* A query of the sizes that a build needs. */
 struct size_query_view {
     const struct call_view *call;

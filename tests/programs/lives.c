@@ -7,7 +7,8 @@
  *                              `compacted` the size that the host read last
  *     destroy NAME             destroy buffer NAME: of a structure
  *     free NAME                its memory
- *     renew NAME               destroys and creates a buffer with its memory, or an operation
+ *     renew NAME               destroys and creates a buffer with its memory, an operation, or a
+ *                              pool of queries, which nothing has reset
  *     event NAME               only the device can set it
  *     label NAME               unlabel           in the command buffer */
 #include "play.h"
@@ -77,6 +78,11 @@ static void renew(struct play *play, struct play_object *object)
     if (object->name[0] == 'd') {
         play_destroy_object(play, object);
         GET(play->vk.CreateDeferredOperationKHR(play->device, NULL, &object->operation));
+        return;
+    }
+    if (object->name[0] == 'P') {
+        play_destroy_object(play, object);
+        object->queries = play_create_queries(play);
         return;
     }
     buffer_destroy(&play->vk, play->device, &object->buffer);

@@ -114,6 +114,12 @@ static struct play_object *add(struct play *play, const char *name)
     return object;
 }
 
+VkQueryPool play_create_queries(const struct play *play)
+{
+    return query_pool_create(&play->vk, play->device,
+                             VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, 1);
+}
+
 static void create(struct play *play, struct play_object *object)
 {
     switch (object->name[0]) {
@@ -138,8 +144,7 @@ static void create(struct play *play, struct play_object *object)
         create_image(play, object);
         break;
     case 'P':
-        object->queries = query_pool_create(
-            &play->vk, play->device, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, 1);
+        object->queries = play_create_queries(play);
         play->vk.ResetQueryPool(play->device, object->queries, 0, 1);
         break;
     case 'c':

@@ -170,6 +170,8 @@ void play_destroy_objects(struct play *play);
 /* Destroys an object, which can be created again; and the parts of the creation. */
 void play_destroy_object(struct play *play, struct play_object *object);
 void play_create_buffer(struct play *play, struct play_object *object);
+/* A pool of one query, which nothing has reset. */
+VkQueryPool play_create_queries(const struct play *play);
 void play_create_structure(struct play *play, struct play_object *object, VkBuffer buffer,
                            VkDeviceSize offset, VkDeviceSize size,
                            VkAccelerationStructureTypeKHR type);

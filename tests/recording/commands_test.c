@@ -150,8 +150,9 @@ RECORDING_TEST(results_of_queries)
     const VkQueryPool known = (VkQueryPool)(uintptr_t)0x601, other = (VkQueryPool)(uintptr_t)0x602;
     const VkQueryResultFlags wait = VK_QUERY_RESULT_WAIT_BIT, wide = VK_QUERY_RESULT_64_BIT,
                              available = VK_QUERY_RESULT_WITH_AVAILABILITY_BIT;
-    query_pools_add(device.query_pools, known,
-                    VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, 2);
+    const VkQueryPoolCreateInfo info = {
+        .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, .queryCount = 2};
+    query_pools_add(device.query_pools, known, &info, true);
     copy_results(other, 2, 4, wait);
     expect("vkCmdCopyQueryPoolResults\n anywhere\n C> dst buffer1 10:18\n");
     copy_results(other, 2, 32, wait | wide | available);

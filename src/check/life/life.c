@@ -18,6 +18,7 @@ WALK_ALL(binding)
 WALK_ALL(capture)
 WALK_ALL(descriptor)
 WALK_ALL(queried)
+WALK_ALL(read_queries)
 WALK_ALL(destroyed)
 
 struct location check_argument(const struct call_view *call, const char *parameter)
@@ -81,6 +82,9 @@ static void check_operands(struct walk *walk, const struct call_view *call)
     case COMMAND_WriteAccelerationStructuresPropertiesKHR:
     case COMMAND_WriteMicromapsPropertiesEXT:
         check_query(walk, call);
+        break;
+    case COMMAND_GetQueryPoolResults:
+        check_read_queries(walk, call);
         break;
     case COMMAND_GetAccelerationStructureBuildSizesKHR:
         check_size_query(walk, call);

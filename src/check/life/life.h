@@ -37,6 +37,7 @@ void check_micromap_size_query(struct walk *walk, const struct call_view *call);
 void check_lookup(struct walk *walk, const struct call_view *call);
 void check_create(struct walk *walk, const struct call_view *call);
 void check_query(struct walk *walk, const struct call_view *call);
+void check_read_queries(struct walk *walk, const struct call_view *call);
 void check_size_query(struct walk *walk, const struct call_view *call);
 void check_destroyed(struct walk *walk, const struct call_view *call);
 
@@ -80,6 +81,8 @@ void walk_lookup(struct walk *walk, const struct lookup_view *lookup,
                  const struct location *location);
 void walk_destroyed(struct walk *walk, const struct destroyed_view *destroyed,
                     const struct location *location);
+void walk_read_queries(struct walk *walk, const struct read_queries_view *read_queries,
+                       const struct location *location);
 void walk_queried(struct walk *walk, const struct queried_view *queried,
                   const struct location *location);
 

@@ -58,6 +58,19 @@ static struct queried view_arguments(struct check_context *context, struct query
     return queried;
 }
 
+void check_read_queries(struct walk *walk, const struct call_view *call)
+{
+    const struct arguments_of_GetQueryPoolResults *arguments = call->arguments;
+    struct read_queries_view read = {.pool = arguments->queryPool};
+    const struct location location = check_argument(call, NULL);
+    if (walk->context->level < LEVEL_STATE)
+        return;
+    read.is_uninitialized =
+        query_pools_find_untouched(walk->context->query_pools, arguments->queryPool,
+                                   arguments->firstQuery, arguments->queryCount, &read.number);
+    walk_read_queries(walk, &read, &location);
+}
+
 void check_query(struct walk *walk, const struct call_view *call)
 {
     struct query_view query = {.call = call};

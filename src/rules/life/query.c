@@ -64,6 +64,17 @@ bool queries_are_in_the_pool(const struct query_view *query, struct finding *fin
                     pool_of(query), number(query->pool.count));
 }
 
+bool read_queries_are_initialized(const struct read_queries_view *read_queries,
+                                  struct finding *finding)
+{
+    return !read_queries->is_uninitialized ||
+           violated(finding, "queryPool",
+                    "{} has query {}, which no command has reset or written since the pool was "
+                    "created",
+                    object(VK_OBJECT_TYPE_QUERY_POOL, (uint64_t)(uintptr_t)read_queries->pool),
+                    number(read_queries->number));
+}
+
 /* ---- the structures' types */
 
 /* A structure of the generic type may have been built as either. */

@@ -13,6 +13,7 @@
 
 struct pool_record {
     struct query_pool pool; /* first_id: 0 if the queries have no ids */
+    bool *touched;          /* by query; NULL: unknown */
 };
 
 struct query_pools {
@@ -32,11 +33,18 @@ VkResult query_pools_create(struct query_pools **pools)
     return VK_SUCCESS;
 }
 
+static void release(void *record)
+{
+    if (record)
+        free(((struct pool_record *)record)->touched);
+    free(record);
+}
+
 void query_pools_destroy(struct query_pools *pools)
 {
     if (!pools)
         return;
-    handle_table_drop(&pools->by_handle, free);
+    handle_table_drop(&pools->by_handle, release);
     free(pools);
 }
 
@@ -49,35 +57,52 @@ static struct pool_record *take_out(struct query_pools *pools, VkQueryPool handl
     return record;
 }
 
-static void add_pool(struct query_pools *pools, VkQueryPool handle, VkQueryType type,
-                     uint32_t count, bool has_ids)
+bool query_type_is_property(VkQueryType type)
 {
-    struct pool_record *record = malloc(sizeof(*record));
+    switch ((int)type) {
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR:
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR:
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR:
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR:
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV:
+    case VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT:
+    case VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT:
+        return true;
+    default:
+        return false;
+    }
+}
+
+/* What touches queries of other types is not observed. */
+static struct pool_record *create_record(const VkQueryPoolCreateInfo *info)
+{
+    struct pool_record *record = calloc(1, sizeof(*record));
+    if (!record)
+        return NULL;
+    record->pool = (struct query_pool){.count = info->queryCount, .type = info->queryType};
+    if (query_type_is_property(info->queryType) &&
+        !(info->flags & VK_QUERY_POOL_CREATE_RESET_BIT_KHR))
+        record->touched = calloc(info->queryCount, sizeof(*record->touched));
+    return record;
+}
+
+void query_pools_add(struct query_pools *pools, VkQueryPool handle,
+                     const VkQueryPoolCreateInfo *info, bool has_ids)
+{
+    struct pool_record *record = create_record(info);
     reader_lock_write(&pools->lock);
-    free(take_out(pools, handle));
-    if (record) {
-        *record = (struct pool_record){{has_ids ? pools->next_id : 0, count, type}};
-        pools->next_id += has_ids ? count : 0;
+    release(take_out(pools, handle));
+    if (record && has_ids) {
+        record->pool.first_id = pools->next_id;
+        pools->next_id += info->queryCount;
     }
     if (record && handle_table_set(&pools->by_handle, (uint64_t)(uintptr_t)handle, record)) {
         atomic_fetch_add_explicit(&pools->count, 1, memory_order_relaxed);
     } else {
-        free(record);
+        release(record);
         pools->incomplete = true;
     }
     reader_lock_write_done(&pools->lock);
-}
-
-void query_pools_add(struct query_pools *pools, VkQueryPool handle, VkQueryType type,
-                     uint32_t count)
-{
-    add_pool(pools, handle, type, count, true);
-}
-
-void query_pools_add_plain(struct query_pools *pools, VkQueryPool handle, VkQueryType type,
-                           uint32_t count)
-{
-    add_pool(pools, handle, type, count, false);
 }
 
 void query_pools_facts(struct query_pools *pools, VkQueryPool handle,
@@ -112,7 +137,7 @@ bool query_pools_remove(struct query_pools *pools, VkQueryPool handle, struct qu
     bool has_ids = record && record->pool.first_id;
     if (has_ids)
         *pool = record->pool;
-    free(record);
+    release(record);
     return has_ids;
 }
 
@@ -134,4 +159,41 @@ uint32_t query_pool_clamp(const struct query_pool *pool, uint32_t first, uint32_
 {
     uint32_t left = first < pool->count ? pool->count - first : 0;
     return count < left ? count : left;
+}
+
+void query_pools_touch(struct query_pools *pools, VkQueryPool handle, uint32_t first,
+                       uint32_t count)
+{
+    if (!has_pools(pools))
+        return;
+    reader_lock_write(&pools->lock);
+    struct pool_record *record = handle_table_find(&pools->by_handle, (uint64_t)(uintptr_t)handle);
+    if (record && record->touched)
+        for (uint32_t i = query_pool_clamp(&record->pool, first, count); i-- > 0;)
+            record->touched[first + i] = true;
+    reader_lock_write_done(&pools->lock);
+}
+
+static bool find_untouched(const struct pool_record *record, uint32_t first, uint32_t count,
+                           uint32_t *number)
+{
+    for (uint32_t i = 0; i < query_pool_clamp(&record->pool, first, count); i++) {
+        *number = first + i;
+        if (!record->touched[*number])
+            return true;
+    }
+    return false;
+}
+
+bool query_pools_find_untouched(struct query_pools *pools, VkQueryPool handle, uint32_t first,
+                                uint32_t count, uint32_t *number)
+{
+    if (!has_pools(pools))
+        return false;
+    unsigned stripe = reader_lock_enter(&pools->lock);
+    const struct pool_record *record =
+        handle_table_find(&pools->by_handle, (uint64_t)(uintptr_t)handle);
+    const bool found = record && record->touched && find_untouched(record, first, count, number);
+    reader_lock_leave(&pools->lock, stripe);
+    return found;
 }

@@ -21,11 +21,18 @@ struct query_pool {
     VkQueryType type;
 };
 
-/* If memory runs out, the pool is unknown. The queries of query_pools_add() have ids. */
-void query_pools_add(struct query_pools *pools, VkQueryPool handle, VkQueryType type,
-                     uint32_t count);
-void query_pools_add_plain(struct query_pools *pools, VkQueryPool handle, VkQueryType type,
-                           uint32_t count);
+/* Whether queries of a type are of properties of structures or micromaps. */
+bool query_type_is_property(VkQueryType type);
+
+/* Gives the queries ids if `has_ids`. If memory runs out, the pool is unknown. */
+void query_pools_add(struct query_pools *pools, VkQueryPool handle,
+                     const VkQueryPoolCreateInfo *info, bool has_ids);
+/* Notes that a command resets or writes queries, when it is recorded or called by the host. */
+void query_pools_touch(struct query_pools *pools, VkQueryPool handle, uint32_t first,
+                       uint32_t count);
+/* Finds the first of these queries that was certainly never touched: of properties only. */
+bool query_pools_find_untouched(struct query_pools *pools, VkQueryPool handle, uint32_t first,
+                                uint32_t count, uint32_t *number);
 /* For any pool. */
 void query_pools_facts(struct query_pools *pools, VkQueryPool handle,
                        struct query_pool_facts *facts);
