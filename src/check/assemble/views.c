@@ -148,21 +148,11 @@ static void clear_counts(struct build_view *build)
     build->triangle_count = build->aabb_count = 0;
 }
 
-/* The indirect command's maximum counts only bound the counts; those of a query of sizes are the
- * counts that the query is about. */
-static inline uint32_t count_of_geometry(const struct build_view *build, uint32_t index)
-{
-    if (build->ranges)
-        return build->ranges[index].primitiveCount;
-    return build->max_primitive_counts && build->call->command != COMMAND_INDIRECT
-               ? build->max_primitive_counts[index]
-               : 0;
-}
-
-/* Adds the primitives of a geometry. Returns whether the geometry takes a build range. */
+/* Adds the primitives of a geometry. Returns whether the geometry takes a build range. The
+ * indirect command's maximum counts only bound the counts. */
 static inline bool sum_geometry(struct build_view *build, uint32_t index, VkGeometryTypeKHR type)
 {
-    uint32_t count = count_of_geometry(build, index);
+    uint32_t count = build->ranges ? build->ranges[index].primitiveCount : 0;
     if (type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
         build->triangle_count += count;
     else if (type == VK_GEOMETRY_TYPE_AABBS_KHR)
@@ -222,8 +212,9 @@ static void start_geometry(struct geometry_view *geometry)
     geometry->vertex_format_supported = UNKNOWN;
 }
 
-void view_build(struct check_context *context, const struct call_view *call, uint32_t index,
-                struct build_view *build)
+__attribute__((always_inline)) static inline void view(struct check_context *context,
+                                                       const struct call_view *call, uint32_t index,
+                                                       struct build_view *build)
 {
     start_build(build);
     build->call = call;
@@ -234,6 +225,25 @@ void view_build(struct check_context *context, const struct call_view *call, uin
         view_misaligned(context, build);
     view_counts(context, build);
     sum_primitives(build);
+}
+
+void view_build(struct check_context *context, const struct call_view *call, uint32_t index,
+                struct build_view *build)
+{
+    view(context, call, index, build);
+}
+
+__attribute__((noinline)) void view_sized_build(struct check_context *context,
+                                                const struct call_view *call,
+                                                struct build_view *build)
+{
+    view(context, call, 0, build);
+    for (uint32_t i = 0; build->max_primitive_counts && i < build->geometry_count; i++) {
+        const VkGeometryTypeKHR type = build_geometry(build->info, i)->geometryType;
+        const uint32_t count = build->max_primitive_counts[i];
+        build->triangle_count += type == VK_GEOMETRY_TYPE_TRIANGLES_KHR ? count : 0;
+        build->aabb_count += type == VK_GEOMETRY_TYPE_AABBS_KHR ? count : 0;
+    }
 }
 
 __attribute__((noinline)) static void view_chains(struct check_context *context,

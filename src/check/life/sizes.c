@@ -37,15 +37,15 @@ static void check_build(struct walk *walk, struct build_view *build)
 }
 
 /* The build is viewed like one of a call that builds it. */
-static void view_sized_build(struct check_context *context, const struct size_query_view *query,
-                             struct call_view *call, struct build_view *build)
+static void view_query(struct check_context *context, const struct size_query_view *query,
+                       struct call_view *call, struct build_view *build)
 {
     *call = *query->call;
     call->infos = query->info;
     call->info_count = 1;
     call->max_primitive_counts = &query->counts;
     call->infos_readable = call->max_primitive_counts_readable = true;
-    view_build(context, call, 0, build);
+    view_sized_build(context, call, build);
 }
 
 void check_size_query(struct walk *walk, const struct call_view *call)
@@ -66,7 +66,7 @@ void check_size_query(struct walk *walk, const struct call_view *call)
         query.counts =
             check_read(context, arguments->pMaxPrimitiveCounts,
                        (size_t)query.info->geometryCount * sizeof(*arguments->pMaxPrimitiveCounts));
-    view_sized_build(context, &query, &call_of_build, &build);
+    view_query(context, &query, &call_of_build, &build);
     query.geometries = build.geometries;
     query.geometry_pointers = build.geometry_pointers;
     walk_size_query(walk, &query, &location);
