@@ -156,3 +156,27 @@ void layer_query_accel_address(struct layer_device *device, VkAccelerationStruct
     if (device->may_query_structures && device->vk.GetAccelerationStructureDeviceAddressKHR)
         resources_query_addresses(device->resources, structure, query, device);
 }
+
+enum tristate layer_find_compatibility(const struct layer_device *device, bool is_micromap,
+                                       const uint8_t version[2 * VK_UUID_SIZE])
+{
+    VkAccelerationStructureCompatibilityKHR result =
+        VK_ACCELERATION_STRUCTURE_COMPATIBILITY_MAX_ENUM_KHR;
+    const VkAccelerationStructureVersionInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_VERSION_INFO_KHR,
+        .pVersionData = version};
+    const VkMicromapVersionInfoEXT micromap_info = {
+        .sType = VK_STRUCTURE_TYPE_MICROMAP_VERSION_INFO_EXT, .pVersionData = version};
+    if (!is_micromap && device->vk.GetDeviceAccelerationStructureCompatibilityKHR)
+        device->vk.GetDeviceAccelerationStructureCompatibilityKHR(device->handle, &info, &result);
+    if (is_micromap && device->vk.GetDeviceMicromapCompatibilityEXT)
+        device->vk.GetDeviceMicromapCompatibilityEXT(device->handle, &micromap_info, &result);
+    switch (result) {
+    case VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR:
+        return YES;
+    case VK_ACCELERATION_STRUCTURE_COMPATIBILITY_INCOMPATIBLE_KHR:
+        return NO;
+    default:
+        return UNKNOWN;
+    }
+}

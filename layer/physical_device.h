@@ -46,4 +46,9 @@ void layer_find_build_sizes(struct layer_device *device,
  * needed. */
 void layer_query_accel_address(struct layer_device *device, VkAccelerationStructureKHR structure);
 
+/* Whether the device can read serialized data of a version; UNKNOWN if it cannot be asked. Calls
+ * down. */
+enum tristate layer_find_compatibility(const struct layer_device *device, bool is_micromap,
+                                       const uint8_t version[2 * VK_UUID_SIZE]);
+
 #endif

@@ -26,8 +26,8 @@ struct pending_finding {
     struct finding finding;
 };
 
-/* One build call of a command buffer. Calls with instances are ended after all locks are released,
- * because their checks look beyond one build. */
+/* One build call of a command buffer, or a deserialization. Some are ended after all locks are
+ * released, because their checks look beyond one build, and call down. */
 struct read_call {
     struct read_call *next;
     struct reading *reading;
@@ -208,9 +208,17 @@ static void refers_to_destroyed(void *user, uint32_t build, uint32_t instance, u
                      RULE_destroyed_object_is_not_in_use, &location, &finding);
 }
 
+static enum tristate is_compatible(void *user, bool is_micromap,
+                                   const uint8_t version[2 * VK_UUID_SIZE])
+{
+    const struct read_call *call = user;
+    return layer_find_compatibility(call->reading->ran->device, is_micromap, version);
+}
+
 #define HOOKS                                                                                      \
     .found = found, .find_sizes = find_sizes, .query_addresses = query_addresses,                  \
-    .of_another_device = of_another_device, .refers_to_destroyed = refers_to_destroyed
+    .of_another_device = of_another_device, .refers_to_destroyed = refers_to_destroyed,            \
+    .is_compatible = is_compatible
 
 static const struct check_hooks hooks = {HOOKS};
 static const struct check_hooks hazard_hooks = {HOOKS, .refers = refers, .indexes = indexes,
@@ -255,7 +263,7 @@ static void leave_call(struct read_call *call)
 {
     if (!call)
         return;
-    if (!executed_call_has_instances(call->executed)) {
+    if (!executed_call_ends_unlocked(call->executed)) {
         end_call(call);
         return;
     }
@@ -366,7 +374,7 @@ static bool is_readable(struct read_buffer *buffer, const struct recorded_build 
 {
     struct execution *execution = buffer->execution;
     const uint32_t position = build->place.position;
-    if (position == POSITION_OF_MICROMAPS)
+    if (position == POSITION_OF_OTHERS)
         return !buffer->reading->when;
     unsigned judged_end = atomic_load(&execution->judged_end);
     if (position < judged_end)

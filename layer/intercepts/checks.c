@@ -45,26 +45,7 @@ static enum tristate is_compatible(void *user, bool is_micromap,
                                    const uint8_t version[2 * VK_UUID_SIZE])
 {
     const struct build_call *call = user;
-    const struct layer_device *device = call->device;
-    VkAccelerationStructureCompatibilityKHR result =
-        VK_ACCELERATION_STRUCTURE_COMPATIBILITY_MAX_ENUM_KHR;
-    const VkAccelerationStructureVersionInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_VERSION_INFO_KHR,
-        .pVersionData = version};
-    const VkMicromapVersionInfoEXT micromap_info = {
-        .sType = VK_STRUCTURE_TYPE_MICROMAP_VERSION_INFO_EXT, .pVersionData = version};
-    if (!is_micromap && device->vk.GetDeviceAccelerationStructureCompatibilityKHR)
-        device->vk.GetDeviceAccelerationStructureCompatibilityKHR(device->handle, &info, &result);
-    if (is_micromap && device->vk.GetDeviceMicromapCompatibilityEXT)
-        device->vk.GetDeviceMicromapCompatibilityEXT(device->handle, &micromap_info, &result);
-    switch (result) {
-    case VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR:
-        return YES;
-    case VK_ACCELERATION_STRUCTURE_COMPATIBILITY_INCOMPATIBLE_KHR:
-        return NO;
-    default:
-        return UNKNOWN;
-    }
+    return layer_find_compatibility(call->device, is_micromap, version);
 }
 
 /* The query is a call of the layer's own, and needs what one of the application would need. */

@@ -55,8 +55,8 @@ static void append_builds(struct text_buffer *text, const struct recording *reco
     for (uint32_t i = 0; i < named; i++) {
         const struct left_out_build *build = &recording->left_out[i];
         text_append(text, "%s ", i ? "," : "");
-        if (build->position == POSITION_OF_MICROMAPS)
-            text_append(text, "a build of a micromap");
+        if (build->position == POSITION_OF_OTHERS)
+            text_append(text, "a build of a micromap or a deserialization");
         else
             text_append(text, "build %" PRIu32, build->position);
         text_append(text, " (%s)", reason_of(build->reason));

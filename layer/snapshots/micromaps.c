@@ -36,7 +36,7 @@ void snapshots_build_micromaps(struct layer_device *device, VkCommandBuffer hand
                                const VkMicromapBuildInfoEXT *infos)
 {
     struct recorder recorder;
-    if (device->snapshots->are_for_backend || !recorder_begin_micromaps(&recorder, handle))
+    if (device->snapshots->are_for_backend || !recorder_begin_other(&recorder, handle))
         return;
     for (uint32_t i = 0; i < count; i++) {
         struct recorded_build *build = copy_parameters(&infos[i], i);
@@ -47,7 +47,7 @@ void snapshots_build_micromaps(struct layer_device *device, VkCommandBuffer hand
         build->left_out = recorder.left_out;
         recorder_keep_build(&recorder, build);
         if (recorder.left_out)
-            recording_leave_out(recorder.recording, POSITION_OF_MICROMAPS, recorder.left_out);
+            recording_leave_out(recorder.recording, POSITION_OF_OTHERS, recorder.left_out);
     }
     recorder.build_count = 0;
     recorder_end(&recorder);

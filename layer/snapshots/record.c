@@ -94,14 +94,14 @@ bool recorder_begin_builds(struct recorder *recorder, VkCommandBuffer handle)
     return true;
 }
 
-/* The journal has no entries of these builds that could have copies: recorder_keep_build() makes
+/* The journal has no entries of these commands that could have copies: recorder_keep_build() makes
  * them. */
-bool recorder_begin_micromaps(struct recorder *recorder, VkCommandBuffer handle)
+bool recorder_begin_other(struct recorder *recorder, VkCommandBuffer handle)
 {
     if (!recorder_begin_builds(recorder, handle))
         return false;
     recorder->builds = (struct journal_cursor){0};
-    recorder->is_of_micromaps = true;
+    recorder->is_other = true;
     return true;
 }
 
@@ -136,8 +136,8 @@ void recorder_add_copy(struct recorder *recorder, const struct recorded_command 
         recorder_add(recorder, copy);
 }
 
-/* Finds the entry of a build among those of the call, which are in the order of the builds. Builds
- * of micromaps have none: a journal only has what they write. */
+/* Finds the entry of a build among those of the call, which are in the order of the builds. Other
+ * commands have none: a journal only has what they write. */
 static struct journal_entry *find_entry(struct recorder *recorder, uint32_t info)
 {
     if (!recorder->builds.list)
@@ -211,11 +211,11 @@ void recorder_order_buffer(const struct recorder *recorder, VkBuffer buffer,
         recorder->handle, dependency->src, dependency->dst, 0, 0, NULL, 1, &own, 0, NULL);
 }
 
-/* The stage of builds of micromaps is one of synchronization2, which may be off. */
+/* The stages of builds of micromaps and of copies are of extensions, which may be off. */
 static VkPipelineStageFlags stages_of_builds(const struct recorder *recorder)
 {
-    return recorder->is_of_micromaps ? VK_PIPELINE_STAGE_ALL_COMMANDS_BIT
-                                     : VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR;
+    return recorder->is_other ? VK_PIPELINE_STAGE_ALL_COMMANDS_BIT
+                              : VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR;
 }
 
 static void start_on_backend(const struct recorder *recorder)

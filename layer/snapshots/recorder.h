@@ -21,7 +21,7 @@ struct recorder {
     struct command_buffer *command_buffer;
     struct recording *recording;
     const struct recorder_addresses *addresses; /* NULL: addresses are device addresses */
-    bool is_of_micromaps;                       /* the command builds micromaps */
+    bool is_other;                              /* the command builds no structures */
     bool cannot_inject;                         /* no commands may be added at this point */
     bool has_copied;                            /* the barrier before the first copy is recorded */
     bool has_dispatched;                        /* a dispatch of the layer's own is recorded */
@@ -44,8 +44,9 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle);
 /* Begins to record a build command, and sets cannot_inject. */
 bool recorder_begin_builds(struct recorder *recorder, VkCommandBuffer handle);
 
-/* Begins to record a command that builds micromaps, and sets cannot_inject. */
-bool recorder_begin_micromaps(struct recorder *recorder, VkCommandBuffer handle);
+/* Begins to record a command that builds micromaps, or reads serialized data, and sets
+ * cannot_inject. */
+bool recorder_begin_other(struct recorder *recorder, VkCommandBuffer handle);
 
 /* Adds an entry for backend cpu. */
 void recorder_add(struct recorder *recorder, const struct recorded_command *command);

@@ -344,6 +344,7 @@ void recorded_build_free(struct recorded_build *build)
         return;
     build_parameters_release(&build->parameters);
     build_parameters_release(&build->given);
+    free(build->deserialization);
     free(build->snapshots);
     free(build);
 }

@@ -100,12 +100,12 @@ struct recorded_place {
     bool geometry_by_pointer; /* the application used ppGeometries */
 };
 
-/* Builds of micromaps have no number among the builds of a command buffer. */
-#define POSITION_OF_MICROMAPS UINT32_MAX
+/* Builds of micromaps and deserializations have no number among the builds of a command buffer. */
+#define POSITION_OF_OTHERS UINT32_MAX
 static inline struct recorded_place recorded_place_of_micromap(uint32_t info)
 {
     return (struct recorded_place){
-        .command = COMMAND_CmdBuildMicromapsEXT, .info = info, .position = POSITION_OF_MICROMAPS};
+        .command = COMMAND_CmdBuildMicromapsEXT, .info = info, .position = POSITION_OF_OTHERS};
 }
 
 /* Why snapshots lack inputs of a build. */
@@ -118,10 +118,19 @@ enum left_out {
                         point */
 };
 
-/* Its addresses and offsets are changed by recorded_build_normalize(). */
+/* What a deserialization writes: a structure or a micromap. */
+struct deserialization {
+    uint64_t dst;          /* its handle */
+    VkDeviceSize dst_size; /* bytes, of its create info; 0: unknown */
+    uint64_t address;      /* of the serialized data */
+};
+
+/* A build, or a deserialization, which has no parameters of a build.
+ * Addresses and offsets are changed by recorded_build_normalize(). */
 struct recorded_build {
     /* `given`: the parameters before normalization; empty if both are the same. */
     struct build_parameters parameters, given;
+    struct deserialization *deserialization; /* owned; NULL: it is a build */
     struct recorded_place place;
     enum left_out left_out;
     /* If set, the ranges lie at indirect_address, and parameters.ranges have the maximum counts. */

@@ -131,22 +131,27 @@ COMMAND(GetAccelerationStructureHandleNV)
     return VK_SUCCESS;
 }
 
-/* ---- serialized data: only the header, in memory of the device that the host sees */
+/* ---- serialized data: only the header; by the host in memory of the device that it sees */
 
 struct serialized_header {
     uint8_t driver[VK_UUID_SIZE], format[VK_UUID_SIZE];
     uint64_t size, deserialized_size, reference_count;
 };
 
+static struct serialized_header make_header(const struct null_driver_config *config)
+{
+    struct serialized_header header = {.size = config->sizes.serialized,
+                                       .deserialized_size = config->sizes.compacted};
+    memcpy(header.driver, vulkan11.driverUUID, VK_UUID_SIZE);
+    memcpy(header.format, vulkan11.driverUUID, VK_UUID_SIZE);
+    return header;
+}
+
 /* Ignores other addresses, which may be invalid. */
 static VkResult write_header(VkDevice device, void *address)
 {
-    const struct null_driver_config *config = CONFIG(device);
-    struct serialized_header header = {.size = config->sizes.serialized,
-                                       .deserialized_size = config->sizes.compacted};
+    const struct serialized_header header = make_header(CONFIG(device));
     const struct object *memory;
-    memcpy(header.driver, vulkan11.driverUUID, VK_UUID_SIZE);
-    memcpy(header.format, vulkan11.driverUUID, VK_UUID_SIZE);
     for (uint32_t i = 0; (memory = object_child(OBJECT(device), VK_OBJECT_TYPE_DEVICE_MEMORY, i));
          i++) {
         const uintptr_t begin = (uintptr_t)memory->memory.host, at = (uintptr_t)address;
@@ -165,6 +170,22 @@ COMMAND(CopyAccelerationStructureToMemoryKHR)
 COMMAND(CopyMicromapToMemoryEXT)
 {
     return write_header(device, pInfo->dst.hostAddress);
+}
+
+static void record_header(VkCommandBuffer commands, VkDeviceAddress address)
+{
+    const struct serialized_header header = make_header(CONFIG(commands));
+    transfers_add_write(commands, address, &header, sizeof(header));
+}
+
+COMMAND(CmdCopyAccelerationStructureToMemoryKHR)
+{
+    record_header(commandBuffer, pInfo->dst.deviceAddress);
+}
+
+COMMAND(CmdCopyMicromapToMemoryEXT)
+{
+    record_header(commandBuffer, pInfo->dst.deviceAddress);
 }
 
 static VkAccelerationStructureCompatibilityKHR compare_version(const uint8_t *version)

@@ -233,6 +233,9 @@ unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDevice
 unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *size);
 
 /* Records a dispatch of one of the layer's shaders; and carries it out. */
+/* Lets the device write bytes to an address. */
+void transfers_add_write(VkCommandBuffer commands, VkDeviceAddress address, const void *bytes,
+                         VkDeviceSize size);
 void transfers_add_dispatch(VkCommandBuffer commands, const struct dispatch *dispatch);
 void dispatch_execute(const struct dispatch *dispatch);
 

@@ -5,7 +5,7 @@
 
 #include <stdlib.h>
 
-enum transfer_kind { COPY, UPDATE, FILL, DISPATCH, EXECUTE, BUILD, INSTANCES };
+enum transfer_kind { COPY, UPDATE, FILL, WRITE, DISPATCH, EXECUTE, BUILD, INSTANCES };
 
 struct transfer {
     struct transfer *next;
@@ -14,7 +14,8 @@ struct transfer {
     VkBufferCopy region;
     uint32_t word;                    /* of FILL */
     VkCommandBuffer secondary;        /* of EXECUTE */
-    _Alignas(8) unsigned char data[]; /* of UPDATE; a struct dispatch, or struct instances */
+    VkDeviceAddress address;          /* of WRITE */
+    _Alignas(8) unsigned char data[]; /* of UPDATE and WRITE; a struct dispatch, or instances */
 };
 
 void transfers_release(struct object *commands)
@@ -139,6 +140,13 @@ void transfers_add_build(VkCommandBuffer commands)
         add(commands, &(struct transfer){.kind = BUILD}, NULL);
 }
 
+void transfers_add_write(VkCommandBuffer commands, VkDeviceAddress address, const void *bytes,
+                         VkDeviceSize size)
+{
+    add(commands, &(struct transfer){.kind = WRITE, .address = address, .region.size = size},
+        bytes);
+}
+
 void transfers_add_dispatch(VkCommandBuffer commands, const struct dispatch *dispatch)
 {
     add(commands, &(struct transfer){.kind = DISPATCH, .region.size = sizeof(*dispatch)}, dispatch);
@@ -207,6 +215,9 @@ static bool execute(const struct transfer *at, bool primary)
     switch (at->kind) {
     case FILL:
         fill(at);
+        return true;
+    case WRITE:
+        address_write(at->address, at->data, at->region.size);
         return true;
     case BUILD:
         return !fault_at_build();

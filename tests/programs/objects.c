@@ -286,6 +286,8 @@ void play_init(struct play *play, char **words)
             strtoull(words[3], NULL, 0);
     else if (play_is(words[2], "ranges"))
         play_write(play, words[1], &range, sizeof(range));
+    else if (play_is(words[2], "word"))
+        play_write(play, words[1], &(uint64_t){strtoull(words[3], NULL, 0)}, sizeof(uint64_t));
     else
         play_fail(play, "init of what?");
 }

@@ -4,6 +4,7 @@
 #include "src/check/content/executed.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "src/base/array.h"
 #include "src/check/assemble/views.h"
@@ -20,6 +21,13 @@ struct retained_build {
     uint64_t dst_id;
 };
 
+/* Serialized data that were read. */
+struct retained_data {
+    const struct deserialization *deserialization;
+    void *bytes; /* owned */
+    uint64_t size;
+};
+
 struct executed_call {
     struct walk walk;
     struct call_view view;
@@ -27,6 +35,7 @@ struct executed_call {
     struct retained_build *builds;
     uint32_t count, capacity;
     struct unbuilt_uses unbuilt;
+    struct retained_data data; /* of a deserialization */
 };
 
 struct executed_call *executed_call_begin(struct check_context *context,
@@ -249,8 +258,28 @@ static void read_micromap(struct executed_call *call, const struct executed_buil
     walk_micromap_triangles(&call->walk, &view, &location);
 }
 
+/* Whether the version is compatible is asked at the end, without locks. */
+static void retain_data(struct executed_call *call, const struct executed_build *executed)
+{
+    const struct recorded_build *build = executed->build;
+    const void *bytes;
+    if (!build->snapshot_count)
+        return;
+    const uint64_t size =
+        executed->memory.find(executed->memory.context, build->deserialization->address,
+                              build->snapshots[0].size, &bytes);
+    void *copy = malloc(size ? size : 1);
+    if (copy && size)
+        memcpy(copy, bytes, size);
+    call->data = (struct retained_data){build->deserialization, copy, copy ? size : 0};
+}
+
 void executed_call_read(struct executed_call *call, const struct executed_build *build)
 {
+    if (build->build->deserialization) {
+        retain_data(call, build);
+        return;
+    }
     if (call->view.command == COMMAND_CmdBuildMicromapsEXT) {
         read_micromap(call, build);
         return;
@@ -270,9 +299,14 @@ void executed_call_read(struct executed_call *call, const struct executed_build 
     retain_build(call, build);
 }
 
-bool executed_call_has_instances(const struct executed_call *call)
+static bool has_instances(const struct executed_call *call)
 {
     return call->sweep && call->count > 1;
+}
+
+bool executed_call_ends_unlocked(const struct executed_call *call)
+{
+    return has_instances(call) || call->data.size;
 }
 
 static bool is_built(void *context, uint64_t id)
@@ -287,8 +321,12 @@ static bool is_built(void *context, uint64_t id)
 void executed_call_end(struct executed_call *call)
 {
     unbuilt_uses_check(&call->unbuilt, &call->walk, &call->view, is_built, call);
-    if (executed_call_has_instances(call))
+    if (has_instances(call))
         walk_pairs(call);
+    if (call->data.size)
+        check_read_serialized(&call->walk, &call->view, call->data.deserialization,
+                              call->data.bytes, call->data.size);
+    free(call->data.bytes);
     check_free_sweep(call->sweep);
     content_free_instances(call->walk.instances);
     free(call->builds);

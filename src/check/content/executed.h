@@ -28,9 +28,9 @@ struct executed_call *executed_call_begin(struct check_context *context,
                                           enum build_command command);
 /* Validates the input data of one build of the call. */
 void executed_call_read(struct executed_call *call, const struct executed_build *build);
-/* Returns whether executed_call_end() has pairs to validate, in which case it calls down. */
-bool executed_call_has_instances(const struct executed_call *call);
-/* Validates the pairs of builds and instances, then frees the call. */
+/* Returns whether executed_call_end() calls down, so that the caller may hold no lock. */
+bool executed_call_ends_unlocked(const struct executed_call *call);
+/* Validates the pairs of builds and instances, and serialized data, then frees the call. */
 void executed_call_end(struct executed_call *call);
 
 #endif

@@ -5,6 +5,7 @@
 #define ASSAY_CHECK_LIFE_LIFE_H
 
 #include "src/check/walk/walk.h"
+#include "src/snapshots/recorded_build.h"
 #include "src/view/life_view.h"
 
 /* Validates a call by the active rules of the context. `call->arguments` is the command's struct
@@ -15,6 +16,12 @@ void check_life(struct check_context *context, const struct call_view *call);
  * deserialized from them. Returns NULL if none is known, or without memory. */
 struct geometry_shapes *check_referenced_micromaps(struct check_context *context,
                                                    const void *bytes);
+
+/* Validates the data that a deserialization of a command buffer has read. `bytes`: the first `size`
+ * bytes of the data, or all. */
+void check_read_serialized(struct walk *walk, const struct call_view *call,
+                           const struct deserialization *deserialization, const void *bytes,
+                           uint64_t size);
 
 /* ---- for the files of this folder: each validates the commands of one subject */
 

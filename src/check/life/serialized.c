@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reads the header of serialized data on the host. The chapter on acceleration structures of the
- * specification has its layout, under vkCmdCopyAccelerationStructureToMemoryKHR. */
+/* Reads the header of serialized data: on the host, or copied by the device before it was read. The
+ * chapter on acceleration structures of the specification has its layout, under
+ * vkCmdCopyAccelerationStructureToMemoryKHR. */
 #include "src/check/life/life.h"
 
 #include <stdlib.h>
@@ -25,6 +26,20 @@ enum { HOST_ALIGNMENT = 16 };
 
 #define BLOCKS ((uint64_t)UINT32_MAX << 32)
 
+/* The data, up to where they are known. */
+struct source {
+    struct check_context *context;
+    const char *bytes;
+    uint64_t size;
+};
+
+static bool has(const struct source *source, const char *at, size_t size)
+{
+    const uint64_t begin = (uint64_t)(at - source->bytes);
+    return begin <= source->size && size <= source->size - begin &&
+           readable(source->context->readable, at, size);
+}
+
 static uint64_t sum_of(uint64_t size, uint64_t count, uint64_t item)
 {
     uint64_t bytes, sum;
@@ -45,25 +60,26 @@ static void add_micromap(struct resources *resources, struct referenced_micromap
 
 /* Looks for an address that is in no buffer. The implementation may write NULL for a geometry
  * without a micromap. */
-static void check_addresses(struct check_context *context, struct serialized_facts *data,
+static void check_addresses(const struct source *source, struct serialized_facts *data,
                             const char *addresses, uint64_t count)
 {
+    struct resources *resources = source->context->resources;
     for (uint64_t i = 0; i < count && !data->invalid_address; i++) {
         const char *at = addresses + i * sizeof(uint64_t);
         struct address_facts facts;
         uint64_t address;
-        if (!readable(context->readable, at, sizeof(address)))
+        if (!has(source, at, sizeof(address)))
             return;
         memcpy(&address, at, sizeof(address));
-        resources_look_up_address(context->resources, address, &facts);
+        resources_look_up_address(resources, address, &facts);
         if (facts.status == ADDRESS_NOWHERE)
             data->invalid_address = address;
         else if (data->micromaps && address)
-            add_micromap(context->resources, data->micromaps, address);
+            add_micromap(resources, data->micromaps, address);
     }
 }
 
-static void view_block(struct check_context *context, struct serialized_facts *data,
+static void view_block(const struct source *source, struct serialized_facts *data,
                        const struct block *block, const char *addresses)
 {
     if (block->type != VK_ACCELERATION_STRUCTURE_SERIALIZED_BLOCK_TYPE_OPACITY_MICROMAP_KHR) {
@@ -71,34 +87,32 @@ static void view_block(struct check_context *context, struct serialized_facts *d
         return;
     }
     data->has_micromaps = true;
-    check_addresses(context, data, addresses, block->address_count);
+    check_addresses(source, data, addresses, block->address_count);
 }
 
 /* Ends before a block that is not all within `data->size`: then the data are incomplete. */
-static void view_blocks(struct check_context *context, struct serialized_facts *data,
-                        const char *bytes, uint32_t count)
+static void view_blocks(const struct source *source, struct serialized_facts *data, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
         struct block block;
-        const char *at = bytes + data->header_size;
+        const char *at = source->bytes + data->header_size;
         data->header_size = sum_of(data->header_size, 1, sizeof(block));
-        if (data->header_size > data->size || !readable(context->readable, at, sizeof(block)))
+        if (data->header_size > data->size || !has(source, at, sizeof(block)))
             return;
         memcpy(&block, at, sizeof(block));
         data->header_size = sum_of(data->header_size, block.address_count, sizeof(uint64_t));
         if (data->header_size > data->size)
             return;
-        view_block(context, data, &block, at + sizeof(block));
+        view_block(source, data, &block, at + sizeof(block));
     }
 }
 
-static void view_sizes(struct check_context *context, struct serialized_facts *data,
-                       const char *bytes)
+static void view_sizes(const struct source *source, struct serialized_facts *data)
 {
     struct header header;
-    if (!readable(context->readable, bytes, sizeof(header)))
+    if (!has(source, source->bytes, sizeof(header)))
         return;
-    memcpy(&header, bytes, sizeof(header));
+    memcpy(&header, source->bytes, sizeof(header));
     data->has_sizes = true;
     data->size = header.size;
     data->deserialized_size = header.deserialized_size;
@@ -106,7 +120,7 @@ static void view_sizes(struct check_context *context, struct serialized_facts *d
     if (header.count < BLOCKS)
         data->header_size = sum_of(sizeof(header), header.count, sizeof(uint64_t));
     else if (data->compatible != NO)
-        view_blocks(context, data, bytes, (uint32_t)header.count);
+        view_blocks(source, data, (uint32_t)header.count);
 }
 
 struct geometry_shapes *check_referenced_micromaps(struct check_context *context, const void *bytes)
@@ -124,17 +138,47 @@ struct geometry_shapes *check_referenced_micromaps(struct check_context *context
     return shapes;
 }
 
-void check_view_serialized(struct check_context *context, struct copy_view *copy)
+static void view_source(const struct source *source, struct copy_view *copy)
 {
+    const struct check_context *context = source->context;
     const bool is_micromap = copy->dst.object_type == VK_OBJECT_TYPE_MICROMAP_EXT;
-    const char *bytes = (const char *)(uintptr_t)copy->address;
     uint8_t version[2 * VK_UUID_SIZE];
-    /* A misaligned address has a message of its own, and leads to no header. */
-    if (context->level < LEVEL_CONTENT || !copy->is_on_host || copy->address % HOST_ALIGNMENT ||
-        !readable(context->readable, bytes, sizeof(version)))
+    if (!has(source, source->bytes, sizeof(version)))
         return;
-    memcpy(version, bytes, sizeof(version));
+    memcpy(version, source->bytes, sizeof(version));
     copy->data.compatible = context->hooks->is_compatible(context->user, is_micromap, version);
     if (!is_micromap)
-        view_sizes(context, &copy->data, bytes);
+        view_sizes(source, &copy->data);
+}
+
+void check_view_serialized(struct check_context *context, struct copy_view *copy)
+{
+    const struct source source = {context, (const char *)(uintptr_t)copy->address, UINT64_MAX};
+    /* A misaligned address has a message of its own, and leads to no header. */
+    if (context->level >= LEVEL_CONTENT && copy->is_on_host && copy->address % HOST_ALIGNMENT == 0)
+        view_source(&source, copy);
+}
+
+void check_read_serialized(struct walk *walk, const struct call_view *call,
+                           const struct deserialization *deserialization, const void *bytes,
+                           uint64_t size)
+{
+    const struct source source = {walk->context, bytes, size};
+    const struct location location = check_argument(call, "pInfo");
+    struct copy_view copy = {
+        .call = call,
+        .direction = COPY_FROM_MEMORY,
+        .address = deserialization->address,
+        .dst = {.object_type = call->command == COMMAND_CmdCopyMemoryToMicromapEXT
+                                   ? VK_OBJECT_TYPE_MICROMAP_EXT
+                                   : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                .handle = deserialization->dst,
+                .details_known = deserialization->dst_size != 0,
+                .size = deserialization->dst_size}};
+    view_source(&source, &copy);
+    /* The other rules were evaluated when the call was recorded. */
+    for (int rule = 0; rule < RULE_COUNT; rule++)
+        if (rule_infos[rule].level != LEVEL_CONTENT)
+            walk_stop_rule(walk, (enum rule)rule);
+    walk_copy(walk, &copy, &location);
 }

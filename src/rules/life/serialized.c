@@ -1,6 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rules about serialized data on the host. */
+/* Rules about serialized data. */
 #include "src/rules/predicates.h"
+
+static const char *memory_of(const struct copy_view *copy)
+{
+    return copy->is_on_host ? "src.hostAddress" : "src.deviceAddress";
+}
 
 static bool is_complete(const struct copy_view *copy)
 {
@@ -11,7 +16,7 @@ bool serialized_data_is_complete(const struct copy_view *copy, struct finding *f
 {
     return is_complete(copy) ||
            violated(
-               finding, "src.hostAddress",
+               finding, memory_of(copy),
                "{} holds data of {}, as the header says, less than the {} of the header itself",
                hex(copy->address), count_of(copy->data.size, "byte"),
                count_of(copy->data.header_size, "byte")) ||
@@ -22,7 +27,7 @@ bool serialized_data_is_complete(const struct copy_view *copy, struct finding *f
 bool serialized_data_is_compatible(const struct copy_view *copy, struct finding *finding)
 {
     return copy->data.compatible != NO ||
-           violated(finding, "src.hostAddress",
+           violated(finding, memory_of(copy),
                     "{} holds data of a version that is not compatible with the physical device",
                     hex(copy->address)) ||
            (!is_complete(copy) && is_reported_with(finding, RULE_serialized_data_is_complete));
@@ -49,7 +54,7 @@ bool serialized_blocks_have_valid_types(const struct copy_view *copy, struct fin
 {
     return !is_usable(copy) || !copy->data.invalid_type ||
            copy->call->device->newer_than_registry ||
-           violated(finding, "src.hostAddress",
+           violated(finding, memory_of(copy),
                     "{} holds a block of type {}, which is no "
                     "VkAccelerationStructureSerializedBlockTypeKHR",
                     hex(copy->address), number(copy->data.invalid_type));
@@ -58,7 +63,7 @@ bool serialized_blocks_have_valid_types(const struct copy_view *copy, struct fin
 bool serialized_micromaps_need_the_feature(const struct copy_view *copy, struct finding *finding)
 {
     return !is_usable(copy) || !copy->data.has_micromaps || copy->call->device->micromap.khr ||
-           violated(finding, "src.hostAddress",
+           violated(finding, memory_of(copy),
                     "{} holds a block of opacity micromaps, and the feature micromap of "
                     "VkPhysicalDeviceOpacityMicromapFeaturesKHR is not enabled",
                     hex(copy->address));
@@ -67,7 +72,7 @@ bool serialized_micromaps_need_the_feature(const struct copy_view *copy, struct 
 bool serialized_micromap_addresses_are_valid(const struct copy_view *copy, struct finding *finding)
 {
     return !is_usable(copy) || !copy->data.invalid_address || !copy->call->device->micromap.khr ||
-           violated(finding, "src.hostAddress",
+           violated(finding, memory_of(copy),
                     "{} holds the address {} of an opacity micromap, which is in no buffer whose "
                     "address was retrieved",
                     hex(copy->address),
