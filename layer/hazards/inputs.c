@@ -69,13 +69,10 @@ void hazards_add_indexed(struct hazard_recording *recording, const struct hazard
         elements->memory_id
             ? elements->memory_id
             : hazard_memory_id(recording->journal, recording->device->resources, facts->memory);
-    struct hazard_entry *item = memory ? hazard_add(recording->journal, HAZARD_INDEXED) : NULL;
+    struct hazard_entry *item =
+        memory ? hazard_recording_add_entry(recording, HAZARD_INDEXED, use) : NULL;
     if (!item)
         return;
-    item->access = (unsigned char)use->kind;
-    item->role = (unsigned char)use->role;
-    item->info = use->info;
-    item->geometry = use->geometry;
     item->object_type = VK_OBJECT_TYPE_BUFFER;
     item->object = (uint64_t)(uintptr_t)facts->buffer;
     item->count = (uint32_t)elements->stride;

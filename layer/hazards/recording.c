@@ -45,18 +45,18 @@ bool hazard_recording_begin(struct hazard_recording *recording, VkCommandBuffer 
     return true;
 }
 
-/* Returns NULL if memory runs out. */
-static struct hazard_entry *add_access(struct hazard_recording *recording,
-                                       const struct hazard_use *use)
+struct hazard_entry *hazard_recording_add_entry(struct hazard_recording *recording,
+                                                enum journal_kind kind,
+                                                const struct hazard_use *use)
 {
-    struct hazard_entry *access = hazard_add(recording->journal, HAZARD_ACCESS);
-    if (!access)
+    struct hazard_entry *entry = hazard_add(recording->journal, kind);
+    if (!entry)
         return NULL;
-    access->access = (unsigned char)use->kind;
-    access->role = (unsigned char)use->role;
-    access->info = use->info;
-    access->geometry = use->geometry;
-    return access;
+    entry->access = (unsigned char)use->kind;
+    entry->role = (unsigned char)use->role;
+    entry->info = use->info;
+    entry->geometry = use->geometry;
+    return entry;
 }
 
 void hazard_recording_add(struct hazard_recording *recording, const struct hazard_use *use,
@@ -66,7 +66,7 @@ void hazard_recording_add(struct hazard_recording *recording, const struct hazar
         hazard_recording_add_anywhere(recording, use);
     if (!bytes->memory || bytes->begin >= bytes->end)
         return;
-    struct hazard_entry *access = add_access(recording, use);
+    struct hazard_entry *access = hazard_recording_add_entry(recording, HAZARD_ACCESS, use);
     if (!access)
         return;
     access->object = object;
@@ -76,7 +76,7 @@ void hazard_recording_add(struct hazard_recording *recording, const struct hazar
 
 void hazard_recording_add_anywhere(struct hazard_recording *recording, const struct hazard_use *use)
 {
-    add_access(recording, use);
+    hazard_recording_add_entry(recording, HAZARD_ACCESS, use);
 }
 
 static inline VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)

@@ -38,6 +38,10 @@ struct hazard_use {
     uint32_t info, geometry;
 };
 
+/* Adds an entry of the use, HAZARD_ACCESS or HAZARD_INDEXED. Returns NULL if memory runs out. */
+struct hazard_entry *hazard_recording_add_entry(struct hazard_recording *recording,
+                                                enum journal_kind kind,
+                                                const struct hazard_use *use);
 /* Adds an access to bytes of memory; none if there are no bytes. If the memory is 0, a write counts
  * as one anywhere, and a read is left out. `object`: a handle of that type, 0 if it is unknown. */
 void hazard_recording_add(struct hazard_recording *recording, const struct hazard_use *use,

@@ -120,6 +120,16 @@ VkQueryPool play_create_queries(const struct play *play)
                              VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, 1);
 }
 
+/* Programs deserialize data that they have not serialized: these are data of the null driver. */
+static void write_serialized(const struct play_object *object)
+{
+    static const struct {
+        char versions[2][VK_UUID_SIZE];
+        uint64_t size, deserialized_size, references;
+    } header = {{"null driver", "null driver"}, 4096, 2048, 0};
+    memcpy(object->buffer.bytes, &header, sizeof(header));
+}
+
 static void create(struct play *play, struct play_object *object)
 {
     switch (object->name[0]) {
@@ -162,6 +172,9 @@ static void create(struct play *play, struct play_object *object)
     default:
         PLAY_REQUIRE(play, object->name[0] >= 'A' && object->name[0] <= 'Z');
         play_create_buffer(play, object);
+        if (object->name[0] == 'D' && play->platform->null_driver.configure &&
+            !play->platform->is_cpu)
+            write_serialized(object);
     }
 }
 

@@ -131,7 +131,7 @@ static void open_query(struct scene *scene)
     life->data_size = sizeof(life->data);
     life->data_argument = life->data;
     life->stride = sizeof(life->data[0]);
-    if (!command_is_recorded(scene->command))
+    if (!command_is_recorded(scene->command) && scene->command != COMMAND_GetQueryPoolResults)
         return;
     life->pool = scene_query_pool(scene, life->query_type, 4);
     scene->vk->CmdResetQueryPool(scene->command_buffer, life->pool, 0, 4);
@@ -465,6 +465,8 @@ static void fill_arguments(struct scene *scene, union life_arguments *arguments)
                   &life->compatibility)
         OF_DEVICE(GetDeviceMicromapCompatibilityEXT, &life->micromap_version, &life->compatibility)
         OF_DEVICE(UpdateDescriptorSets, 1, &life->write, 0, NULL)
+        OF_DEVICE(GetQueryPoolResults, life->pool, life->first_query, life->object_count,
+                  life->data_size, life->data_argument, life->stride, VK_QUERY_RESULT_64_BIT)
         OF_DEVICE(GetMicromapBuildSizesEXT, life->build_type, life->builds, &life->micromap_sizes)
     case COMMAND_CmdCopyAccelerationStructureNV:
         A_(CmdCopyAccelerationStructureNV) = (struct arguments_of_CmdCopyAccelerationStructureNV){

@@ -101,7 +101,8 @@ __attribute__((noinline, cold)) static void view_misaligned(struct check_context
         view_geometry_arrays(context, build);
 }
 
-static void view_counts(struct check_context *context, struct build_view *build)
+__attribute__((always_inline)) static inline void view_counts(struct check_context *context,
+                                                              struct build_view *build)
 {
     const struct call_view *call = build->call;
     size_t count = build->info->geometryCount;
@@ -178,7 +179,7 @@ __attribute__((noinline)) static bool sum_other_geometries(struct build_view *bu
     return take_ranges;
 }
 
-static void sum_primitives(struct build_view *build)
+__attribute__((always_inline)) static inline void sum_primitives(struct build_view *build)
 {
     bool takes_ranges = build->info->type != VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
     build->first_other_type = build->geometry_count;

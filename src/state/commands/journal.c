@@ -42,8 +42,7 @@ bool journal_contains(const struct journal *journal, const struct journal *other
 
 static void release_entry(struct journal_entry *entry)
 {
-    const bool deserializes = entry->kind == JOURNAL_FILL && entry->info == FILL_READS_ACCEL;
-    if (entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE || deserializes)
+    if (journal_entry_has_built(entry))
         built_release(&entry->built);
     if (entry->kind == JOURNAL_EXECUTE)
         journal_release(entry->secondary);

@@ -299,10 +299,16 @@ static inline bool journal_entry_has_source_to_check(const struct journal_entry 
            (JOURNAL_READS | JOURNAL_BIT(JOURNAL_UPDATE) | JOURNAL_BIT(JOURNAL_USE_MICROMAP));
 }
 
+/* Whether the entry owns the references in `built`. */
+static inline bool journal_entry_has_built(const struct journal_entry *entry)
+{
+    return entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE ||
+           (entry->kind == JOURNAL_FILL && entry->info == FILL_READS_ACCEL);
+}
+
 static inline bool journal_entry_has_references(const struct journal_entry *entry)
 {
-    if (entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE ||
-        (entry->kind == JOURNAL_FILL && entry->info == FILL_READS_ACCEL))
+    if (journal_entry_has_built(entry))
         return entry->built.shapes || entry->built.compacted_size;
     return entry->kind == JOURNAL_EXECUTE || entry->kind == JOURNAL_RANGES;
 }
