@@ -53,6 +53,15 @@ struct null_driver_sizes {
     VkDeviceSize serialized;
 };
 
+/* Serialized data that the driver can read: a header alone. */
+struct null_driver_serialized {
+    char versions[2][VK_UUID_SIZE];
+    uint64_t size, deserialized_size, reference_count;
+};
+#define NULL_DRIVER_SERIALIZED                                                                     \
+    ((struct null_driver_serialized){                                                              \
+        {"null driver", "null driver"}, sizeof(struct null_driver_serialized), 1, 0})
+
 /* Buffer features of a format; they come with VK_FORMAT_FEATURE_VERTEX_BUFFER_BIT. */
 struct null_driver_format {
     VkFormat format;

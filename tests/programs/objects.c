@@ -123,11 +123,7 @@ VkQueryPool play_create_queries(const struct play *play)
 /* Programs deserialize data that they have not serialized: these are data of the null driver. */
 static void write_serialized(const struct play_object *object)
 {
-    static const struct {
-        char versions[2][VK_UUID_SIZE];
-        uint64_t size, deserialized_size, references;
-    } header = {{"null driver", "null driver"}, 4096, 2048, 0};
-    memcpy(object->buffer.bytes, &header, sizeof(header));
+    memcpy(object->buffer.bytes, &NULL_DRIVER_SERIALIZED, sizeof(NULL_DRIVER_SERIALIZED));
 }
 
 static void create(struct play *play, struct play_object *object)

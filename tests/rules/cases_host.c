@@ -62,7 +62,7 @@ static void deserialize_src(struct scene *scene)
     const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
     const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
     const STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info,
-                 .src.deviceAddress = scene->boxes.address,
+                 .src.deviceAddress = scene_serialized(scene),
                  .dst = scene->infos[UPDATE].srcAccelerationStructure,
                  .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
     scene_begin(scene, command_buffer, 0);

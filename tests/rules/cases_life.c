@@ -66,9 +66,8 @@ static void use_uncompactable(struct scene *scene)
 
 static void deserialize_by_device(struct scene *scene, VkAccelerationStructureKHR dst)
 {
-    const struct test_buffer data = place_buffer(scene);
     const STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info,
-                 .src.deviceAddress = data.address, .dst = dst,
+                 .src.deviceAddress = scene_serialized(scene), .dst = dst,
                  .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
     const VkCommandBuffer command_buffer = scene_begin_before(scene);
     scene->vk->CmdCopyMemoryToAccelerationStructureKHR(command_buffer, &info);

@@ -390,6 +390,8 @@ void scene_record_micromap_in(struct scene *scene, VkAccelerationStructureKHR mi
                               uint32_t triangle_count);
 
 /* Deserializes the source of an update on the host, or records a deserialization of anything. */
+/* The address of serialized data of the null driver. */
+VkDeviceAddress scene_serialized(struct scene *scene);
 void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure);
 
 /* ---- extensions (scene_extensions.c) ---- */

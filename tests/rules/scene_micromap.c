@@ -4,6 +4,8 @@
 
 #include "scene.h"
 
+enum { SERIALIZED_SIZE = 1 << 16 };
+
 enum { MICROMAP_SIZE = 4096 };
 
 VkAccelerationStructureKHR scene_micromap_structure(struct scene *scene,
@@ -94,7 +96,6 @@ VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t t
 /* Returns what the source of an update is serialized to. */
 static const void *serialized_on_host(struct scene *scene)
 {
-    enum { SERIALIZED_SIZE = 1 << 16 };
     const struct test_buffer buffer = scene_buffer(scene, SERIALIZED_SIZE, SCRATCH_USAGE);
     const STRUCT(VkCopyAccelerationStructureToMemoryInfoKHR, info,
                  .src = scene->infos[REFIT].srcAccelerationStructure,
@@ -104,10 +105,17 @@ static const void *serialized_on_host(struct scene *scene)
     return buffer.host;
 }
 
+VkDeviceAddress scene_serialized(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_buffer(scene, SERIALIZED_SIZE, SCRATCH_USAGE);
+    memcpy(buffer.host, &NULL_DRIVER_SERIALIZED, sizeof(NULL_DRIVER_SERIALIZED));
+    return buffer.address;
+}
+
 void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure)
 {
     STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info,
-           .src.deviceAddress = scene_address(scene, &scene->vertices, 0), .dst = structure,
+           .src.deviceAddress = scene_serialized(scene), .dst = structure,
            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
     if (command_is_on_host(scene->command)) {
         info.src.hostAddress = serialized_on_host(scene);
