@@ -58,6 +58,10 @@ struct layer_instance {
     struct reporter *reporter;
     enum backend backend;
     VkuInstanceDispatchTable next; /* backend cpu: the commands that it replaces in `vk` */
+    struct { /* limits = harsh: the commands that layer/harsh.c replaces in `vk` */
+        PFN_vkGetPhysicalDeviceProperties2 get_properties2;
+        PFN_vkGetPhysicalDeviceProperties2KHR get_properties2_khr;
+    } harsh;
 };
 
 enum { FORMAT_CACHE_SIZE = 256 };
@@ -68,8 +72,13 @@ struct layer_device {
     VkPhysicalDevice physical_device;
     struct layer_instance *instance;
     VkuDeviceDispatchTable vk;
-    struct cpu_overlay *cpu;     /* backend cpu (layer/cpu/overlay.h); NULL on backend driver */
-    struct snapshots *snapshots; /* inputs of builds (layer/snapshots/snapshots.h), or NULL */
+    struct cpu_overlay *cpu; /* backend cpu (layer/cpu/overlay.h); NULL on backend driver */
+    struct {                 /* limits = harsh: the commands that layer/harsh.c replaces in `vk` */
+        PFN_vkGetAccelerationStructureBuildSizesKHR get_build_sizes;
+        PFN_vkGetMicromapBuildSizesEXT get_micromap_sizes;
+        PFN_vkGetAccelerationStructureMemoryRequirementsNV get_requirements_nv;
+    } harsh;
+    struct snapshots *snapshots;       /* inputs of builds (layer/snapshots/snapshots.h), or NULL */
     struct input_checks *input_checks; /* snapshots to be validated (input_checks.h), or NULL */
     struct comparer *comparer; /* for setting compare_rays (layer/compare/comparer.h), or NULL */
 

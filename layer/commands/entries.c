@@ -143,6 +143,15 @@ static unsigned conditions_of(const struct layer_instance *instance)
            (settings->call_sites == CALL_SITES_OFF ? 0 : WITH_CALL_SITES);
 }
 
+/* What the table of an instance or a device holds: the next layer's command, or what replaces it.
+ */
+static PFN_vkVoidFunction in_table(const void *table, const struct command_entry *entry)
+{
+    PFN_vkVoidFunction command;
+    memcpy(&command, (const char *)table + entry->member, sizeof(command));
+    return command;
+}
+
 /* Which devices copy inputs, or have active rules, is unknown: the entries that use snapshots look
  * whether there are any. */
 PFN_vkVoidFunction command_of_instance(const struct layer_instance *instance, const char *name)
@@ -153,7 +162,9 @@ PFN_vkVoidFunction command_of_instance(const struct layer_instance *instance, co
     const struct command_entry *entry = find(name);
     PFN_vkVoidFunction own = entry ? entry->by_conditions[conditions] : NULL;
     PFN_vkVoidFunction next = instance->vk.GetInstanceProcAddr(instance->handle, name);
-    return own && (next || (has_backend && entry->is_supplied)) ? own : next;
+    if (own)
+        return next || (has_backend && entry->is_supplied) ? own : NULL;
+    return next && entry && entry->scope == OF_INSTANCE ? in_table(&instance->vk, entry) : next;
 }
 
 PFN_vkVoidFunction command_of_device(const struct layer_device *device, const char *name)
@@ -164,9 +175,8 @@ PFN_vkVoidFunction command_of_device(const struct layer_device *device, const ch
     const unsigned conditions = conditions_of(device->instance) |
                                 (device->snapshots ? WITH_CONTENT : 0) |
                                 (device->cpu ? WITH_BACKEND : 0) | (is_checked ? WITH_CHECKS : 0);
-    PFN_vkVoidFunction next;
-    if (!entry || entry->scope != OF_DEVICE || !entry->by_conditions[conditions])
+    if (!entry || entry->scope != OF_DEVICE)
         return device->vk.GetDeviceProcAddr(device->handle, name);
-    memcpy(&next, (const char *)&device->vk + entry->member, sizeof(next));
-    return next ? entry->by_conditions[conditions] : NULL;
+    PFN_vkVoidFunction own = entry->by_conditions[conditions], next = in_table(&device->vk, entry);
+    return next && own ? own : next;
 }

@@ -12,6 +12,7 @@
 #include "layer/execution/input_checks.h"
 #include "layer/execution/submissions.h"
 #include "layer/execution/submitted_builds.h"
+#include "layer/harsh.h"
 #include "layer/hazards/builds.h"
 #include "layer/hazards/recording.h"
 #include "layer/intercepts/build_notes.h"
@@ -223,6 +224,7 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
         device->hazard_objects = hazard_objects_create();
     if (device->instance->backend == BACKEND_CPU)
         result = cpu_overlay_create(device, create_info);
+    harsh_cover_device(device);
     if (result == VK_SUCCESS)
         result = snapshots_create(device, create_info, device->cpu ? &device->cpu->next : NULL);
     if (result == VK_SUCCESS)

@@ -47,6 +47,7 @@ static bool copy_constants(struct layer_device *device, const struct layer_devic
     device->physical_device_count = old->physical_device_count;
     device->instance = instance;
     device->vk = *next_of(old);
+    device->harsh = old->harsh;
     device->facts = old->facts;
     device->level = old->level;
     device->memory = old->memory;

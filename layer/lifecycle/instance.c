@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "layer/cpu/overlay.h"
+#include "layer/harsh.h"
 #include "layer/layer.h"
 #include "observers.h"
 
@@ -142,6 +143,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateInstance(const VkInstanceCreateInfo *
     state->backend = reporter_settings(state->reporter)->backend;
     if (state->backend == BACKEND_CPU)
         cpu_overlay_instance(state);
+    harsh_cover_instance(state);
     layer_add_instance(state);
     reporter_announce(state->reporter, ASSAY_VERSION);
     reporter_set_instance_alive(state->reporter, true);
@@ -171,7 +173,8 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyInstance(VkInstance instance,
 /* ---- the layer as a tool */
 
 /* Keeps sType and pNext, which are the application's. */
-static void fill_properties(VkPhysicalDeviceToolProperties *properties, enum backend backend)
+static void fill_properties(VkPhysicalDeviceToolProperties *properties,
+                            const struct layer_instance *instance)
 {
     VkPhysicalDeviceToolProperties own = {
         .sType = properties->sType,
@@ -182,9 +185,11 @@ static void fill_properties(VkPhysicalDeviceToolProperties *properties, enum bac
         .description = ASSAY_LAYER_DESCRIPTION,
         .layer = ASSAY_LAYER_NAME,
     };
-    if (backend == BACKEND_CPU)
+    if (instance->backend == BACKEND_CPU)
         own.purposes |=
             VK_TOOL_PURPOSE_ADDITIONAL_FEATURES_BIT | VK_TOOL_PURPOSE_MODIFYING_FEATURES_BIT;
+    if (reporter_settings(instance->reporter)->limits == LIMITS_HARSH)
+        own.purposes |= VK_TOOL_PURPOSE_MODIFYING_FEATURES_BIT;
     *properties = own;
 }
 
@@ -211,7 +216,7 @@ VkResult list_tools(struct layer_instance *instance, PFN_vkGetPhysicalDeviceTool
         if (result < VK_SUCCESS)
             return result;
     }
-    fill_properties(&properties[0], instance->backend);
+    fill_properties(&properties[0], instance);
     *count = below + 1;
     return result;
 }

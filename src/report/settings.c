@@ -103,6 +103,12 @@ static const struct choice guards[] = {
     {NULL, 0},
 };
 
+static const struct choice limits[] = {
+    {"driver", LIMITS_DRIVER},
+    {"harsh", LIMITS_HARSH},
+    {NULL, 0},
+};
+
 static const struct choice booleans[] = {
     {"true", 1}, {"false", 0}, {"on", 1}, {"off", 0}, {"1", 1}, {"0", 0}, {NULL, 0},
 };
@@ -131,6 +137,7 @@ DEFINE_LOAD_CHOICE(hazards, booleans)
 DEFINE_LOAD_CHOICE(record_builds, booleans)
 DEFINE_LOAD_CHOICE(crash_report, booleans)
 DEFINE_LOAD_CHOICE(guard, guards)
+DEFINE_LOAD_CHOICE(limits, limits)
 
 static bool load_content_budget_mib(const struct loader *loader, char *value)
 {
@@ -215,6 +222,7 @@ static const struct key {
 } keys[] = {
     {"level", load_level, "parameters, state, execution or content", "execution"},
     {"backend", load_backend, "driver or cpu", "driver"},
+    {"limits", load_limits, "driver or harsh", "driver"},
     {"content_budget_mib", load_content_budget_mib, "a number", "256"},
     {"content_when_full", load_content_when_full, "wait or skip", "wait"},
     {"vuid_names", load_vuid_names, "current or listed", "current"},
@@ -311,6 +319,7 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
     *settings = (struct settings){
         .level = LEVEL_EXECUTION,
         .backend = BACKEND_DRIVER,
+        .limits = LIMITS_DRIVER,
         .vuid_names = VUID_NAMES_CURRENT,
         .spec_text = SPEC_TEXT_FULL,
         .content_budget_mib = 256,

@@ -61,6 +61,12 @@ enum guard_setting {
     GUARD_REFERENCES, /* copies, without references to structures that are not live */
 };
 
+/* Which limits and sizes the layer reports to the application, and checks by. */
+enum limits_setting {
+    LIMITS_DRIVER, /* the driver's */
+    LIMITS_HARSH,  /* src/state/builds/harsh.h */
+};
+
 enum log_format {
     LOG_FORMAT_TEXT,
     LOG_FORMAT_JSON, /* one line for each message: json/findings.schema.json */
@@ -78,6 +84,7 @@ struct narrow_filter; /* src/report/ids/message_filter.h */
 struct settings {
     enum level level;
     enum backend backend;
+    enum limits_setting limits;
     enum vuid_names vuid_names;
     enum spec_text spec_text;
     uint32_t content_budget_mib; /* MiB for copies of builds' inputs; backend driver */

@@ -16,6 +16,7 @@
  *     micromap NAME [data PLACE] [triangles PLACE] [scratch PLACE]
  *     host build ... [deferred NAME]
  *     create NAME fitting ...      a structure of the size that such a build needs
+ *     create NAME scratch build | update B0 ...        a buffer for the scratch of such a build
  *
  * A build has 2 primitives unless it says otherwise, reads V0 if it names no input, allows updates
  * and compaction, and has scratch memory of its own. `update` without `src` is in place. A
@@ -386,7 +387,7 @@ static void execute(const struct build_line *line)
         play->vk.CmdBuildAccelerationStructuresKHR(play_commands(play), line->count, infos, ranges);
 }
 
-VkDeviceSize play_build_size(struct play *play, char **words)
+VkAccelerationStructureBuildSizesInfoKHR play_build_sizes(struct play *play, char **words)
 {
     struct build_line line = {.play = play};
     STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
@@ -394,7 +395,7 @@ VkDeviceSize play_build_size(struct play *play, char **words)
     play->vk.GetAccelerationStructureBuildSizesKHR(
         play->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &line.builds[0].info,
         line.builds[0].counts, &sizes);
-    return sizes.accelerationStructureSize;
+    return sizes;
 }
 
 static void build_micromap(struct play *play, char **words)

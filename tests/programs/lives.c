@@ -2,6 +2,7 @@
 /* Objects that are created otherwise, or die before the program ends:
  *
  *     structures generic | nv [boxes | instances]     what B structures are; in front of their use
+ *     create NAME scratch build | update STRUCTURE SHAPE       a buffer, for the scratch of a build
  *     create NAME [generic | sparse | fitting SHAPE | compacted [less BYTES]]      a structure, in
  *                              its old buffer or a sparse one; SHAPE is the words of a build, and
  *                              `compacted` the size that the host read last
@@ -46,6 +47,16 @@ static void create_sparse_buffer(struct play *play, struct play_object *object)
                                     (VkDeviceSize)PLAY_PAGES * PLAY_PAGE_SIZE);
 }
 
+static void create_scratch(struct play *play, char **words)
+{
+    struct play_object *object = play_object(play, words[1]);
+    const VkAccelerationStructureBuildSizesInfoKHR sizes = play_build_sizes(play, words + 4);
+    const VkBufferCreateInfo info = play_buffer_info(
+        play, play_is(words[3], "update") ? sizes.updateScratchSize : sizes.buildScratchSize);
+    buffer_destroy(&play->vk, play->device, &object->buffer);
+    object->buffer = buffer_create(&play->vk, play->device, play->memory_type, &info);
+}
+
 static void create(struct play *play, char **words)
 {
     VkDeviceSize size = PLAY_STRUCTURE_SIZE;
@@ -64,7 +75,7 @@ static void create(struct play *play, char **words)
         size = PLAY_PAGE_SIZE;
     } else if (play_is(words[2], "fitting")) {
         words[2] = words[1];
-        size = play_build_size(play, words + 2);
+        size = play_build_sizes(play, words + 2).accelerationStructureSize;
     } else if (play_is(words[2], "compacted")) {
         size = play->compacted - (words[3] ? (VkDeviceSize)atoi(words[4]) : 0);
     } else {
@@ -131,6 +142,8 @@ bool play_life(struct play *play, char **words)
 {
     if (play_is(words[0], "structures"))
         choose_structures(play, words);
+    else if (play_is(words[0], "create") && play_is(words[2], "scratch"))
+        create_scratch(play, words);
     else if (play_is(words[0], "create"))
         create(play, words);
     else if (play_is(words[0], "destroy"))

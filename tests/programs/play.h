@@ -196,8 +196,8 @@ void play_write_instances(struct play *play, void *to, char **names, bool is_hos
 /* The command buffer that commands are recorded to. */
 VkCommandBuffer play_commands(struct play *play);
 
-/* The size of the structure that the words of a build need. */
-VkDeviceSize play_build_size(struct play *play, char **words);
+/* The sizes that the words of a build need. */
+VkAccelerationStructureBuildSizesInfoKHR play_build_sizes(struct play *play, char **words);
 VkBuildAccelerationStructureFlagsKHR play_flags(const struct play *play, const char *word);
 /* nv.c */
 void play_create_nv(struct play *play, struct play_object *object);

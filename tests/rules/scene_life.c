@@ -60,6 +60,7 @@ static void open_structures(struct scene *scene)
 {
     struct scene_life *life = &scene->life;
     scene->infos[INDEXED].flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
+    scene_fit(scene, INDEXED);
     life->object_type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
     life->src = (uint64_t)scene->infos[INDEXED].dstAccelerationStructure;
     life->dst = (uint64_t)scene_accel_for(scene, INDEXED);

@@ -5,8 +5,7 @@
 #include "scene.h"
 
 enum { SERIALIZED_SIZE = 1 << 16 };
-
-enum { MICROMAP_SIZE = 4096 };
+enum { MICROMAP_SIZE = 16 * 1024 }; /* suffices for harsh limits, too */
 
 VkAccelerationStructureKHR scene_micromap_structure(struct scene *scene,
                                                     VkAccelerationStructureTypeKHR type)

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Setting limits = harsh: the limits and sizes that the layer reports in place of the driver's.
+ *
+ * Alignments and sizes only grow and counts only shrink, so a driver gets what it needs from every
+ * application that keeps to these figures. A size is a function of the driver's size and of what
+ * the size was queried for. It never shrinks if the driver's size grows, and a size for
+ * VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_OR_DEVICE_KHR suffices for either type, as the
+ * specification demands (vkGetAccelerationStructureBuildSizesKHR). docs/harsh.md has the reasons.
+ */
+#ifndef ASSAY_STATE_BUILDS_HARSH_H
+#define ASSAY_STATE_BUILDS_HARSH_H
+
+#include <vulkan/vulkan_core.h>
+
+void harsh_limit_structures(VkPhysicalDeviceAccelerationStructurePropertiesKHR *limits);
+
+/* The structure has at least twice the driver's size, so that a compacted copy, which the driver
+ * sizes itself, has at most half of it. A structure of 0 bytes leaves all sizes unchanged. */
+void harsh_grow_build_sizes(VkAccelerationStructureBuildTypeKHR build_type,
+                            VkAccelerationStructureTypeKHR type,
+                            VkBuildAccelerationStructureFlagsKHR flags,
+                            VkAccelerationStructureBuildSizesInfoKHR *sizes);
+
+void harsh_grow_micromap_sizes(VkAccelerationStructureBuildTypeKHR build_type,
+                               VkBuildMicromapFlagsEXT flags, VkMicromapBuildSizesInfoEXT *sizes);
+
+/* For VK_NV_ray_tracing, whose query names a structure instead of a build. */
+void harsh_grow_requirements(VkAccelerationStructureMemoryRequirementsTypeNV type,
+                             VkMemoryRequirements *requirements);
+
+#endif
