@@ -199,8 +199,8 @@ static void measure_shear(struct instance_figures *figures, uint32_t index,
 
 bool instances_are_stored_by_columns(const struct instance_figures *figures, uint32_t *first)
 {
-    const bool are_rotated = figures->rotated && figures->rotated == figures->placed &&
-                             figures->is_rotated_freely;
+    const bool are_rotated =
+        figures->rotated && figures->rotated == figures->placed && figures->is_rotated_freely;
     const bool are_sheared = figures->unmoved == figures->placed && figures->sheared_rows_differ &&
                              figures->sheared * 2 >= figures->placed;
     *first = are_rotated ? figures->first_rotated : figures->first_sheared;

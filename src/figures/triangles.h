@@ -11,7 +11,8 @@
 /* The extent of a triangle, or of all, is the longest side of its axis-aligned box. */
 struct triangle_figures {
     uint64_t count;
-    /* No ray can hit a triangle that is inactive, or degenerate: active, with two equal positions. */
+    /* No ray can hit a triangle that is inactive, or degenerate: active, with two equal positions.
+     */
     uint64_t inactive, degenerate;
     uint32_t first_inactive, first_degenerate;
 
@@ -19,9 +20,9 @@ struct triangle_figures {
     uint64_t measured;
     float lower[3], upper[3];
     double extent;
-    double median;    /* of the extents of triangles: at least, and less than twice as large */
-    double farthest;  /* the largest magnitude of a coordinate */
-    double step;      /* from that coordinate to the next float */
+    double median;   /* of the extents of triangles: at least, and less than twice as large */
+    double farthest; /* the largest magnitude of a coordinate */
+    double step;     /* from that coordinate to the next float */
     /* Triangles whose coordinates are so large that a step to the next float is larger than a
      * thousandth of the triangle's extent. Only of formats with 32 bits each. */
     uint64_t coarse;

@@ -49,8 +49,7 @@ static void rotate(VkTransformMatrixKHR *transform, const float rotation[3][3], 
         transform->matrix[i / 3][i % 3] = scale * rotation[i / 3][i % 3];
 }
 
-static const float rotation[3][3] = {
-    {0.36F, 0.48F, -0.8F}, {-0.8F, 0.6F, 0}, {0.48F, 0.64F, 0.6F}};
+static const float rotation[3][3] = {{0.36F, 0.48F, -0.8F}, {-0.8F, 0.6F, 0}, {0.48F, 0.64F, 0.6F}};
 static const float free_rotation[3][3] = {{2 / 3.0F, -1 / 3.0F, 2 / 3.0F},
                                           {2 / 3.0F, 2 / 3.0F, -1 / 3.0F},
                                           {-1 / 3.0F, 2 / 3.0F, 2 / 3.0F}};
@@ -86,8 +85,9 @@ TEST(test_scales_lose_nothing)
         VkAccelerationStructureInstanceKHR one = instance(0, 0, 0);
         rotate(&one.transform, rotation, 1);
         for (int j = 0; j < 9; j++) /* the object is scaled, then rotated */
-            one.transform.matrix[j / 3][j % 3] *=
-                scales[j % 3 == 0 ? i % 5 : j % 3 == 1 ? i / 5 % 5 : i / 25];
+            one.transform.matrix[j / 3][j % 3] *= scales[j % 3 == 0   ? i % 5
+                                                         : j % 3 == 1 ? i / 5 % 5
+                                                                      : i / 25];
         assert_int_equal(with_transform(&one.transform).lossy, 0);
         assert_int_equal(with_transform(&one.transform).placed, 1);
     }

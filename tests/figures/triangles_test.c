@@ -207,8 +207,8 @@ TEST(test_median_of_random_triangles)
             extents[i] = 0;
             for (int j = 0; j < 3; j++)
                 for (int k = 0; k < 3; k++)
-                    extents[i] = fmax(extents[i], fabs((double)mesh.at[at[k]][j] -
-                                                       mesh.at[at[(k + 1) % 3]][j]));
+                    extents[i] = fmax(
+                        extents[i], fabs((double)mesh.at[at[k]][j] - mesh.at[at[(k + 1) % 3]][j]));
         }
         const struct triangle_figures figures = figures_of(&mesh);
         if (figures.degenerate)
