@@ -61,15 +61,37 @@ bool compaction_size_is_used(const struct use_view *use, struct finding *finding
                     count_of(use->lived, "submission"));
 }
 
+/* ---- contents */
+
+/* An application may build an empty structure before there is anything to put in it: silent once a
+ * build had something, or was not read. */
+bool structure_can_be_hit(const struct use_view *use, struct finding *finding, uint64_t *weight)
+{
+    const struct structure_contents *contents = &use->uses->contents;
+    const uint32_t builds = count(use, USE_BUILT) + count(use, USE_UPDATED);
+    *weight = use->accel->size;
+    if (!builds || use->uses->hollow_builds != builds || count(use, USE_FILLED))
+        return true;
+    return !contents->primitives
+               ? violated(finding, "", "was built {}, always of nothing: no ray can hit it",
+                          count_of(builds, "time"))
+               : violated(
+                     finding, "",
+                     "was built {}, and no ray can hit it: of the {} of its last build, {} are "
+                     "inactive, and the others {}",
+                     count_of(builds, "time"), count_of(contents->primitives, "primitive"),
+                     number(contents->inactive),
+                     text(contents->is_top ? "have mask 0" : "are degenerate"));
+}
+
 /* ---- all rows */
 
-void advice_judge_use(const struct use_view *use,
-                      void (*found)(void *user, enum advice advice, const struct finding *finding,
-                                    uint64_t weight),
-                      void *user)
+void advice_judge_use(const struct use_view *use, advice_found *found, void *user)
 {
     struct finding finding;
     uint64_t weight;
+#define JUDGE_mesh(name)
+#define JUDGE_placing(name)
 #define JUDGE_use(name)                                                                            \
     if (!name(use, &finding, &weight))                                                             \
         found(user, ADVICE_##name, &finding, weight);

@@ -13,10 +13,11 @@
     bool name(const struct subject##_view *subject, struct finding *finding, uint64_t *weight);
 #include "vuid-tables/advice.def"
 
-/* Judges a structure by all rows of the subject `use`. `found` gets what it is advised. */
-void advice_judge_use(const struct use_view *use,
-                      void (*found)(void *user, enum advice advice, const struct finding *finding,
-                                    uint64_t weight),
-                      void *user);
+/* Each judges by all rows of its subject. `found` gets what is advised. */
+typedef void advice_found(void *user, enum advice advice, const struct finding *finding,
+                          uint64_t weight);
+void advice_judge_use(const struct use_view *use, advice_found *found, void *user);
+void advice_judge_mesh(const struct mesh_view *mesh, advice_found *found, void *user);
+void advice_judge_placing(const struct placing_view *placing, advice_found *found, void *user);
 
 #endif

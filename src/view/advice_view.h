@@ -5,6 +5,7 @@
 
 #include "src/state/builds/structures.h"
 #include "src/state/facts.h"
+#include "src/view/figures_view.h"
 #include "vuid-tables/advice.h"
 
 /* A structure at the end of its life, or of the run. */

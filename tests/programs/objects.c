@@ -281,7 +281,7 @@ void play_init(struct play *play, char **words)
             strtoull(words[3], NULL, 0);
     else if (play_is(words[2], "ranges"))
         play_write(play, words[1], &range, sizeof(range));
-    else
+    else if (!play_init_input(play, words))
         play_fail(play, "init of what?");
 }
 

@@ -270,6 +270,50 @@ bool structures_note_compacted_size(struct structures *structures, uint64_t id, 
     return has_memory;
 }
 
+/* Returns what became of a structure, with the lock held. NULL if it was destroyed, or if nothing
+ * is known. */
+static struct structure_uses *lock_known_uses(const struct structures *structures, uint64_t id)
+{
+    lock_shared(structures);
+    const struct structure *structure = structures_find(structures, id);
+    return structure && structure->more ? &structure->more->uses : NULL;
+}
+
+bool structures_begin_read(const struct structures *structures, uint64_t id)
+{
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    bool is_wanted = false;
+    if (uses) {
+        is_wanted = uses->hollow_builds == uses->read_builds;
+        uses->read_builds++;
+        is_wanted |= !(uses->read_builds & (uses->read_builds - 1));
+    }
+    unlock_shared(structures);
+    return is_wanted;
+}
+
+void structures_note_contents(const struct structures *structures, uint64_t id,
+                              const struct structure_contents *contents)
+{
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    if (uses && structure_is_hollow(contents)) {
+        uses->hollow_builds++;
+        uses->contents = *contents;
+    }
+    unlock_shared(structures);
+}
+
+bool structures_note_advised(const struct structures *structures, uint64_t id, unsigned advice)
+{
+    const uint64_t bit = UINT64_C(1) << advice;
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    const bool is_first = uses && !(uses->advised & bit);
+    if (is_first)
+        uses->advised |= bit;
+    unlock_shared(structures);
+    return is_first;
+}
+
 bool structures_find_uses(const struct structures *structures, uint64_t id,
                           struct structure_uses *uses)
 {
