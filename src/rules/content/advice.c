@@ -172,10 +172,9 @@ bool no_instance_repeats_another(const struct placing_view *placing, struct find
     return !figures->repeated ||
            violated(
                finding, "",
-               "was built from {} that repeat another one, the first one instance {}, which has "
-               "the structure, transform, flags and SBT offset of instance {} and a mask that "
-               "overlaps",
-               count_of(figures->repeated, "instance"), number(figures->first_repeated),
+               "was built from {}. Instance {} has the structure, transform, flags and SBT offset "
+               "of instance {}, and a mask that overlaps with its mask",
+               count_of(figures->repeated, "repeated instance"), number(figures->first_repeated),
                number(figures->twin));
 }
 
