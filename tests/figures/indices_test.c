@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "src/figures/indices.h"
+#include "tests/state/random.h"
 #include "tests/state/unit_test.h"
 
 enum { SIDE = 8, COUNT = 6 * SIDE * SIDE, VERTICES = (SIDE + 1) * (SIDE + 1) };
@@ -110,4 +111,26 @@ TEST(test_no_indices)
     struct other_indices other;
     assert_false(suit("", 2, 0, 1, &other));
     assert_false(suit("\0\0\0\0\0", 1, 3, 1, &other));
+}
+
+/* Meshes in random order, at random places of a pool, with and without degenerate triangles. */
+TEST(test_random_meshes)
+{
+    struct random random = random_of("indices");
+    for (int round = 0; round < 2000; round++) {
+        uint32_t indices[COUNT];
+        uint16_t shorts[COUNT];
+        struct other_indices other;
+        mesh(indices, random_one_in(&random, 2) ? random_below(&random, 60000) : 0);
+        for (uint32_t i = 0; i < COUNT; i += 3)
+            if (random_one_in(&random, 2)) {
+                const uint32_t j = 3 * random_below(&random, COUNT / 3), kept = indices[i];
+                indices[i] = indices[j];
+                indices[j] = kept;
+                indices[i + 1] = random_one_in(&random, 3) ? indices[i] : indices[i + 1];
+            }
+        narrow(indices, shorts);
+        assert_false(suit(indices, 4, COUNT, UINT64_C(1) << 32, &other));
+        assert_false(suit(shorts, 2, COUNT, UINT64_C(1) << 16, &other));
+    }
 }

@@ -5,6 +5,7 @@
 
 #include "src/figures/instances.h"
 #include "tests/fixture/scarce_memory.h"
+#include "tests/state/random.h"
 #include "tests/state/unit_test.h"
 
 enum { COUNT = 6 };
@@ -258,4 +259,47 @@ TEST(test_transforms_with_a_large_third_row)
         instances[i].transform =
             (VkTransformMatrixKHR){{{1, 0, 0, 0}, {0, 1, 0, 0}, {1, 0, 1, (float)i}}};
     assert_false(are_by_columns(instances));
+}
+
+/* ---- scenes at random: scaled, turned and moved, as engines do it */
+
+static float uniform(struct random *random, float low, float high)
+{
+    return low + (high - low) * (float)random_below(random, 1 << 20) / (float)(1 << 20);
+}
+
+/* A rotation from a quaternion, behind scales from a thousandth to a thousand. */
+static void turn_at_random(struct random *random, VkTransformMatrixKHR *transform)
+{
+    const float x = uniform(random, -1, 1), y = uniform(random, -1, 1), z = uniform(random, -1, 1),
+                w = uniform(random, 0.1F, 1), n = 2 / (x * x + y * y + z * z + w * w);
+    const float rows[3][3] = {{1 - n * (y * y + z * z), n * (x * y - z * w), n * (x * z + y * w)},
+                              {n * (x * y + z * w), 1 - n * (x * x + z * z), n * (y * z - x * w)},
+                              {n * (x * z - y * w), n * (y * z + x * w), 1 - n * (x * x + y * y)}};
+    const bool is_turned = random_one_in(random, 2);
+    for (int i = 0; i < 3; i++) {
+        const float scale = powf(10, uniform(random, -3, 3)) * (random_one_in(random, 4) ? -1 : 1);
+        for (int j = 0; j < 3; j++)
+            transform->matrix[j][i] = scale * (is_turned ? rows[j][i] : (float)(i == j));
+    }
+}
+
+TEST(test_random_scenes)
+{
+    struct random random = random_of("instances");
+    for (int round = 0; round < 2000; round++) {
+        VkAccelerationStructureInstanceKHR instances[COUNT];
+        const bool is_moved = random_one_in(&random, 2);
+        for (int i = 0; i < COUNT; i++) {
+            instances[i] = instance((float)i, 0, 0);
+            turn_at_random(&random, &instances[i].transform);
+            for (int j = 0; j < 3; j++)
+                instances[i].transform.matrix[j][3] = is_moved ? uniform(&random, -1e4F, 1e4F) : 0;
+            instances[i].accelerationStructureReference += (uint64_t)i * 256;
+        }
+        const struct instance_figures figures = figures_of(instances, COUNT);
+        assert_int_equal(figures.placed, COUNT);
+        assert_int_equal(figures.lossy + figures.repeated, 0);
+        assert_false(are_by_columns(instances));
+    }
 }
