@@ -5,12 +5,14 @@
 #include <stdlib.h>
 
 #include "layer/compare/comparer.h"
+#include "layer/execution/advice.h"
 #include "layer/execution/hazards/checks.h"
 #include "layer/physical_device.h"
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/marks.h"
 #include "src/base/float_environment.h"
+#include "src/check/content/advice.h"
 #include "src/check/content/executed.h"
 #include "src/platform/threads.h"
 #include "src/rules/predicates.h"
@@ -35,6 +37,8 @@ struct read_call {
     uint32_t first;
     enum build_command command;
     bool geometry_by_pointer; /* of the current build */
+    uint64_t dst_id;          /* of the current build; 0 if unknown */
+    VkAccelerationStructureKHR dst;
     struct check_context context;
     struct executed_call *executed;
 };
@@ -215,10 +219,28 @@ static enum tristate is_compatible(void *user, bool is_micromap,
     return layer_find_compatibility(call->reading->ran->device, is_micromap, version);
 }
 
+/* The structure may have been destroyed since, and the handle be that of another one. */
+static void advised(void *user, const struct content_advice *advice,
+                    const struct structure_contents *contents)
+{
+    const struct read_call *call = user;
+    const struct layer_device *device = call->reading->ran->device;
+    if (contents)
+        structures_note_contents(device->structures, call->dst_id, contents);
+    for (enum advice id = 0; id < ADVICE_COUNT; id++)
+        if (advice->kept[id].weight &&
+            resources_find_id(device->resources, RESOURCE_ACCEL, (uint64_t)(uintptr_t)call->dst) ==
+                call->dst_id &&
+            structures_note_advised(device->structures, call->dst_id, id))
+            advice_add(device->advice, id, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                       (uint64_t)(uintptr_t)call->dst, &advice->kept[id].finding,
+                       advice->kept[id].weight);
+}
+
 #define HOOKS                                                                                      \
     .found = found, .find_sizes = find_sizes, .query_addresses = query_addresses,                  \
     .of_another_device = of_another_device, .refers_to_destroyed = refers_to_destroyed,            \
-    .is_compatible = is_compatible
+    .is_compatible = is_compatible, .advised = advised
 
 static const struct check_hooks hooks = {HOOKS};
 static const struct check_hooks hazard_hooks = {HOOKS, .refers = refers, .indexes = indexes,
@@ -321,6 +343,16 @@ static struct found_notes take_notes(struct read_buffer *buffer, const struct jo
     return found;
 }
 
+/* Of builds of VK_NV_ray_tracing, nothing is judged. */
+static const struct advice_limits *find_limits(const struct read_call *call)
+{
+    const struct layer_device *device = call->reading->ran->device;
+    return device->advice && call->dst_id && call->command != COMMAND_NV &&
+                   structures_begin_read(device->structures, call->dst_id)
+               ? &reporter_settings(device->instance->reporter)->advice_limits
+               : NULL;
+}
+
 static void read_build(struct read_buffer *buffer, const struct journal_entry *entry,
                        const struct found_notes *notes)
 {
@@ -354,6 +386,9 @@ static void read_build(struct read_buffer *buffer, const struct journal_entry *e
         .used_count = notes->used_count,
     };
     buffer->call->geometry_by_pointer = build->place.geometry_by_pointer;
+    buffer->call->dst_id = entry->dst_id;
+    buffer->call->dst = recorded_build_given(build)->info.dstAccelerationStructure;
+    executed.limits = find_limits(buffer->call);
     executed_call_read(buffer->call->executed, &executed);
     guard_results_add(&reading->guarded, buffer->journal, build, buffer->execution->bases);
     const struct executed_input input = {buffer->journal, known, build, &executed.memory,

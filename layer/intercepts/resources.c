@@ -2,6 +2,7 @@
 /* Observes memory, buffers, their bindings and addresses, and acceleration structures. */
 #include "src/state/resources/resources.h"
 
+#include "layer/execution/advice.h"
 #include "layer/execution/hazards/checks.h"
 #include "layer/execution/submitted_builds.h"
 #include "layer/intercepts/journal_access.h"
@@ -223,6 +224,7 @@ static void note_destroyed_accel(struct layer_device *device, VkAccelerationStru
 void forget_accel(struct layer_device *device, VkAccelerationStructureKHR accel)
 {
     hazard_checks_forget(device->hazard_checks, STRUCTURE_DESTROYED, (uint64_t)(uintptr_t)accel);
+    advice_judge_destroyed(device->advice, accel);
     note_destroyed_accel(device, accel);
     structures_note_destroyed(device->structures, resources_remove_accel(device->resources, accel),
                               1);

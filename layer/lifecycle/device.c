@@ -7,6 +7,7 @@
 #include "layer/compare/comparer.h"
 #include "layer/compare/enable.h"
 #include "layer/cpu/overlay.h"
+#include "layer/execution/advice.h"
 #include "layer/execution/build_records.h"
 #include "layer/execution/hazards/checks.h"
 #include "layer/execution/input_checks.h"
@@ -52,6 +53,7 @@ void layer_free_device(struct layer_device *device)
     submitted_builds_destroy(device->submitted_builds);
     snapshots_release_held(device->snapshots);
     execution_order_destroy(device->order);
+    advice_destroy(device->advice);
     submissions_destroy(device->submissions);
     structures_destroy(device->structures);
     command_buffers_destroy(device->command_buffers); /* and their recordings */
@@ -118,6 +120,8 @@ VkResult layer_track_submissions(struct layer_device *device)
         result = hazard_checks_create(device);
     if (result == VK_SUCCESS && device->level >= LEVEL_EXECUTION)
         result = submitted_builds_create(device, &device->submitted_builds);
+    if (result == VK_SUCCESS)
+        result = advice_create(device);
     return result;
 }
 
@@ -154,6 +158,8 @@ void layer_register_consumers(struct layer_device *device)
         execution_order_add_consumer(order, guard_consumer(device));
     if (device->records_builds)
         execution_order_add_consumer(order, build_records_consumer(device));
+    if (device->advice)
+        execution_order_add_consumer(order, advice_consumer(device->advice));
     if (device->submitted_builds)
         execution_order_add_consumer(order, submitted_builds_consumer(device->submitted_builds));
     if (device->hazard_checks)
@@ -300,6 +306,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDevice(VkDevice device,
     while (state->snapshots && execution_order_wait(state->order))
         continue;
     snapshots_deliver(state);
+    advice_send(state->advice);
     crash_remove_device(state);
     layer_remove_device(state);
     PFN_vkDestroyDevice destroy = state->vk.DestroyDevice;

@@ -20,6 +20,7 @@ FOLDERS = (
     "src/platform",
     "src/base",
     "src/bvh",
+    "src/figures",
     "src/hazards",
     "src/state",
     "src/view",

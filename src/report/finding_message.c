@@ -268,6 +268,37 @@ void message_of_difference(struct message *message, enum difference difference,
     message_append_last_notice(&text, "difference", &subject, style);
 }
 
+static void append_more_advice(struct text_buffer *text, uint32_t more)
+{
+    if (!more)
+        return;
+    text_append(text, " The list leaves out ");
+    text_append_count(text, more, "more object");
+    text_append(text, " with this advice (setting advice_limits, lines).");
+}
+
+/* Its objects may be destroyed by now, so it has no origin. */
+void message_of_advice(struct message *message, const struct advice_report *report,
+                       const struct message_style *style)
+{
+    static const struct call_origin nowhere;
+    const struct advice_info *info = &advice_infos[report->advice];
+    const struct message_subject subject = {report->type, report->object};
+    struct text_buffer text;
+    message_begin(message, &text,
+                  info->kind == ADVICE_IS_WASTE ? REPORT_PERFORMANCE : REPORT_WARNING, info->id);
+    const size_t before = text.length;
+    message->main = message->text;
+    message->path_length = 0;
+    message_append_named_object(&text, message, report->type, report->object, report->name);
+    text_append(&text, " ");
+    append_statement(&text, message, COMMAND_COUNT, &nowhere, &report->finding);
+    text_append(&text, " %s", info->hint);
+    append_more_advice(&text, report->more);
+    message->main_length = text.length - before;
+    message_append_last_notice(&text, "advice", &subject, style);
+}
+
 void message_of_layer(struct message *message, enum report_flag severity, const char *line)
 {
     const char *id = severity == REPORT_ERROR ? "ASSAY-error" : "ASSAY-warning";

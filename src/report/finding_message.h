@@ -26,6 +26,18 @@ void message_of_difference(struct message *message, enum difference difference,
                            const struct location *location, const struct call_origin *origin,
                            const struct finding *finding, const struct message_style *style);
 
+/* Advice about an object, for the end of a run (setting advice). */
+struct advice_report {
+    enum advice advice;
+    VkObjectType type;
+    uint64_t object;
+    char name[MESSAGE_NAME_SIZE]; /* debug name, when it was alive; "": none */
+    struct finding finding; /* `says` follows the object: "was built once and never compacted" */
+    uint32_t more;          /* number of objects with this advice that are not listed */
+};
+void message_of_advice(struct message *message, const struct advice_report *report,
+                       const struct message_style *style);
+
 /* A message of the layer about itself, not about a rule. */
 void message_of_layer(struct message *message, enum report_flag severity, const char *line);
 

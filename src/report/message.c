@@ -240,6 +240,16 @@ void message_append_object(struct text_buffer *text, struct message *message, Vk
         append_object(text, object);
 }
 
+/* It is the first object that the message mentions. */
+void message_append_named_object(struct text_buffer *text, struct message *message,
+                                 VkObjectType type, uint64_t handle, const char *name)
+{
+    mention(message, type, handle, NULL);
+    snprintf(message->names[0], MESSAGE_NAME_SIZE, "%s", name);
+    message->objects[0].pObjectName = name[0] ? message->names[0] : NULL;
+    append_object(text, &message->objects[0]);
+}
+
 static void append_submission(struct text_buffer *text, struct message *message,
                               const struct call_origin *origin)
 {
@@ -290,9 +300,10 @@ void message_begin(struct message *message, struct text_buffer *text, enum repor
     message->object_count = message->label_count = message->queue_label_count = 0;
     text_begin(text, message->buffer, sizeof(message->buffer) - LAST_NOTICE_SIZE);
     text_append(text, "Validation %s: [ %s ] | MessageID = 0x%" PRIx32 "\n",
-                severity == REPORT_ERROR     ? "Error"
-                : severity == REPORT_WARNING ? "Warning"
-                                             : "Information",
+                severity == REPORT_ERROR         ? "Error"
+                : severity == REPORT_WARNING     ? "Warning"
+                : severity == REPORT_PERFORMANCE ? "Performance Warning"
+                                                 : "Information",
                 id, (uint32_t)message->id_number);
     message->heading = message->buffer;
     message->text = message->buffer + text->length;

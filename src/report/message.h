@@ -129,6 +129,10 @@ void message_set_origin(struct message *message, const struct call_origin *origi
  * message has no room for one more object. */
 void message_append_object(struct text_buffer *text, struct message *message, VkObjectType type,
                            uint64_t handle, const struct object_names *names);
+/* The same for the first object of a message, which may be destroyed by now and had this name; "":
+ * none. */
+void message_append_named_object(struct text_buffer *text, struct message *message,
+                                 VkObjectType type, uint64_t handle, const char *name);
 /* Appends the labels of a stack, outermost first, like a path. Accepts NULL. */
 void message_append_labels(struct text_buffer *text, const char *what,
                            const struct label_stack *stack);

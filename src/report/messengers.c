@@ -15,6 +15,7 @@ struct messenger {
     bool of_create_info;
     atomic_bool removed;
     VkDebugUtilsMessageSeverityFlagsEXT severities;
+    VkDebugUtilsMessageTypeFlagsEXT types;
     VkDebugReportFlagsEXT report_flags;
     PFN_vkDebugUtilsMessengerCallbackEXT call;
     PFN_vkDebugReportCallbackEXT call_report;
@@ -53,6 +54,7 @@ static void copy_entry(struct messenger *to, const struct messenger *from)
         .handle = from->handle,
         .of_create_info = from->of_create_info,
         .severities = from->severities,
+        .types = from->types,
         .report_flags = from->report_flags,
         .call = from->call,
         .call_report = from->call_report,
@@ -86,13 +88,15 @@ static VkResult add_utils(struct messengers *messengers, VkDebugUtilsMessengerEX
                           const VkDebugUtilsMessengerCreateInfoEXT *info, bool of_create_info)
 {
     if (!info->pfnUserCallback ||
-        !(info->messageType & VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT))
+        !(info->messageType & (VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+                               VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT)))
         return VK_SUCCESS; /* it would never be called */
     return add(messengers, &(struct messenger){
                                .type = VK_OBJECT_TYPE_DEBUG_UTILS_MESSENGER_EXT,
                                .handle = (uint64_t)handle,
                                .of_create_info = of_create_info,
                                .severities = info->messageSeverity,
+                               .types = info->messageType,
                                .call = info->pfnUserCallback,
                                .user_data = info->pUserData,
                            });
@@ -160,11 +164,18 @@ static VkDebugUtilsMessageSeverityFlagBitsEXT utils_severity(enum report_flag se
     case REPORT_ERROR:
         return VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
     case REPORT_WARNING:
+    case REPORT_PERFORMANCE:
         return VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT;
     case REPORT_INFO:
         break;
     }
     return VK_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT;
+}
+
+static VkDebugUtilsMessageTypeFlagBitsEXT utils_type(enum report_flag severity)
+{
+    return severity == REPORT_PERFORMANCE ? VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT
+                                          : VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT;
 }
 
 static VkDebugReportFlagBitsEXT report_severity(enum report_flag severity)
@@ -174,6 +185,8 @@ static VkDebugReportFlagBitsEXT report_severity(enum report_flag severity)
         return VK_DEBUG_REPORT_ERROR_BIT_EXT;
     case REPORT_WARNING:
         return VK_DEBUG_REPORT_WARNING_BIT_EXT;
+    case REPORT_PERFORMANCE:
+        return VK_DEBUG_REPORT_PERFORMANCE_WARNING_BIT_EXT;
     case REPORT_INFO:
         break;
     }
@@ -187,7 +200,8 @@ static bool is_called(const struct messengers *messengers, const struct messenge
         (messenger->of_create_info &&
          atomic_load_explicit(&messengers->instance_alive, memory_order_relaxed)))
         return false;
-    return messenger->severities & (VkDebugUtilsMessageSeverityFlagsEXT)utils_severity(severity) ||
+    return (messenger->severities & (VkDebugUtilsMessageSeverityFlagsEXT)utils_severity(severity) &&
+            messenger->types & (VkDebugUtilsMessageTypeFlagsEXT)utils_type(severity)) ||
            messenger->report_flags & (VkDebugReportFlagsEXT)report_severity(severity);
 }
 
@@ -205,8 +219,7 @@ static VkBool32 call_utils(const struct messenger *messenger, const struct messa
         .objectCount = message->object_count,
         .pObjects = message->object_count ? message->objects : NULL,
     };
-    return messenger->call(utils_severity(message->severity),
-                           VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT, &data,
+    return messenger->call(utils_severity(message->severity), utils_type(message->severity), &data,
                            messenger->user_data);
 }
 

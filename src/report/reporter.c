@@ -106,7 +106,7 @@ bool reporter_wants(const struct reporter *reporter, enum vuid vuid)
     return duplicates_wanted(&reporter->duplicates, vuid);
 }
 
-/* A finding of a rule, if `vuid` is set; else a hazard, or a difference. */
+/* A finding of a rule, if `vuid` is set; else a hazard, an advice, or a difference. */
 struct report {
     const enum vuid *vuid;
     enum rule rule;
@@ -115,6 +115,7 @@ struct report {
     const struct call_origin *origin;
     const struct finding *finding;
     const struct hazard_report *hazard;
+    const struct advice_report *advice;
 };
 
 static void message_of_report(struct message *message, const struct report *report,
@@ -126,6 +127,8 @@ static void message_of_report(struct message *message, const struct report *repo
         message->level = rule_infos[report->rule].level; /* warnings of one id may differ */
     } else if (report->hazard) {
         message_of_hazard(message, report->hazard, style);
+    } else if (report->advice) {
+        message_of_advice(message, report->advice, style);
     } else {
         message_of_difference(message, report->difference, report->location, report->origin,
                               report->finding, style);
@@ -202,6 +205,16 @@ void reporter_send_hazard(struct reporter *reporter, const struct hazard_report 
     bool skip;
     send_report(reporter, reported_other(other_id_of_hazard(hazard)), report->later.origin.device,
                 &subject, &(struct report){.hazard = report}, &skip);
+}
+
+void reporter_send_advice(struct reporter *reporter, const struct advice_report *report,
+                          VkDevice device)
+{
+    const struct message_subject subject = {report->type, report->object};
+    const uint32_t id = reported_other(other_id_of_advice(report->advice));
+    bool skip;
+    send_report(reporter, id, device, &subject, &(struct report){.advice = report}, &skip);
+    duplicates_hold(&reporter->duplicates, id, report->more);
 }
 
 static void send_line(struct reporter *reporter, _Atomic uint32_t *messages,

@@ -59,6 +59,11 @@ bool reporter_wants_hazard(const struct reporter *reporter, enum hazard_id hazar
 struct hazard_report;
 void reporter_send_hazard(struct reporter *reporter, const struct hazard_report *report);
 
+/* Sends an advice, and counts those that its message says are not listed. */
+struct advice_report;
+void reporter_send_advice(struct reporter *reporter, const struct advice_report *report,
+                          VkDevice device);
+
 /* Sends a message of the layer about itself (such as an invalid setting, or that memory ran out),
  * with severity warning. */
 void reporter_warn(struct reporter *reporter, const char *line);

@@ -69,12 +69,12 @@ static const struct choice call_site_modes[] = {
     {NULL, 0},
 };
 
-/* The last three are flags of the Khronos layer only; users share its settings with this layer. */
+/* The last two are flags of the Khronos layer only; users share its settings with this layer. */
 static const struct choice report_flags[] = {
     {"error", REPORT_ERROR},
     {"warn", REPORT_WARNING},
     {"info", REPORT_INFO},
-    {"perf", 0},
+    {"perf", REPORT_PERFORMANCE},
     {"debug", 0},
     {"verbose", 0},
     {NULL, 0},
@@ -134,6 +134,7 @@ DEFINE_LOAD_CHOICE(spec_text, spec_texts)
 DEFINE_LOAD_CHOICE(log_format, log_formats)
 DEFINE_LOAD_CHOICE(call_sites, call_site_modes)
 DEFINE_LOAD_CHOICE(hazards, booleans)
+DEFINE_LOAD_CHOICE(advice, booleans)
 DEFINE_LOAD_CHOICE(record_builds, booleans)
 DEFINE_LOAD_CHOICE(crash_report, booleans)
 DEFINE_LOAD_CHOICE(guard, guards)
@@ -201,6 +202,35 @@ static bool load_compare_rays(const struct loader *loader, char *value)
     return true;
 }
 
+/* Finds the limit that an entry NAME=NUMBER names, and cuts the entry behind the name. Returns the
+ * number as text, or NULL. */
+static char *find_limit(char *entry, enum advice_limit *limit)
+{
+    char *equals = strchr(entry, '='), *name;
+    if (!equals)
+        return NULL;
+    *equals = '\0';
+    name = value_next_entry(&entry);
+    for (*limit = 0; name && *limit < ADVICE_LIMITS; ++*limit)
+        if (text_equals_in_any_case(name, advice_limit_infos[*limit].name))
+            return equals + 1;
+    return NULL;
+}
+
+/* A list that has one invalid entry changes nothing. */
+static bool load_advice_limits(const struct loader *loader, char *value)
+{
+    struct advice_limits limits = loader->settings->advice_limits;
+    for (char *entry; (entry = value_next_entry(&value));) {
+        enum advice_limit limit;
+        char *number = find_limit(entry, &limit);
+        if (!number || !value_read_number(number, &limits.of[limit]))
+            return false;
+    }
+    loader->settings->advice_limits = limits;
+    return true;
+}
+
 /* Colons separate entries if there is no comma, as in all lists; but not in ID@PATTERN, whose
  * pattern may have some. */
 static bool load_message_id_filter(const struct loader *loader, char *value)
@@ -227,7 +257,7 @@ static const struct key {
     {"content_when_full", load_content_when_full, "wait or skip", "wait"},
     {"vuid_names", load_vuid_names, "current or listed", "current"},
     {"spec_text", load_spec_text, "full, short or none", "full"},
-    {"report_flags", load_report_flags, "error, warn, info", "error,warn"},
+    {"report_flags", load_report_flags, "error, warn, info, perf", "error,warn"},
     {"debug_action", load_debug_action, "default, ignore, callback, log, break, fail", "default"},
     {"log_filename", NULL, "a file name", "stderr"},
     {"log_format", load_log_format, "text or json", "text"},
@@ -236,6 +266,8 @@ static const struct key {
     {"enable_message_limit", load_enable_message_limit, "true or false", "true"},
     {"message_id_filter", load_message_id_filter, "a list of VUIDs", "none"},
     {"hazards", load_hazards, "true or false", "false"},
+    {"advice", load_advice, "true or false", "false"},
+    {"advice_limits", load_advice_limits, "a list of NAME=NUMBER", "none"},
     {"guard", load_guard, "off or references", "off"},
     {"hang_seconds", load_hang_seconds, "a number of seconds; 0 is off", "10"},
     {"crash_report", load_crash_report, "true or false", "false"},
@@ -329,6 +361,8 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
         .debug_action = DEBUG_ACTION_DEFAULT,
         .duplicate_message_limit = 10,
     };
+    for (enum advice_limit limit = 0; limit < ADVICE_LIMITS; limit++)
+        settings->advice_limits.of[limit] = advice_limit_infos[limit].by_default;
     settings->values = calloc(KEY_COUNT, sizeof(*settings->values));
     struct settings_source source;
     VkResult result = settings_source_open(&source, create_info);

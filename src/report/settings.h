@@ -9,6 +9,7 @@
 #include <vulkan/vulkan_core.h>
 
 #include "src/report/ids/message_id.h"
+#include "vuid-tables/advice.h"
 #include "vuid-tables/rules.h"
 
 /* Who executes builds. */
@@ -34,6 +35,7 @@ enum report_flag {
     REPORT_ERROR = 1 << 0,
     REPORT_WARNING = 1 << 1,
     REPORT_INFO = 1 << 2,
+    REPORT_PERFORMANCE = 1 << 3, /* advice about waste; also sent with REPORT_WARNING */
 };
 
 /* What to do if the copies of a build's inputs would exceed content_budget_mib. */
@@ -98,6 +100,8 @@ struct settings {
     enum log_format log_format;
     enum call_site_mode call_sites;
     bool hazards;       /* report accesses that no barrier orders */
+    bool advice;        /* list what the application wastes */
+    struct advice_limits advice_limits;
     bool record_builds; /* the log also has a line for each build, copy and submission */
     uint32_t duplicate_message_limit;     /* per id and object; 0: no limit */
     bool muted[MESSAGE_ID_COUNT];         /* message_id_filter: VUIDs */

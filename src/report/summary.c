@@ -40,9 +40,11 @@ static bool is_enabled(const struct settings *settings, uint32_t id)
     bool is_vuid = id < MESSAGE_ID_COUNT;
     bool is_error =
         is_vuid ? !vuid_is_warning((enum vuid)id) : other_id_is_error(id - MESSAGE_ID_COUNT);
-    enum report_flag severity = is_error ? REPORT_ERROR : REPORT_WARNING;
+    uint32_t severities = is_error ? REPORT_ERROR : REPORT_WARNING;
+    if (!is_vuid && other_id_is_waste(id - MESSAGE_ID_COUNT))
+        severities |= REPORT_PERFORMANCE;
     bool is_muted = is_vuid ? settings->muted[id] : settings->muted_others[id - MESSAGE_ID_COUNT];
-    return id != VUID_NONE && !is_muted && settings->report_flags & severity &&
+    return id != VUID_NONE && !is_muted && settings->report_flags & severities &&
            !(settings->debug_action & DEBUG_ACTION_IGNORE);
 }
 
@@ -153,6 +155,14 @@ bool duplicates_add(struct duplicates *duplicates, uint32_t id, uint32_t shown, 
     return is_sent;
 }
 
+void duplicates_hold(struct duplicates *duplicates, uint32_t id, uint32_t count)
+{
+    if (!duplicates->ids[id].is_enabled)
+        return;
+    atomic_fetch_add_explicit(&duplicates->ids[id].found, count, memory_order_relaxed);
+    atomic_fetch_add_explicit(&duplicates->ids[id].held, count, memory_order_relaxed);
+}
+
 /* ---- words the lines of report_flags = info */
 
 enum { REASON_SIZE = 512 };
@@ -197,21 +207,28 @@ void summary_append_start(struct text_buffer *text, const char *version,
 
 /* ---- the end */
 
-static uint64_t count_findings(const struct duplicates *duplicates)
+static bool is_advice(uint32_t id)
+{
+    return id >= reported_other(OTHER_ID_ADVICE) && id < FIRST_RETIRED;
+}
+
+static uint64_t count_findings(const struct duplicates *duplicates, bool of_advice)
 {
     uint64_t count = 0;
     for (uint32_t id = 0; id < REPORTED_IDS; id++)
-        count += atomic_load(&duplicates->ids[id].found);
+        if (is_advice(id) == of_advice)
+            count += atomic_load(&duplicates->ids[id].found);
     return count;
 }
 
-static void append_findings(struct text_buffer *text, const struct duplicates *duplicates)
+static void append_findings(struct text_buffer *text, const struct duplicates *duplicates,
+                            bool of_advice)
 {
     const char *separator = ":";
     for (uint32_t id = 0; id < REPORTED_IDS; id++) {
         uint64_t found = atomic_load(&duplicates->ids[id].found);
         uint64_t held = atomic_load(&duplicates->ids[id].held);
-        if (!found)
+        if (!found || is_advice(id) != of_advice)
             continue;
         text_append(text, "%s %s ", separator, reported_id_name(id));
         text_append_count(text, found, "time");
@@ -290,6 +307,18 @@ void summary_append_reason(struct text_buffer *text, unsigned n, const struct se
     }
 }
 
+static void append_advice(struct text_buffer *text, const struct duplicates *duplicates)
+{
+    const uint64_t count = count_findings(duplicates, true);
+    if (!count)
+        return;
+    text_append(text, " It gave ");
+    text_append_count(text, count, "piece");
+    text_append(text, " of advice");
+    append_findings(text, duplicates, true);
+    text_append(text, ".");
+}
+
 static void append_unchecked(struct text_buffer *text, const struct settings *settings,
                              struct unchecked_counts *unchecked)
 {
@@ -311,7 +340,7 @@ static void append_unchecked(struct text_buffer *text, const struct settings *se
 void summary_append_end(struct text_buffer *text, const struct settings *settings,
                         const struct duplicates *duplicates, struct unchecked_counts *unchecked)
 {
-    uint64_t count = count_findings(duplicates);
+    uint64_t count = count_findings(duplicates, false);
     if (!(settings->report_flags & (REPORT_ERROR | REPORT_WARNING))) {
         text_append(text,
                     "Assay reported no violations, because report_flags leaves out errors "
@@ -324,7 +353,8 @@ void summary_append_end(struct text_buffer *text, const struct settings *setting
     else
         text_append(text, "no violations");
     text_append(text, " in this instance");
-    append_findings(text, duplicates);
+    append_findings(text, duplicates, false);
     text_append(text, ".");
+    append_advice(text, duplicates);
     append_unchecked(text, settings, unchecked);
 }

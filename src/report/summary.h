@@ -62,6 +62,9 @@ bool duplicates_wanted(const struct duplicates *duplicates, uint32_t id);
 bool duplicates_add(struct duplicates *duplicates, uint32_t id, uint32_t shown, VkDevice device,
                     const struct message_subject *subject, struct message_style *style);
 
+/* Counts findings whose message is left out. */
+void duplicates_hold(struct duplicates *duplicates, uint32_t id, uint32_t count);
+
 /* ---- What the summary of an instance says; and the two lines of report_flags = info: about the
  * layer when an instance is created, and about its findings at its end. */
 

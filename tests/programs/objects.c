@@ -297,7 +297,7 @@ void play_init(struct play *play, char **words)
         play_write(play, words[1], &range, sizeof(range));
     else if (play_is(words[2], "word"))
         play_write(play, words[1], &(uint64_t){strtoull(words[3], NULL, 0)}, sizeof(uint64_t));
-    else
+    else if (!play_init_input(play, words))
         play_fail(play, "init of what?");
 }
 

@@ -188,6 +188,8 @@ void play_put(struct play *play, char **words);
 /* init PLACE transform | ranges | box (upside down) | triangles (of a micromap) | triangle FORMAT
  * LEVEL (the first of these) | instances NAME...: the host writes, before all submissions */
 void play_init(struct play *play, char **words);
+/* inputs.c: other inputs of builds. Returns false if the words are others. */
+bool play_init_input(struct play *play, char **words);
 /* The references of a host build are handles. */
 void play_write_instances(struct play *play, void *to, char **names, bool is_host);
 

@@ -9,11 +9,12 @@
 
 static pthread_mutex_t arriving = PTHREAD_MUTEX_INITIALIZER;
 
-/* The loader and drivers speak through the same messengers; only the layer validates. */
+/* The loader and drivers speak through the same messengers; only the layer validates, or has ids of
+ * its own. */
 static bool is_of_the_layer(VkDebugUtilsMessageTypeFlagsEXT types, const char *id)
 {
     return (types & VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT) != 0 ||
-           (id != NULL && strstr(id, "ssay") != NULL);
+           (id != NULL && (strstr(id, "ssay") != NULL || strncmp(id, "ASSAY-", 6) == 0));
 }
 
 static VKAPI_ATTR VkBool32 VKAPI_CALL message_arrives(

@@ -255,3 +255,51 @@ INPUTS_TEST(test_inputs_of_destroyed_structures)
     assert_int_equal(first + late, 0);
     assert_true(has_input(structures, ID, NULL));
 }
+
+/* ---- contents, for setting advice */
+
+/* Data that a ray can hit is judged at the powers of two alone. */
+FLAGS_TEST(test_builds_that_are_judged)
+{
+    const struct structure_contents solid = {.primitives = 2, .inactive = 1};
+    assert_false(structures_begin_read(structures, ID)); /* no record */
+    write_flag(structures, false, batch(1));
+    assert_false(structures_begin_read(structures, ID)); /* nothing has noted a build */
+    assert_true(structures_note_build(structures, ID, 0, 0));
+    for (unsigned i = 1; i <= 70; i++) {
+        const bool is_power = (i & (i - 1)) == 0;
+        assert_int_equal(structures_begin_read(structures, ID), is_power);
+        structures_note_contents(structures, ID, &solid);
+    }
+}
+
+/* Until something can be hit, or a build is not judged, each one is. */
+FLAGS_TEST(test_hollow_builds)
+{
+    const struct structure_contents hollow = {.primitives = 3, .inactive = 1, .invisible = 2},
+                                    nothing = {0};
+    struct structure_uses uses;
+    write_flag(structures, false, batch(1));
+    assert_true(structures_note_build(structures, ID, 0, 0));
+    for (unsigned i = 0; i < 5; i++) {
+        assert_true(structures_begin_read(structures, ID));
+        structures_note_contents(structures, ID, i == 4 ? &hollow : &nothing);
+    }
+    assert_true(structures_find_uses(structures, ID, &uses));
+    assert_int_equal(uses.hollow_builds, 5);
+    assert_int_equal(uses.contents.primitives, 3);
+    assert_true(structures_begin_read(structures, ID)); /* whose contents stay unknown */
+    assert_false(structures_begin_read(structures, ID));
+    assert_true(structures_begin_read(structures, ID)); /* the eighth */
+}
+
+FLAGS_TEST(test_advice_is_given_once)
+{
+    assert_false(structures_note_advised(structures, ID, 1));
+    write_flag(structures, false, batch(1));
+    assert_true(structures_note_build(structures, ID, 0, 0));
+    assert_true(structures_note_advised(structures, ID, 1));
+    assert_false(structures_note_advised(structures, ID, 1));
+    assert_true(structures_note_advised(structures, ID, 40));
+    assert_false(structures_note_advised(structures, OTHER_ID, 1));
+}

@@ -61,6 +61,9 @@ struct builder_geometry;
 struct source;
 bool content_open_source(const struct content *content, const struct builder_geometry *described,
                          struct source *source);
+/* Describes the triangles or AABBs of the geometry for it, without transforms. Returns false if the
+ * builder does not know their formats, or for other geometries. */
+bool content_describe(const struct content *content, struct builder_geometry *described);
 /* Reads the index at `position`; indices have `size` bytes each. */
 uint32_t content_read_index(const uint8_t *indices, uint32_t size, uint64_t position);
 

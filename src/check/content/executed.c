@@ -8,6 +8,7 @@
 
 #include "src/base/array.h"
 #include "src/check/assemble/views.h"
+#include "src/check/content/advice.h"
 #include "src/check/content/micromap.h"
 #include "src/check/content/unbuilt.h"
 #include "src/check/life/life.h"
@@ -274,6 +275,28 @@ static void retain_data(struct executed_call *call, const struct executed_build 
     call->data = (struct retained_data){build->deserialization, copy, copy ? size : 0};
 }
 
+/* Without memory the build is not judged. */
+static void begin_advice(struct executed_call *call, const struct executed_build *build)
+{
+    call->walk.advice = build->limits ? calloc(1, sizeof(*call->walk.advice)) : NULL;
+    if (call->walk.advice)
+        call->walk.advice->limits = build->limits;
+}
+
+static void end_advice(struct executed_call *call, const struct executed_build *build)
+{
+    struct content_advice *advice = call->walk.advice;
+    const struct check_context *context = call->walk.context;
+    if (!advice)
+        return;
+    advice->contents.is_top = recorded_build_given(build->build)->info.type ==
+                              VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
+    const bool is_known = content_advice_end(advice);
+    context->hooks->advised(context->user, advice, is_known ? &advice->contents : NULL);
+    free(advice);
+    call->walk.advice = NULL;
+}
+
 void executed_call_read(struct executed_call *call, const struct executed_build *build)
 {
     if (build->build->deserialization) {
@@ -287,6 +310,7 @@ void executed_call_read(struct executed_call *call, const struct executed_build 
     call->walk.inputs = build->inputs;
     call->walk.source_inputs = build->source_inputs;
     call->walk.point = build->point;
+    begin_advice(call, build);
     if (build->build->is_indirect)
         read_indirect(call, build);
     else
@@ -294,6 +318,7 @@ void executed_call_read(struct executed_call *call, const struct executed_build 
     build_inputs_mark_known(build->inputs);
     call->walk.inputs = NULL;
     call->walk.source_inputs = NULL;
+    end_advice(call, build);
     collect_instances(call, build->build);
     call->walk.point = NULL;
     retain_build(call, build);

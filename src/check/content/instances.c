@@ -6,6 +6,7 @@
 #include "src/base/array.h"
 #include "src/bvh/expansion.h"
 #include "src/bvh/input/source.h"
+#include "src/check/content/advice.h"
 #include "src/check/content/content.h"
 #include "src/state/builds/structures.h"
 
@@ -240,6 +241,8 @@ static void read_instance(struct content *content, uint32_t index, const void *b
     VkAccelerationStructureInstanceKHR instance;
     memcpy(&instance, bytes, sizeof(instance));
     check_plain_instance(content, index, &instance);
+    if (content->walk->advice)
+        instance_figures_add(&content->walk->advice->instances, &instance);
     content_retain_instance(content, index, instance.accelerationStructureReference);
 }
 

@@ -9,6 +9,7 @@
 
 #include "src/base/recording_path.h"
 #include "src/bvh/input/formats.h"
+#include "src/check/content/advice.h"
 #include "src/check/content/micromap.h"
 #include "src/check/walk/rows.h"
 #include "src/rules/input.h"
@@ -335,6 +336,8 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
         content_retain_inputs(&content);
     if (range->geometry->build->call->device->extension.linear_swept_spheres_nv)
         content_read_radii(&content);
+    if (instances && walk->advice)
+        content_advise_begin(&content);
     if (instances)
         content_read_instances(&content, instances);
     if (instances && !instances->arrayOfPointers &&
@@ -343,6 +346,8 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
                         (struct elements_read){.count = range->range->primitiveCount,
                                                .stride = sizeof(VkAccelerationStructureInstanceKHR),
                                                .size = sizeof(VkAccelerationStructureInstanceKHR)});
+    if (walk->advice)
+        content_advise(&content);
 }
 
 /* Addresses are host pointers. If probing is disabled, all memory counts as readable; the limit

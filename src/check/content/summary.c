@@ -52,7 +52,7 @@ static bool describe_triangles(const struct content *content,
     return true;
 }
 
-static bool describe(const struct content *content, struct builder_geometry *described)
+bool content_describe(const struct content *content, struct builder_geometry *described)
 {
     const VkAccelerationStructureGeometryKHR *geometry = content->range->geometry->geometry;
     const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
@@ -98,7 +98,8 @@ static uint64_t *find_inactive(const struct content *content)
     uint32_t count = content->range->range->primitiveCount;
     if ((content->range->geometry->build->info->flags &
          VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV) ||
-        !describe(content, &described) || !content_open_source(content, &described, &source))
+        !content_describe(content, &described) ||
+        !content_open_source(content, &described, &source))
         return NULL;
     uint64_t *inactive = make_bits(count);
     if (triangles_in(content->range->geometry->geometry) &&

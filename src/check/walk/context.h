@@ -14,8 +14,10 @@
 #include "src/view/nv_view.h"
 #include "src/view/view.h"
 
+struct content_advice;
 struct query_pools;
 struct pending_use;
+struct structure_contents;
 struct used_object;
 struct structures;
 struct sweep;
@@ -59,6 +61,10 @@ struct check_hooks {
     /* Elements that a device build has read, a multiple of `stride` behind an address, and a hash
      * of them. At most once for each geometry. NULL: not needed. */
     void (*reads)(void *user, uint32_t build, uint32_t geometry, const struct elements_read *read);
+    /* What is advised about the input data of an executed build that has `advice`. `contents` is
+     * NULL if they are not all known. NULL: not needed. */
+    void (*advised)(void *user, const struct content_advice *advice,
+                    const struct structure_contents *contents);
     /* Returns whether another device of the process has such an object with that handle. */
     bool (*of_another_device)(void *user, enum resource_kind kind, uint64_t handle);
     /* Returns whether the physical device can read serialized data of this version: two UUIDs. */

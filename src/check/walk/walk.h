@@ -8,6 +8,7 @@
 #include "src/view/extension_view.h"
 #include "src/view/micromap_view.h"
 
+struct content_advice;
 struct execution_point;
 struct instance_uses;
 
@@ -27,6 +28,7 @@ struct walk {
     const struct execution_point *point;      /* when the current build executed; NULL: unknown */
     struct instance_uses *instances;          /* structures that its instances refer to, see
                                                * check_host_inputs; NULL: none */
+    struct content_advice *advice;            /* of the current build; NULL: not wanted */
     struct chained_inputs chained;            /* of the geometry that was checked last, if it has
                                                * any */
 };

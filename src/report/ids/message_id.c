@@ -66,6 +66,8 @@ static const char *hazard_name(enum hazard_id hazard)
 
 const char *other_id_name(unsigned id)
 {
+    if (id >= OTHER_ID_ADVICE)
+        return advice_infos[id - OTHER_ID_ADVICE].id;
     return id < DIFFERENCE_COUNT ? difference_id((enum difference)id)
                                  : hazard_name((enum hazard_id)(id - DIFFERENCE_COUNT));
 }

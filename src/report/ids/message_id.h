@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Ids of messages: the number of each, as the Khronos layer hashes it; and the ids of hazards and
- * of differences. */
+/* Ids of messages: the number of each, as the Khronos layer hashes it; and the ids of hazards,
+ * differences and advice. */
 #ifndef ASSAY_REPORT_IDS_MESSAGE_ID_H
 #define ASSAY_REPORT_IDS_MESSAGE_ID_H
 
 #include <stdbool.h>
 #include <stdint.h>
+
+#include "vuid-tables/advice.h"
 
 /* Returns XXH32 of the id with seed 8: the same number as the Khronos layer. */
 int32_t message_id_number(const char *id);
@@ -28,7 +30,7 @@ enum difference {
 const char *difference_id(enum difference difference);
 
 /* ---- The ids of messages about the application that are not VUIDs: differences of compared rays,
- * and hazards. One space of numbers: the differences, then the hazards. */
+ * hazards, and advice. One space of numbers, in this order. */
 
 /* The ids of the Khronos layer, so that filters carry over. */
 enum hazard_id {
@@ -44,11 +46,24 @@ enum hazard_id {
     HAZARD_ID_COUNT,
 };
 
-enum { OTHER_ID_COUNT = DIFFERENCE_COUNT + HAZARD_ID_COUNT };
+enum {
+    OTHER_ID_ADVICE = DIFFERENCE_COUNT + HAZARD_ID_COUNT, /* the first one of an advice */
+    OTHER_ID_COUNT = OTHER_ID_ADVICE + ADVICE_COUNT,
+};
 
 static inline unsigned other_id_of_hazard(enum hazard_id hazard)
 {
     return DIFFERENCE_COUNT + (unsigned)hazard;
+}
+
+static inline unsigned other_id_of_advice(enum advice advice)
+{
+    return OTHER_ID_ADVICE + (unsigned)advice;
+}
+
+static inline bool other_id_is_waste(unsigned id)
+{
+    return id >= OTHER_ID_ADVICE && advice_infos[id - OTHER_ID_ADVICE].kind == ADVICE_IS_WASTE;
 }
 
 /* Differences are warnings, and so are the hazards that the Khronos layer has no ids for. */

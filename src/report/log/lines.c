@@ -131,6 +131,7 @@ static const char *severity_name(enum report_flag severity)
     case REPORT_ERROR:
         return "Error";
     case REPORT_WARNING:
+    case REPORT_PERFORMANCE:
         return "Warning";
     case REPORT_INFO:
         break;

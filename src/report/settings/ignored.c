@@ -288,6 +288,17 @@ static void check_hazards(const struct checker *checker)
                   "reported.");
 }
 
+/* What becomes of a structure is followed from journals, too. */
+static void check_advice(const struct checker *checker)
+{
+    struct settings *settings = checker->settings;
+    if (!settings->advice || settings->level >= LEVEL_EXECUTION)
+        return;
+    settings->advice = false;
+    checker->warn(checker->context,
+                  "assay_validation.advice needs level = execution or content. No advice is given.");
+}
+
 /* Guarded builds need what level content records. */
 static void check_guard(const struct checker *checker)
 {
@@ -306,6 +317,7 @@ void settings_check(struct settings *settings, void (*warn)(void *context, const
                     void *context)
 {
     const struct checker checker = {warn, context, settings};
+    check_advice(&checker);
     check_compare_rays(&checker);
     check_guard(&checker);
     check_hazards(&checker);

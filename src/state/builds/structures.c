@@ -20,6 +20,7 @@ struct structure_more {
     void *input; /* of the latest build that was read; NULL: unknown */
     /* While `input` is unknown: the id of the structure that this one was copied from, or 0. */
     uint64_t copy_of;
+    struct structure_uses uses; /* for setting advice */
 };
 
 /* A record before commands that may fail. */
@@ -218,6 +219,110 @@ bool structures_note_first_build(struct structures *structures, uint64_t id, uin
         unlock_shared(structures);
     }
     return is_first || structures->shared->is_unknown;
+}
+
+/* ---- uses, for setting advice */
+
+/* Returns what became of a structure, with the lock held; NULL if there is no memory or no record.
+ */
+static struct structure_uses *lock_uses(struct structures *structures, uint64_t id,
+                                        bool *has_memory)
+{
+    struct structure *structure = structures_find(structures, id);
+    lock_shared(structures);
+    struct structure_more *more = structure ? more_of(structure) : NULL;
+    *has_memory = more || !structure;
+    return more ? &more->uses : NULL;
+}
+
+bool structures_note_use(struct structures *structures, uint64_t id, enum structure_use use)
+{
+    bool has_memory;
+    struct structure_uses *uses = lock_uses(structures, id, &has_memory);
+    if (uses)
+        uses->counts[use]++;
+    unlock_shared(structures);
+    return has_memory;
+}
+
+bool structures_note_build(struct structures *structures, uint64_t id, uint32_t submission,
+                           VkBuildAccelerationStructureFlagsKHR flags)
+{
+    bool has_memory;
+    struct structure_uses *uses = lock_uses(structures, id, &has_memory);
+    if (uses && !uses->counts[USE_BUILT]++) {
+        uses->first_build = submission;
+        uses->flags = flags;
+    }
+    if (uses)
+        uses->flags &= flags;
+    unlock_shared(structures);
+    return has_memory;
+}
+
+bool structures_note_compacted_size(struct structures *structures, uint64_t id, VkDeviceSize size)
+{
+    bool has_memory;
+    struct structure_uses *uses = lock_uses(structures, id, &has_memory);
+    if (uses)
+        uses->compacted_size = size;
+    unlock_shared(structures);
+    return has_memory;
+}
+
+/* Returns what became of a structure, with the lock held. NULL if it was destroyed, or if nothing
+ * is known. */
+static struct structure_uses *lock_known_uses(const struct structures *structures, uint64_t id)
+{
+    lock_shared(structures);
+    const struct structure *structure = structures_find(structures, id);
+    return structure && structure->more ? &structure->more->uses : NULL;
+}
+
+bool structures_begin_read(const struct structures *structures, uint64_t id)
+{
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    bool is_wanted = false;
+    if (uses) {
+        is_wanted = uses->hollow_builds == uses->read_builds;
+        uses->read_builds++;
+        is_wanted |= !(uses->read_builds & (uses->read_builds - 1));
+    }
+    unlock_shared(structures);
+    return is_wanted;
+}
+
+void structures_note_contents(const struct structures *structures, uint64_t id,
+                              const struct structure_contents *contents)
+{
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    if (uses && structure_is_hollow(contents)) {
+        uses->hollow_builds++;
+        uses->contents = *contents;
+    }
+    unlock_shared(structures);
+}
+
+bool structures_note_advised(const struct structures *structures, uint64_t id, unsigned advice)
+{
+    const uint64_t bit = UINT64_C(1) << advice;
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    const bool is_first = uses && !(uses->advised & bit);
+    if (is_first)
+        uses->advised |= bit;
+    unlock_shared(structures);
+    return is_first;
+}
+
+bool structures_find_uses(const struct structures *structures, uint64_t id,
+                          struct structure_uses *uses)
+{
+    lock_shared(structures);
+    const struct structure *structure = structures_find(structures, id);
+    const bool is_known = id && !structures->shared->is_unknown;
+    *uses = structure && structure->more ? structure->more->uses : (struct structure_uses){0};
+    unlock_shared(structures);
+    return is_known;
 }
 
 /* Called with the lock held. */

@@ -40,6 +40,43 @@ struct structures {
     struct structures_shared *shared; /* of a device; NULL in a command buffer's table */
 };
 
+/* What became of a structure since it was created, for setting advice. */
+enum structure_use {
+    USE_BUILT,         /* it was built, and not by an update */
+    USE_UPDATED,       /* it was the dst of an update */
+    USE_UPDATE_SOURCE, /* it was the src of an update, also of one in place */
+    USE_FILLED,    /* it was written by a copy or a deserialization, or its contents are unknown */
+    USE_COPIED,    /* it was cloned or serialized */
+    USE_COMPACTED, /* it was the src of a compacting copy */
+    USE_SIZE_QUERIED, /* its compacted size was queried */
+    STRUCTURE_USES,
+};
+
+/* What a build was made of, at level content. */
+struct structure_contents {
+    uint64_t primitives;
+    uint64_t inactive;
+    uint64_t
+        invisible; /* others that no ray can hit: degenerate triangles, instances with mask 0 */
+    bool is_top;
+};
+
+static inline bool structure_is_hollow(const struct structure_contents *contents)
+{
+    return contents->inactive + contents->invisible == contents->primitives;
+}
+
+struct structure_uses {
+    uint32_t counts[STRUCTURE_USES]; /* by enum structure_use */
+    uint32_t first_build; /* number of executed submissions up to its first build, if it has one */
+    VkBuildAccelerationStructureFlagsKHR flags; /* that all its builds had */
+    VkDeviceSize compacted_size;                /* the last one that the host read; 0: none */
+    /* Of builds and updates: whose input data was read, and in which no ray can hit anything. */
+    uint32_t read_builds, hollow_builds;
+    struct structure_contents contents; /* of the last hollow one */
+    uint64_t advised;                   /* bits 1 << enum advice: given about the input data */
+};
+
 /* References to what the owner of `input` retained of a structure's builds. Both functions are
  * called with the table's lock held and take no lock. */
 struct structure_inputs {
@@ -89,6 +126,14 @@ bool structures_note_first_build(struct structures *structures, uint64_t id, uin
  * long as that is unknown, the one that is set later. Not undone, because every input that a
  * structure had can be compared. */
 void structures_copy_input(struct structures *structures, uint64_t dst_id, uint64_t src_id);
+
+/* Counts a use of a structure that has a record: written structures have one. A build has flags,
+ * and is of the submission with this number. Returns false if there is no memory. */
+bool structures_note_use(struct structures *structures, uint64_t id, enum structure_use use);
+bool structures_note_build(struct structures *structures, uint64_t id, uint32_t submission,
+                           VkBuildAccelerationStructureFlagsKHR flags);
+/* The host has read the compacted size of a structure that has a record. */
+bool structures_note_compacted_size(struct structures *structures, uint64_t id, VkDeviceSize size);
 
 /* Removes a record if there is one. */
 void structures_remove(struct structures *structures, uint64_t id);
@@ -141,6 +186,21 @@ enum structure_written {
  * `structures` or `point` is NULL. */
 enum structure_written structures_were_written(const struct structures *structures, uint64_t id,
                                                const struct execution_point *point);
+
+/* Finds what became of a structure that is alive, all zero if nothing. Returns false if that is
+ * unknown. */
+bool structures_find_uses(const struct structures *structures, uint64_t id,
+                          struct structure_uses *uses);
+
+/* Counts a build whose input data is read. Returns whether it is to be judged: if all before it
+ * were hollow, or its number is a power of two. So data that is built again and again costs little.
+ */
+bool structures_begin_read(const struct structures *structures, uint64_t id);
+/* That build has these contents. */
+void structures_note_contents(const struct structures *structures, uint64_t id,
+                              const struct structure_contents *contents);
+/* Returns whether an advice about input data (enum advice) is the first one of a structure. */
+bool structures_note_advised(const struct structures *structures, uint64_t id, unsigned advice);
 
 /* Returns the count of the structure's first build, STRUCTURE_NEVER_BUILT, or 0 if it is unknown.
  */

@@ -141,6 +141,30 @@ uint64_t resources_remove_accel(struct resources *resources, VkAccelerationStruc
     return id;
 }
 
+struct accel_listing {
+    struct accel_facts *items;
+    uint32_t count;
+};
+
+static void list_accel(void *record, void *context)
+{
+    const struct accel_record *accel = record;
+    struct accel_listing *listing = context;
+    listing->items[listing->count++] = accel->facts;
+}
+
+struct accel_facts *resources_list_accels(struct resources *resources, uint32_t *count)
+{
+    unsigned token = resources_begin_reading(resources);
+    const size_t size = resources->accels.count * sizeof(struct accel_facts);
+    struct accel_listing listing = {.items = size ? malloc(size) : NULL};
+    if (listing.items)
+        handle_table_each(&resources->accels, list_accel, &listing);
+    resources_end_reading(resources, token);
+    *count = listing.count;
+    return listing.items;
+}
+
 /* ---- the records of micromaps of VK_EXT_opacity_micromap */
 
 /* Returns the id of the removed record, or 0. */

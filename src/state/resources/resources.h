@@ -148,6 +148,9 @@ void resources_find_nv_accel(const struct resources *resources, VkAccelerationSt
 /* Look-ups of one object. */
 void resources_look_up_accel(struct resources *resources, VkAccelerationStructureKHR handle,
                              struct accel_facts *facts);
+/* Returns the facts of all live structures as an array that the caller frees; NULL: there are none,
+ * or no memory. */
+struct accel_facts *resources_list_accels(struct resources *resources, uint32_t *count);
 void resources_look_up_address(struct resources *resources, VkDeviceAddress address,
                                struct address_facts *facts);
 void resources_ask_buffer(struct resources *resources, VkBuffer handle, struct buffer_facts *facts);

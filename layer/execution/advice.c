@@ -1,0 +1,261 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "layer/execution/advice.h"
+
+#include <stdlib.h>
+
+#include "src/report/advice_list.h"
+#include "src/rules/advice.h"
+#include "src/state/commands/object_names.h"
+
+struct device_advice {
+    struct layer_device *device;
+    const struct advice_limits *limits;
+    struct advice_list *list;
+    atomic_uint submissions; /* executed batches with command buffers */
+    atomic_uint outstanding; /* batches that were submitted and did not execute yet */
+    atomic_bool is_unknown;  /* uses of structures may be missing */
+};
+
+VkResult advice_create(struct layer_device *device)
+{
+    const struct settings *settings = reporter_settings(device->instance->reporter);
+    if (!settings->advice || !device->structures || device->level < LEVEL_EXECUTION)
+        return VK_SUCCESS;
+    struct device_advice *advice = calloc(1, sizeof(*advice));
+    if (!advice)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    device->advice = advice;
+    advice->device = device;
+    advice->limits = &settings->advice_limits;
+    advice->is_unknown = device->facts.has_other_builders;
+    advice->list = advice_list_create(advice->limits->of[ADVICE_LIMIT_lines]);
+    return advice->list ? VK_SUCCESS : VK_ERROR_OUT_OF_HOST_MEMORY;
+}
+
+void advice_destroy(struct device_advice *advice)
+{
+    if (advice)
+        advice_list_destroy(advice->list);
+    free(advice);
+}
+
+/* ---- what batches do */
+
+struct noting {
+    struct device_advice *advice;
+    struct structures *structures;
+    bool has_memory;
+};
+
+static void note(struct noting *noting, uint64_t id, enum structure_use use)
+{
+    noting->has_memory &= structures_note_use(noting->structures, id, use);
+}
+
+static void note_build(struct noting *noting, const struct journal_entry *entry)
+{
+    noting->has_memory &= structures_note_build(noting->structures, entry->dst_id,
+                                                noting->advice->submissions, entry->built.flags);
+}
+
+static void note_read(struct noting *noting, const struct journal_entry *entry)
+{
+    const bool is_size =
+        entry->read.query == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
+    if (entry->read.query == VK_QUERY_TYPE_MAX_ENUM || is_size)
+        note(noting, entry->src_id, is_size ? USE_SIZE_QUERIED : USE_COPIED);
+}
+
+/* The replay of the batch has trusted the answer, or has not kept its size. */
+static void note_answer(struct noting *noting, const struct journal_entry *entry)
+{
+    const struct structure *state = structures_find(noting->structures, entry->src_id);
+    const struct compacted_size *compacted = state ? state->built.compacted_size : NULL;
+    if ((VkQueryType)entry->info != VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR)
+        return;
+    if (entry->src)
+        note(noting, entry->src_id, USE_SIZE_QUERIED);
+    if (compacted && compacted->size)
+        noting->has_memory &= structures_note_compacted_size(
+            noting->structures, compacted->serialized_id, compacted->size);
+}
+
+static void note_journal(struct noting *noting, const struct journal *journal);
+
+static void note_entry(struct noting *noting, const struct journal_entry *entry)
+{
+    switch ((enum journal_kind)entry->kind) {
+    case JOURNAL_BUILD:
+        note_build(noting, entry);
+        break;
+    case JOURNAL_UPDATE:
+        note(noting, entry->dst_id, USE_UPDATED);
+        note(noting, entry->src_id, USE_UPDATE_SOURCE);
+        break;
+    case JOURNAL_COPY:
+        note(noting, entry->src_id, USE_COPIED);
+        note(noting, entry->dst_id, USE_FILLED);
+        break;
+    case JOURNAL_COMPACT:
+        note(noting, entry->src_id, USE_COMPACTED);
+        note(noting, entry->dst_id, USE_FILLED);
+        break;
+    case JOURNAL_FILL:
+        note(noting, entry->dst_id, USE_FILLED);
+        break;
+    case JOURNAL_READ:
+        note_read(noting, entry);
+        break;
+    case JOURNAL_ANSWER:
+        note_answer(noting, entry);
+        break;
+    case JOURNAL_EXECUTE:
+        note_journal(noting, entry->secondary);
+        break;
+    default: /* the walk visits no others */
+        break;
+    }
+}
+
+/* Recursive: the device limits how deep secondary command buffers nest. */
+static void note_journal(struct noting *noting, const struct journal *journal)
+{
+    struct journal_cursor cursor =
+        journal_start(journal, JOURNAL_WRITES | JOURNAL_BIT(JOURNAL_READ) |
+                                   JOURNAL_BIT(JOURNAL_ANSWER) | JOURNAL_BIT(JOURNAL_EXECUTE));
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+        note_entry(noting, entry);
+}
+
+/* What a failed command of the host has written is unknown. */
+static void note_failed(struct noting *noting, const struct journal *journal)
+{
+    struct journal_cursor cursor = journal_start(journal, JOURNAL_WRITES);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+        note(noting, entry->dst_id, USE_FILLED);
+}
+
+/* ---- batches */
+
+static bool is_of_queue(const struct order_batch *batch)
+{
+    const struct journal *journal = batch->command_count ? batch->commands[0].captured : NULL;
+    return batch->work == WORK_OF_QUEUE && !(journal && journal->binds);
+}
+
+static void submit(void *user, struct order_batch *batch)
+{
+    struct device_advice *advice = user;
+    (void)batch;
+    atomic_fetch_add(&advice->outstanding, 1);
+}
+
+static void fail(void *user, struct order_batch *batch)
+{
+    struct device_advice *advice = user;
+    (void)batch;
+    atomic_fetch_sub(&advice->outstanding, 1);
+}
+
+/* Work of the host counts when it has ended. */
+static void note_batch(struct device_advice *advice, const struct order_batch *batch)
+{
+    struct noting noting = {advice, advice->device->structures, true};
+    for (uint32_t i = 0; i < batch->command_count; i++) {
+        const struct journal *journal = batch->commands[i].captured;
+        if (batch->work == WORK_OF_QUEUE || batch->work == WORK_ENDS)
+            note_journal(&noting, journal);
+        else if (batch->work == WORK_FAILS)
+            note_failed(&noting, journal);
+    }
+    if (!noting.has_memory)
+        advice->is_unknown = true;
+}
+
+static void run(void *user, struct order_batch *batch)
+{
+    struct device_advice *advice = user;
+    const bool is_submitted = is_of_queue(batch);
+    advice->submissions += is_submitted && batch->command_count;
+    if (batch->is_replayed && batch->work != WORK_SYNC)
+        note_batch(advice, batch);
+    else if (batch->work != WORK_SYNC)
+        advice->is_unknown = true;
+    atomic_fetch_sub(&advice->outstanding, is_submitted);
+}
+
+static void order_unknown(void *user, enum order_unknown_reason why)
+{
+    struct device_advice *advice = user;
+    (void)why;
+    advice->is_unknown = true;
+}
+
+struct batch_consumer advice_consumer(struct device_advice *advice)
+{
+    return (struct batch_consumer){.user = advice,
+                                   .submit = submit,
+                                   .run = run,
+                                   .fail = fail,
+                                   .order_unknown = order_unknown};
+}
+
+/* ---- the list */
+
+void advice_add(struct device_advice *advice, enum advice id, VkObjectType type, uint64_t object,
+                const struct finding *finding, uint64_t weight)
+{
+    struct advice_report report = {
+        .advice = id, .type = type, .object = object, .finding = *finding};
+    object_names_get(advice->device->names, type, object, report.name, sizeof(report.name));
+    advice_list_add(advice->list, &report, weight);
+}
+
+struct judging {
+    struct device_advice *advice;
+    VkAccelerationStructureKHR accel;
+};
+
+static void found(void *user, enum advice id, const struct finding *finding, uint64_t weight)
+{
+    const struct judging *judging = user;
+    advice_add(judging->advice, id, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+               (uint64_t)(uintptr_t)judging->accel, finding, weight);
+}
+
+/* Batches that did not execute yet may hold the use that is missing. */
+static void judge(struct device_advice *advice, const struct accel_facts *accel)
+{
+    struct structure_uses uses;
+    if (advice->is_unknown || advice->outstanding || accel->alive != YES || !accel->details_known ||
+        !structures_find_uses(advice->device->structures, accel->id, &uses))
+        return;
+    const struct use_view view = {
+        .accel = accel,
+        .uses = &uses,
+        .lived = uses.counts[USE_BUILT] ? advice->submissions - uses.first_build : 0,
+        .limits = advice->limits,
+    };
+    advice_judge_use(&view, found, &(struct judging){advice, accel->handle});
+}
+
+void advice_judge_destroyed(struct device_advice *advice, VkAccelerationStructureKHR accel)
+{
+    struct accel_facts facts;
+    if (!advice || !accel)
+        return;
+    resources_look_up_accel(advice->device->resources, accel, &facts);
+    judge(advice, &facts);
+}
+
+void advice_send(struct device_advice *advice)
+{
+    uint32_t count = 0;
+    if (!advice)
+        return;
+    struct accel_facts *accels = resources_list_accels(advice->device->resources, &count);
+    for (uint32_t i = 0; i < count; i++)
+        judge(advice, &accels[i]);
+    free(accels);
+    advice_list_send(advice->list, advice->device->instance->reporter, advice->device->handle);
+}

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Setting advice: judges the input data of one build while content_check_geometry() reads it. Only
+ * legal data: other rules report what is invalid. */
+#ifndef ASSAY_CHECK_CONTENT_ADVICE_H
+#define ASSAY_CHECK_CONTENT_ADVICE_H
+
+#include "src/check/content/content.h"
+#include "src/figures/instances.h"
+#include "src/state/builds/structures.h"
+#include "src/view/finding.h"
+#include "vuid-tables/advice.h"
+
+/* What was found of a build. */
+struct content_advice {
+    const struct advice_limits *limits;
+    struct structure_contents contents; /* of all geometries so far */
+    bool is_unknown;                    /* not all primitives could be judged */
+    struct kept_advice {
+        uint64_t weight; /* 0: none was kept */
+        struct finding finding;
+    } kept[ADVICE_COUNT];              /* of the geometry that weighs most */
+    struct instance_figures instances; /* of the geometry that is read */
+};
+
+/* Call before the instances of a geometry are read. */
+void content_advise_begin(struct content *content);
+/* Judges a geometry that was read. */
+void content_advise(struct content *content);
+/* Judges the build. Returns whether all its primitives are known. */
+bool content_advice_end(struct content_advice *advice);
+
+#endif

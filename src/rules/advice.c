@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Advice about what becomes of a structure. Each predicate is silent about a structure whose use it
+ * cannot follow: a clone may be compacted or updated in its place. */
+#include "src/rules/advice.h"
+
+static uint32_t count(const struct use_view *use, enum structure_use kind)
+{
+    return use->uses->counts[kind];
+}
+
+/* Whether builds alone have written it, and it stayed for long. */
+static bool is_kept(const struct use_view *use)
+{
+    return count(use, USE_BUILT) && !count(use, USE_FILLED) && !count(use, USE_COPIED) &&
+           use->lived >= use->limits->of[ADVICE_LIMIT_submissions];
+}
+
+static bool allows(const struct use_view *use, VkBuildAccelerationStructureFlagBitsKHR flag)
+{
+    return use->uses->flags & flag;
+}
+
+/* Whether `smaller` bytes instead of `size` save more than the limit. */
+static bool is_worth_it(const struct use_view *use, VkDeviceSize size, VkDeviceSize smaller)
+{
+    const double percent = use->limits->of[ADVICE_LIMIT_percent];
+    return smaller < size && (double)(size - smaller) * 100 > (double)size * percent;
+}
+
+/* ---- compaction */
+
+static bool is_static(const struct use_view *use)
+{
+    return is_kept(use) && count(use, USE_BUILT) == 1 && !count(use, USE_UPDATED);
+}
+
+bool allowed_compaction_is_used(const struct use_view *use, struct finding *finding,
+                                uint64_t *weight)
+{
+    if (!is_static(use) || !allows(use, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR) ||
+        count(use, USE_SIZE_QUERIED) || count(use, USE_COMPACTED))
+        return true;
+    *weight = use->accel->size;
+    return violated(finding, "",
+                    "of {} was built once with ALLOW_COMPACTION and never compacted, though it was "
+                    "kept for {}",
+                    count_of(use->accel->size, "byte"), count_of(use->lived, "submission"));
+}
+
+bool compaction_size_is_used(const struct use_view *use, struct finding *finding, uint64_t *weight)
+{
+    const VkDeviceSize size = use->accel->size, compacted = use->uses->compacted_size;
+    if (!is_static(use) || count(use, USE_COMPACTED) || !compacted ||
+        !is_worth_it(use, size, compacted))
+        return true;
+    *weight = size - compacted;
+    return violated(finding, "",
+                    "of {} has a compacted size of {}, which the application has read, and was "
+                    "never compacted, though it was kept for {}",
+                    count_of(size, "byte"), count_of(compacted, "byte"),
+                    count_of(use->lived, "submission"));
+}
+
+/* ---- contents */
+
+/* An application may build an empty structure before there is anything to put in it: silent once a
+ * build had something, or was not read. */
+bool structure_can_be_hit(const struct use_view *use, struct finding *finding, uint64_t *weight)
+{
+    const struct structure_contents *contents = &use->uses->contents;
+    const uint32_t builds = count(use, USE_BUILT) + count(use, USE_UPDATED);
+    *weight = use->accel->size;
+    if (!builds || use->uses->hollow_builds != builds || count(use, USE_FILLED))
+        return true;
+    return !contents->primitives
+               ? violated(finding, "", "was built {}, always of nothing: no ray can hit it",
+                          count_of(builds, "time"))
+               : violated(
+                     finding, "",
+                     "was built {}, and no ray can hit it: of the {} of its last build, {} are "
+                     "inactive, and the others {}",
+                     count_of(builds, "time"), count_of(contents->primitives, "primitive"),
+                     number(contents->inactive),
+                     text(contents->is_top ? "have mask 0" : "are degenerate"));
+}
+
+/* ---- all rows */
+
+void advice_judge_use(const struct use_view *use, advice_found *found, void *user)
+{
+    struct finding finding;
+    uint64_t weight;
+#define JUDGE_mesh(name)
+#define JUDGE_placing(name)
+#define JUDGE_use(name)                                                                            \
+    if (!name(use, &finding, &weight))                                                             \
+        found(user, ADVICE_##name, &finding, weight);
+#define ADVICE(subject, name, kind, id, hint) JUDGE_##subject(name)
+#include "vuid-tables/advice.def"
+}

@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the predicates about advice get (vuid-tables/advice.def). */
+#ifndef ASSAY_VIEW_ADVICE_VIEW_H
+#define ASSAY_VIEW_ADVICE_VIEW_H
+
+#include "src/state/builds/structures.h"
+#include "src/state/facts.h"
+#include "src/view/figures_view.h"
+#include "vuid-tables/advice.h"
+
+/* A structure at the end of its life, or of the run. */
+struct use_view {
+    const struct accel_facts *accel;
+    const struct structure_uses *uses;
+    uint32_t lived; /* number of submissions after the one of its first build; 0 if it has none */
+    const struct advice_limits *limits;
+};
+
+#endif

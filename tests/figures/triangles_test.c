@@ -1,0 +1,220 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Figures of triangles: meshes with one mistake, and valid ones near them. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "src/figures/triangles.h"
+#include "tests/state/random.h"
+#include "tests/state/unit_test.h"
+
+enum { SIDE = 8, VERTICES = (SIDE + 1) * (SIDE + 1), TRIANGLES = 2 * SIDE * SIDE };
+
+/* A square of SIDE * SIDE smaller squares, each of two triangles. */
+struct mesh {
+    float at[VERTICES][3];
+    uint32_t indices[TRIANGLES][3];
+};
+
+static struct mesh grid(float x, float size)
+{
+    struct mesh mesh;
+    for (uint32_t i = 0; i < VERTICES; i++) {
+        mesh.at[i][0] = x + size * (float)(i % (SIDE + 1));
+        mesh.at[i][1] = size * (float)(i / (SIDE + 1));
+        mesh.at[i][2] = 0;
+    }
+    for (uint32_t i = 0; i < TRIANGLES; i++) {
+        const uint32_t first = i / 2 / SIDE * (SIDE + 1) + i / 2 % SIDE, odd = i % 2;
+        mesh.indices[i][0] = first + odd;
+        mesh.indices[i][1] = first + (odd ? SIDE + 2 : 1);
+        mesh.indices[i][2] = first + SIDE + 1;
+    }
+    return mesh;
+}
+
+static struct source source_of(const struct mesh *mesh)
+{
+    const struct builder_geometry geometry = {
+        .type = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+        .triangles = {.vertex_format = VK_FORMAT_R32G32B32_SFLOAT,
+                      .index_type = VK_INDEX_TYPE_UINT32,
+                      .max_vertex = VERTICES - 1,
+                      .vertex_stride = sizeof(mesh->at[0]),
+                      .vertices = mesh->at,
+                      .vertices_size = sizeof(mesh->at),
+                      .indices = mesh->indices,
+                      .indices_size = sizeof(mesh->indices)}};
+    const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = TRIANGLES};
+    struct source source = {0};
+    assert_true(source_open(&source, false, &geometry, &range));
+    return source;
+}
+
+static struct triangle_figures figures_of(const struct mesh *mesh)
+{
+    const struct source source = source_of(mesh);
+    struct triangle_figures figures;
+    assert_true(triangle_figures_read(&source, &figures));
+    return figures;
+}
+
+TEST(test_a_plain_mesh)
+{
+    const struct mesh mesh = grid(0, 0.5F);
+    const struct triangle_figures figures = figures_of(&mesh);
+    assert_int_equal(figures.count, TRIANGLES);
+    assert_int_equal(figures.measured, TRIANGLES);
+    assert_int_equal(figures.inactive + figures.degenerate + figures.coarse, 0);
+    assert_true(figures.extent == 4 && figures.farthest == 4);
+    assert_true(figures.median >= 0.5 && figures.median <= 1);
+    assert_true(figures.step == 0x1p-21);
+}
+
+TEST(test_inactive_triangles)
+{
+    struct mesh mesh = grid(0, 1);
+    mesh.at[0][0] = -NAN; /* of the first triangle alone */
+    const struct triangle_figures figures = figures_of(&mesh);
+    assert_int_equal(figures.inactive, 1);
+    assert_int_equal(figures.first_inactive, 0);
+    assert_int_equal(figures.degenerate, 0);
+    assert_int_equal(figures.measured, TRIANGLES - 1);
+}
+
+TEST(test_degenerate_by_indices_and_by_positions)
+{
+    struct mesh mesh = grid(0, 1);
+    mesh.indices[7][2] = mesh.indices[7][0];
+    memcpy(mesh.at[mesh.indices[9][1]], mesh.at[mesh.indices[9][2]], sizeof(mesh.at[0]));
+    struct triangle_figures figures = figures_of(&mesh);
+    assert_true(figures.degenerate >= 2);
+    assert_true(figures.first_degenerate <= 7);
+    assert_int_equal(figures.measured + figures.degenerate, TRIANGLES);
+    mesh = grid(0, 0); /* all at one place */
+    figures = figures_of(&mesh);
+    assert_int_equal(figures.degenerate, TRIANGLES);
+    assert_int_equal(figures.measured, 0);
+    assert_true(figures.extent == 0);
+}
+
+/* Zeros are equal whatever their sign; a subnormal number is not 0. */
+TEST(test_zeros_and_subnormal_numbers)
+{
+    struct mesh mesh = grid(0, 0);
+    for (uint32_t i = 0; i < VERTICES; i++)
+        mesh.at[i][2] = i % 2 ? -0.0F : 0.0F;
+    assert_int_equal(figures_of(&mesh).degenerate, TRIANGLES);
+    mesh = grid(0, 0x1p-149F);
+    const struct triangle_figures figures = figures_of(&mesh);
+    assert_int_equal(figures.degenerate, 0);
+    assert_true(figures.extent == SIDE * 0x1p-149);
+    assert_true(figures.median == 0x1p-148);
+}
+
+TEST(test_undefined_and_unreadable_triangles)
+{
+    struct triangle_figures figures;
+    struct mesh mesh = grid(0, 1);
+    mesh.at[3][1] = NAN;
+    struct source source = source_of(&mesh);
+    assert_false(triangle_figures_read(&source, &figures));
+    mesh = grid(0, 1);
+    mesh.indices[5][1] = VERTICES;
+    source = source_of(&mesh);
+    assert_false(triangle_figures_read(&source, &figures));
+}
+
+TEST(test_infinite_triangles_are_not_measured)
+{
+    struct mesh mesh = grid(0, 1);
+    mesh.at[0][1] = INFINITY;
+    const struct triangle_figures figures = figures_of(&mesh);
+    assert_int_equal(figures.measured, TRIANGLES - 1);
+    assert_int_equal(figures.inactive + figures.degenerate, 0);
+    assert_true(figures.extent == SIDE);
+}
+
+TEST(test_largest_coordinates)
+{
+    struct mesh mesh = grid(0, 1);
+    for (uint32_t i = 0; i < VERTICES; i++)
+        mesh.at[i][0] = i % 2 ? 0x1.fffffep127F : -0x1.fffffep127F;
+    const struct triangle_figures figures = figures_of(&mesh);
+    assert_int_equal(figures.measured, TRIANGLES);
+    assert_true(figures.extent == 2 * (double)0x1.fffffep127F);
+    assert_true(figures.median == 0x1p129);
+}
+
+/* At 2^20, a step is 1/8: coarse below 125. */
+TEST(test_coarse_triangles)
+{
+    struct mesh mesh = grid(0x1p20F, 64);
+    struct triangle_figures figures = figures_of(&mesh);
+    assert_int_equal(figures.coarse, TRIANGLES);
+    assert_true(figures.smallest_coarse == 64);
+    mesh = grid(0x1p20F, 128);
+    figures = figures_of(&mesh);
+    assert_int_equal(figures.coarse, 0);
+}
+
+TEST(test_a_stray_vertex)
+{
+    struct mesh mesh = grid(5, 1);
+    struct stray_vertex stray;
+    struct source source = source_of(&mesh);
+    struct triangle_figures figures = figures_of(&mesh);
+    assert_false(stray_vertex_find(&source, &figures, &stray));
+    mesh.at[40][1] = -1e9F;
+    figures = figures_of(&mesh);
+    assert_true(stray_vertex_find(&source, &figures, &stray));
+    assert_true(stray.position[1] == -1e9F && stray.position[0] == mesh.at[40][0]);
+    assert_true(stray.extent == SIDE);
+    const uint32_t *corners = mesh.indices[stray.triangle];
+    assert_true(corners[0] == 40 || corners[1] == 40 || corners[2] == 40);
+    assert_true(figures.extent >= 1e8 * figures.median);
+    /* A second one is no stray. */
+    mesh.at[42][1] = -1e9F;
+    figures = figures_of(&mesh);
+    assert_false(stray_vertex_find(&source, &figures, &stray));
+    /* Nor one at each end. */
+    mesh = grid(5, 1);
+    mesh.at[40][1] = -1e9F;
+    mesh.at[42][1] = 1e9F;
+    figures = figures_of(&mesh);
+    assert_false(stray_vertex_find(&source, &figures, &stray));
+}
+
+static int compare(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Against a sort. */
+TEST(test_median_of_random_triangles)
+{
+    struct random random = random_of("median");
+    for (int round = 0; round < 200; round++) {
+        struct mesh mesh = grid(0, 1);
+        double extents[TRIANGLES];
+        for (uint32_t i = 0; i < VERTICES; i++)
+            for (int j = 0; j < 3; j++)
+                mesh.at[i][j] = ldexpf((float)(random_below(&random, 1000) + 1),
+                                       (int)random_below(&random, 40) - 20);
+        for (uint32_t i = 0; i < TRIANGLES; i++) {
+            const uint32_t *at = mesh.indices[i];
+            extents[i] = 0;
+            for (int j = 0; j < 3; j++)
+                for (int k = 0; k < 3; k++)
+                    extents[i] = fmax(
+                        extents[i], fabs((double)mesh.at[at[k]][j] - mesh.at[at[(k + 1) % 3]][j]));
+        }
+        const struct triangle_figures figures = figures_of(&mesh);
+        if (figures.degenerate)
+            continue;
+        qsort(extents, TRIANGLES, sizeof(extents[0]), compare);
+        assert_true(figures.median >= extents[TRIANGLES / 2 - 1]);
+        assert_true(figures.median <= 2 * extents[TRIANGLES / 2]);
+    }
+}
