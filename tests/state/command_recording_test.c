@@ -120,6 +120,20 @@ COMMAND_BUFFERS_TEST(a_journal_frees_what_its_entries_hold)
 }
 
 /* They outlive the queue's: this program fails if memory is left. */
+/* Who has copied a stack learns that it was emptied. */
+TEST(a_stack_of_labels_that_is_emptied_has_changed)
+{
+    struct label_stack stack = {0};
+    label_stack_push(&stack, &(VkDebugUtilsLabelEXT){.pLabelName = "frame"});
+    label_stack_push(&stack, &(VkDebugUtilsLabelEXT){.pLabelName = "refit"});
+    const uint32_t changes = stack.changes;
+    label_stack_drop_all(&stack);
+    assert_int_equal(stack.count, 0);
+    assert_int_not_equal(stack.changes, changes);
+    label_stack_push(&stack, &(VkDebugUtilsLabelEXT){.pLabelName = "frame"});
+    label_stack_drop_all(&stack);
+}
+
 TEST(submissions_have_the_labels_of_their_queue)
 {
     struct queue_labels *labels;

@@ -106,6 +106,20 @@ RESOURCES_TEST(test_a_handle_that_is_used_again_is_another_structure)
     assert_int_equal(nv_facts(resources, 1).alive, NO);
 }
 
+RESOURCES_TEST(test_a_handle_that_is_used_again_is_another_micromap)
+{
+    const VkMicromapEXT micromap = (VkMicromapEXT)(uintptr_t)0x501;
+    const VkMicromapCreateInfoEXT created = {.size = 16};
+    resources_add_micromap(resources, micromap, &created);
+    const uint64_t id = resources_find_id(resources, RESOURCE_MICROMAP, 0x501);
+    const uint64_t deaths = resources_destroy_count(resources);
+    resources_add_micromap(resources, micromap, &created);
+    assert_int_not_equal(resources_find_id(resources, RESOURCE_MICROMAP, 0x501), id);
+    assert_true(resources_destroy_count(resources) > deaths);
+    assert_int_not_equal(resources_remove_micromap(resources, micromap), 0);
+    assert_int_equal(resources_remove_micromap(resources, micromap), 0);
+}
+
 RESOURCES_TEST(test_where_a_structure_lies)
 {
     have_memory(resources, 1);
