@@ -45,10 +45,10 @@ enum structure_use {
     USE_BUILT,         /* it was built, and not by an update */
     USE_UPDATED,       /* it was the dst of an update */
     USE_UPDATE_SOURCE, /* it was the src of an update, also of one in place */
-    USE_FILLED,        /* it was written by a copy or a deserialization, or its contents are unknown */
-    USE_COPIED,        /* it was cloned or serialized */
-    USE_COMPACTED,     /* it was the src of a compacting copy */
-    USE_SIZE_QUERIED,  /* its compacted size was queried */
+    USE_FILLED,    /* it was written by a copy or a deserialization, or its contents are unknown */
+    USE_COPIED,    /* it was cloned or serialized */
+    USE_COMPACTED, /* it was the src of a compacting copy */
+    USE_SIZE_QUERIED, /* its compacted size was queried */
     STRUCTURE_USES,
 };
 
@@ -57,6 +57,7 @@ struct structure_uses {
     uint32_t first_build; /* number of executed submissions up to its first build, if it has one */
     VkBuildAccelerationStructureFlagsKHR flags; /* that all its builds had */
     VkDeviceSize compacted_size;                /* the last one that the host read; 0: none */
+    VkDeviceSize needed_size; /* of its last build, in bytes; 0: unknown, or it has none */
 };
 
 /* References to what the owner of `input` retained of a structure's builds. Both functions are
@@ -109,11 +110,12 @@ bool structures_note_first_build(struct structures *structures, uint64_t id, uin
  * structure had can be compared. */
 void structures_copy_input(struct structures *structures, uint64_t dst_id, uint64_t src_id);
 
-/* Counts a use of a structure that has a record: written structures have one. A build has flags,
- * and is of the submission with this number. Returns false if there is no memory. */
+/* Counts a use of a structure that has a record: written structures have one. A build has flags and
+ * needs so many bytes (0: unknown), and is of the submission with this number. Returns false if
+ * there is no memory. */
 bool structures_note_use(struct structures *structures, uint64_t id, enum structure_use use);
 bool structures_note_build(struct structures *structures, uint64_t id, uint32_t submission,
-                           VkBuildAccelerationStructureFlagsKHR flags);
+                           VkBuildAccelerationStructureFlagsKHR flags, VkDeviceSize needed);
 /* The host has read the compacted size of a structure that has a record. */
 bool structures_note_compacted_size(struct structures *structures, uint64_t id, VkDeviceSize size);
 
