@@ -90,6 +90,7 @@ struct layer_device {
     bool checks[COMMAND_COUNT];                  /* a rule about the command is active */
     bool finds_hazards;                          /* setting hazards */
     bool records_builds;                         /* setting record_builds */
+    bool notes_figures;                          /* the same, or setting advice */
     const struct build_recorder *build_recorder; /* for journals; NULL below level EXECUTION */
     VkPhysicalDeviceMemoryProperties memory;
     uint32_t physical_device_count; /* number in the device's group */

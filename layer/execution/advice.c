@@ -7,6 +7,9 @@
 #include "src/rules/advice.h"
 #include "src/state/commands/object_names.h"
 
+/* With a greater limit of submissions nothing counts as old. */
+enum { RING_MAX = 1 << 16 };
+
 struct device_advice {
     struct layer_device *device;
     const struct advice_limits *limits;
@@ -14,6 +17,9 @@ struct device_advice {
     atomic_uint submissions; /* executed batches with command buffers */
     atomic_uint outstanding; /* batches that were submitted and did not execute yet */
     atomic_bool is_unknown;  /* uses of structures may be missing */
+    /* The last id of an object after each of the last submissions, by their number: a ring. */
+    uint32_t ring_size; /* as many as the limit; 0: none */
+    _Atomic uint64_t *created;
 };
 
 VkResult advice_create(struct layer_device *device)
@@ -28,14 +34,19 @@ VkResult advice_create(struct layer_device *device)
     advice->device = device;
     advice->limits = &settings->advice_limits;
     advice->is_unknown = device->facts.has_other_builders;
+    const uint32_t limit = advice->limits->of[ADVICE_LIMIT_submissions];
+    advice->ring_size = limit > RING_MAX ? 0 : limit ? limit : 1;
+    advice->created = calloc(advice->ring_size + 1, sizeof(*advice->created));
     advice->list = advice_list_create(advice->limits->of[ADVICE_LIMIT_lines]);
-    return advice->list ? VK_SUCCESS : VK_ERROR_OUT_OF_HOST_MEMORY;
+    return advice->list && advice->created ? VK_SUCCESS : VK_ERROR_OUT_OF_HOST_MEMORY;
 }
 
 void advice_destroy(struct device_advice *advice)
 {
-    if (advice)
-        advice_list_destroy(advice->list);
+    if (!advice)
+        return;
+    advice_list_destroy(advice->list);
+    free((void *)advice->created);
     free(advice);
 }
 
@@ -44,6 +55,7 @@ void advice_destroy(struct device_advice *advice)
 struct noting {
     struct device_advice *advice;
     struct structures *structures;
+    VkDeviceSize needed_size; /* of the next build; 0: unknown */
     bool has_memory;
 };
 
@@ -54,8 +66,10 @@ static void note(struct noting *noting, uint64_t id, enum structure_use use)
 
 static void note_build(struct noting *noting, const struct journal_entry *entry)
 {
-    noting->has_memory &= structures_note_build(noting->structures, entry->dst_id,
-                                                noting->advice->submissions, entry->built.flags);
+    noting->has_memory &=
+        structures_note_build(noting->structures, entry->dst_id, noting->advice->submissions,
+                              entry->built.flags, noting->needed_size);
+    noting->needed_size = 0;
 }
 
 static void note_read(struct noting *noting, const struct journal_entry *entry)
@@ -85,10 +99,14 @@ static void note_journal(struct noting *noting, const struct journal *journal);
 static void note_entry(struct noting *noting, const struct journal_entry *entry)
 {
     switch ((enum journal_kind)entry->kind) {
+    case JOURNAL_PRIMITIVES:
+        noting->needed_size = entry->src;
+        break;
     case JOURNAL_BUILD:
         note_build(noting, entry);
         break;
     case JOURNAL_UPDATE:
+        noting->needed_size = 0;
         note(noting, entry->dst_id, USE_UPDATED);
         note(noting, entry->src_id, USE_UPDATE_SOURCE);
         break;
@@ -120,9 +138,9 @@ static void note_entry(struct noting *noting, const struct journal_entry *entry)
 /* Recursive: the device limits how deep secondary command buffers nest. */
 static void note_journal(struct noting *noting, const struct journal *journal)
 {
-    struct journal_cursor cursor =
-        journal_start(journal, JOURNAL_WRITES | JOURNAL_BIT(JOURNAL_READ) |
-                                   JOURNAL_BIT(JOURNAL_ANSWER) | JOURNAL_BIT(JOURNAL_EXECUTE));
+    struct journal_cursor cursor = journal_start(
+        journal, JOURNAL_WRITES | JOURNAL_BIT(JOURNAL_PRIMITIVES) | JOURNAL_BIT(JOURNAL_READ) |
+                     JOURNAL_BIT(JOURNAL_ANSWER) | JOURNAL_BIT(JOURNAL_EXECUTE));
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
         note_entry(noting, entry);
 }
@@ -160,7 +178,8 @@ static void fail(void *user, struct order_batch *batch)
 /* Work of the host counts when it has ended. */
 static void note_batch(struct device_advice *advice, const struct order_batch *batch)
 {
-    struct noting noting = {advice, advice->device->structures, true};
+    struct noting noting = {
+        .advice = advice, .structures = advice->device->structures, .has_memory = true};
     for (uint32_t i = 0; i < batch->command_count; i++) {
         const struct journal *journal = batch->commands[i].captured;
         if (batch->work == WORK_OF_QUEUE || batch->work == WORK_ENDS)
@@ -172,11 +191,20 @@ static void note_batch(struct device_advice *advice, const struct order_batch *b
         advice->is_unknown = true;
 }
 
+static void count_submission(struct device_advice *advice)
+{
+    const uint32_t number = advice->submissions + 1;
+    if (advice->ring_size)
+        advice->created[number % advice->ring_size] = resources_last_id(advice->device->resources);
+    advice->submissions = number;
+}
+
 static void run(void *user, struct order_batch *batch)
 {
     struct device_advice *advice = user;
     const bool is_submitted = is_of_queue(batch);
-    advice->submissions += is_submitted && batch->command_count;
+    if (is_submitted && batch->command_count)
+        count_submission(advice);
     if (batch->is_replayed && batch->work != WORK_SYNC)
         note_batch(advice, batch);
     else if (batch->work != WORK_SYNC)
@@ -193,11 +221,8 @@ static void order_unknown(void *user, enum order_unknown_reason why)
 
 struct batch_consumer advice_consumer(struct device_advice *advice)
 {
-    return (struct batch_consumer){.user = advice,
-                                   .submit = submit,
-                                   .run = run,
-                                   .fail = fail,
-                                   .order_unknown = order_unknown};
+    return (struct batch_consumer){
+        .user = advice, .submit = submit, .run = run, .fail = fail, .order_unknown = order_unknown};
 }
 
 /* ---- the list */
@@ -209,6 +234,13 @@ void advice_add(struct device_advice *advice, enum advice id, VkObjectType type,
         .advice = id, .type = type, .object = object, .finding = *finding};
     object_names_get(advice->device->names, type, object, report.name, sizeof(report.name));
     advice_list_add(advice->list, &report, weight);
+}
+
+/* Whether the object was there when the first of the last submissions executed. */
+static bool is_old(const struct device_advice *advice, uint64_t id)
+{
+    const uint32_t size = advice->ring_size, number = advice->submissions;
+    return size && number >= size && id <= advice->created[(number + 1) % size];
 }
 
 struct judging {
@@ -224,7 +256,7 @@ static void found(void *user, enum advice id, const struct finding *finding, uin
 }
 
 /* Batches that did not execute yet may hold the use that is missing. */
-static void judge(struct device_advice *advice, const struct accel_facts *accel)
+static void judge(struct device_advice *advice, const struct accel_facts *accel, bool is_left)
 {
     struct structure_uses uses;
     if (advice->is_unknown || advice->outstanding || accel->alive != YES || !accel->details_known ||
@@ -234,6 +266,8 @@ static void judge(struct device_advice *advice, const struct accel_facts *accel)
         .accel = accel,
         .uses = &uses,
         .lived = uses.counts[USE_BUILT] ? advice->submissions - uses.first_build : 0,
+        .is_old = is_old(advice, accel->id),
+        .is_left = is_left,
         .limits = advice->limits,
     };
     advice_judge_use(&view, found, &(struct judging){advice, accel->handle});
@@ -245,7 +279,7 @@ void advice_judge_destroyed(struct device_advice *advice, VkAccelerationStructur
     if (!advice || !accel)
         return;
     resources_look_up_accel(advice->device->resources, accel, &facts);
-    judge(advice, &facts);
+    judge(advice, &facts, false);
 }
 
 void advice_send(struct device_advice *advice)
@@ -255,7 +289,7 @@ void advice_send(struct device_advice *advice)
         return;
     struct accel_facts *accels = resources_list_accels(advice->device->resources, &count);
     for (uint32_t i = 0; i < count; i++)
-        judge(advice, &accels[i]);
+        judge(advice, &accels[i], true);
     free(accels);
     advice_list_send(advice->list, advice->device->instance->reporter, advice->device->handle);
 }

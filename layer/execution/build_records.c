@@ -139,7 +139,7 @@ static void add_entry(struct writer *writer, const struct order_batch *batch,
 {
     switch ((enum journal_kind)entry->kind) {
     case JOURNAL_PRIMITIVES:
-        writer->primitives = entry;
+        writer->primitives = entry->info ? entry : NULL;
         break;
     case JOURNAL_BUILD:
     case JOURNAL_UPDATE:

@@ -230,12 +230,15 @@ static bool count_primitives(const struct build_view *build, VkDeviceSize *count
     return true;
 }
 
-/* For setting record_builds. */
-__attribute__((cold)) static void note_primitives(const struct build_call *call,
-                                                  const struct build_view *build)
+/* For settings record_builds and advice. */
+__attribute__((cold)) static void note_figures(const struct build_call *call,
+                                               const struct build_view *build)
 {
     struct journal_entry entry = {.kind = JOURNAL_PRIMITIVES};
-    if (count_primitives(build, &entry.number))
+    entry.info = count_primitives(build, &entry.number);
+    if (build->sizes.known && !build_is_update(build->info))
+        entry.src = build->sizes.acceleration_structure;
+    if (entry.info || entry.src)
         journal_add(call->journal, &entry);
 }
 
@@ -281,8 +284,8 @@ ON_RECORDING_PATH static void record_build(void *user, const struct build_view *
     }
     if (build->micromaps && command_buffer)
         note_micromaps(call, build);
-    if (call->device->records_builds)
-        note_primitives(call, build);
+    if (call->device->notes_figures)
+        note_figures(call, build);
     note_build(call, build);
 }
 

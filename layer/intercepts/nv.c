@@ -128,7 +128,7 @@ static struct built describe(const struct build_call *call, const struct nv_call
 /* For setting record_builds. */
 static void note_primitives(struct journal *journal, const struct nv_call_view *view)
 {
-    struct journal_entry entry = {.kind = JOURNAL_PRIMITIVES};
+    struct journal_entry entry = {.kind = JOURNAL_PRIMITIVES, .info = 1};
     if (!view->info || view->geometries_unreadable)
         return;
     if (view->info->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV)

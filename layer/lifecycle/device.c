@@ -34,6 +34,7 @@ static void apply_settings(struct layer_device *device)
     device->level = settings->level;
     device->finds_hazards = settings->hazards && device->physical_device_count == 1;
     device->records_builds = settings->record_builds;
+    device->notes_figures = settings->record_builds || settings->advice;
     if (device->level >= LEVEL_EXECUTION)
         device->build_recorder =
             device->finds_hazards ? hazards_build_recorder() : build_notes_recorder();

@@ -22,7 +22,7 @@ _assay_run() {
         mapfile -t COMPREPLY < <(compgen -W "--level --backend --everything --set --lavapipe --with-khronos
             --stop-at-first --live --no-live --junit
             --sarif --json --html --github --record --quiet --error-exitcode --baseline
-            --strict-baseline --write-baseline --merge --help --" -- "$word")
+            --strict-baseline --advice-is-error --write-baseline --merge --help --" -- "$word")
         ;;
     esac
 }

@@ -16,7 +16,7 @@ PREFIX = "VK_ASSAY_VALIDATION_"
 
 # --everything: what the preset of the same name in the manifest sets, and what needs assay-run's log.
 EVERYTHING = {"level": "content", "hazards": "true", "guard": "references", "call_sites": "full",
-              "record_builds": "true"}
+              "record_builds": "true", "advice": "true"}
 
 
 class EnvironmentFailure(Exception):
@@ -142,6 +142,8 @@ def layer_settings(arguments, records, environment):
     if arguments.html and PREFIX + "RECORD_BUILDS" not in environment and \
             settings.get("level", environment.get(PREFIX + "LEVEL")) not in ("parameters", "state"):
         settings.setdefault("record_builds", "true")  # the lower levels know of no submissions
+    if arguments.advice_is_error and PREFIX + "ADVICE" not in environment:
+        settings.setdefault("advice", "true")
     if arguments.baseline or arguments.write_baseline:
         # Otherwise known findings would use up the limit, and new ones of the same id be held back.
         settings.setdefault("enable_message_limit", "false")

@@ -66,8 +66,8 @@ def make_parser():
     layer.add_argument("--level", choices=("parameters", "state", "execution", "content"))
     layer.add_argument("--backend", choices=("driver", "cpu"))
     layer.add_argument("--everything", action="store_true",
-                       help="all checks: level content, hazards, guarded builds, full call sites and "
-                            "a record of all builds; --level and --set win over it")
+                       help="all checks: level content, hazards, guarded builds, advice, full call "
+                            "sites and a record of all builds; --level and --set win over it")
     layer.add_argument("--set", dest="settings", metavar="KEY=VALUE", type=setting, action="append",
                        default=[], help="any other setting of the layer; may be repeated")
     layer.add_argument("--lavapipe", action="store_true", help="run on Mesa's CPU driver")
@@ -91,6 +91,8 @@ def make_parser():
     verdict = parser.add_argument_group("verdict")
     verdict.add_argument("--error-exitcode", metavar="N", type=exitcode, default=99,
                          help="exit status if there are findings (default: 99)")
+    verdict.add_argument("--advice-is-error", action="store_true",
+                         help="advice counts as findings; sets advice=true")
     verdict.add_argument("--baseline", metavar="FILE", help="known findings, which do not count")
     verdict.add_argument("--strict-baseline", action="store_true",
                          help="lines of the baseline without a finding count as findings")

@@ -103,7 +103,8 @@ def page_data(verdict, command):
             "drivers": sorted({describe_driver(device) for device in record.devices}),
             "new": show(verdict.new_groups),
             "known": show(verdict.known_groups + verdict.expected_groups),
-            "warnings": list(dict.fromkeys(line["MainMessage"] for line in record.warnings())),
+            "warnings": list(dict.fromkeys(line["MainMessage"]
+                                           for line in record.warnings() + record.advice())),
             "heldBack": dict(record.held_back()),
             "unchecked": list(dict.fromkeys(reason for summary in record.summaries
                                             for reason in summary.get("Unchecked", []))),

@@ -23,6 +23,11 @@ def is_mistake(finding):
     return finding["Severity"] == "Error" or bool(finding["Severity"] == "Warning" and is_of_call)
 
 
+def is_advice(finding):
+    """Returns whether a finding is one of setting advice: it counts only with --advice-is-error."""
+    return finding["VUID"].startswith("ASSAY-advice-")
+
+
 class Record:
     """What one or several processes have reported."""
 
@@ -32,6 +37,7 @@ class Record:
         self.damaged = []  # "file:line" of lines that were not written whole, folders on a full disk
         self.runs = {}  # by folder: the command, the status if it has ended, the number of records
         self.processes = {}  # numbers, by file and pid
+        self.advice_is_error = False
 
     def add(self, line, path):
         lists = {"Header": self.headers, "Device": self.devices, "Finding": self.findings,
@@ -42,12 +48,20 @@ class Record:
         process = self.processes.setdefault((str(path), line.get("pid")), len(self.processes))
         self.lines.append((process, line))
 
+    def counts(self, finding):
+        return self.advice_is_error if is_advice(finding) else is_mistake(finding)
+
     def mistakes(self):
-        return [finding for finding in self.findings if is_mistake(finding)]
+        return [finding for finding in self.findings if self.counts(finding)]
+
+    def advice(self):
+        """Returns the advice that does not count, the worst first for each device."""
+        return [finding for finding in self.findings
+                if is_advice(finding) and not self.counts(finding)]
 
     def warnings(self):
-        return [finding for finding in self.findings
-                if finding["Severity"] == "Warning" and not is_mistake(finding)]
+        return [finding for finding in self.findings if finding["Severity"] == "Warning" and
+                not self.counts(finding) and not is_advice(finding)]
 
     def held_back(self):
         """Returns how often each id was found beyond what was reported."""

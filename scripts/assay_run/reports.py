@@ -11,7 +11,7 @@ import urllib.parse
 import xml.etree.ElementTree as ElementTree
 
 from .call_sites import first_place, frames_of_application, place_of
-from .groups import group_data, repetition_lines, subject
+from .groups import group_data, group_findings, repetition_lines, subject
 from .verdict import call_site_lines, describe_exit, mistake_lines
 
 # XML 1.0 allows no other control characters, escaped or not.
@@ -59,6 +59,9 @@ def junit_cases(verdict):
         if name not in new:
             count = sum(group.count for group in groups)
             yield name, "skipped", {"message": f"in the baseline, {count} times"}, ""
+    for name, groups in by_id(group_findings(verdict.record.advice())).items():
+        text = "; ".join(group.first["MainMessage"] for group in groups)
+        yield name, "skipped", {"message": f"advice: {text}"}, ""
     for name, groups in sorted(by_id(verdict.expected_groups).items()):
         yield f"expected: {name}", None, {}, ""
     for one in verdict.absent:
@@ -195,6 +198,7 @@ def write_json(path, verdict, status):
                            "unused_baseline": [entry.text for entry in verdict.unused_entries],
                            "headers": verdict.record.headers, "devices": verdict.record.devices,
                            "warnings": verdict.record.warnings(),
+                           "advice": verdict.record.advice(),
                            "summaries": verdict.record.summaries})
 
 

@@ -49,7 +49,7 @@ def words_of(setting):
     if setting["key"] == "debug_action":
         words += ["log"] + [word.removeprefix(ACTION) for word in words]
     if setting["key"] == "report_flags":
-        words += ["perf", "debug", "verbose"]  # the Khronos layer's
+        words += ["debug", "verbose"]  # the Khronos layer's
     return tuple(words)
 
 

@@ -85,6 +85,8 @@ def total_line(verdict):
         text += f"; {plural(len(verdict.expected_groups), 'expected finding')}"
     if record.warnings():
         text += f"; {plural(len(record.warnings()), 'warning')}"
+    if record.advice():
+        text += f"; {plural(len(record.advice()), 'piece', 'pieces')} of advice"
     return text
 
 
@@ -117,9 +119,10 @@ def summary_lines(verdict, printed=()):
         lines.append(f"{count:6,}  {name}")
     if record.headers:
         lines.append(total_line(verdict))
-    for text in dict.fromkeys(finding["MainMessage"] for finding in record.warnings()):
-        first, *others = text.splitlines() or [""]
-        lines += [f"warning: {first}", *(f"  {line}" for line in others)]
+    for what, findings in (("warning", record.warnings()), ("advice", record.advice())):
+        for text in dict.fromkeys(finding["MainMessage"] for finding in findings):
+            first, *others = text.splitlines() or [""]
+            lines += [f"{what}: {first}", *(f"  {line}" for line in others)]
     lines += [f"not checked: {reason}" for reason in
               dict.fromkeys(reason for summary in record.summaries
                             for reason in summary.get("Unchecked", []))]

@@ -99,8 +99,8 @@ struct settings {
     char *log_filename;    /* NULL: stderr; owned */
     enum log_format log_format;
     enum call_site_mode call_sites;
-    bool hazards;       /* report accesses that no barrier orders */
-    bool advice;        /* list what the application wastes */
+    bool hazards; /* report accesses that no barrier orders */
+    bool advice;  /* list what the application wastes */
     struct advice_limits advice_limits;
     bool record_builds; /* the log also has a line for each build, copy and submission */
     uint32_t duplicate_message_limit;     /* per id and object; 0: no limit */

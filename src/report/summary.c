@@ -345,6 +345,7 @@ void summary_append_end(struct text_buffer *text, const struct settings *setting
         text_append(text,
                     "Assay reported no violations, because report_flags leaves out errors "
                     "and warnings.");
+        append_advice(text, duplicates);
         return;
     }
     text_append(text, "Assay found ");

@@ -27,12 +27,47 @@ static bool is_worth_it(const struct use_view *use, VkDeviceSize size, VkDeviceS
     return smaller < size && (double)(size - smaller) * 100 > (double)size * percent;
 }
 
-/* ---- compaction */
-
+/* Whether it was built once, and stayed as it was. */
 static bool is_static(const struct use_view *use)
 {
     return is_kept(use) && count(use, USE_BUILT) == 1 && !count(use, USE_UPDATED);
 }
+
+/* ---- memory */
+
+bool structure_is_destroyed_before_its_device(const struct use_view *use, struct finding *finding,
+                                              uint64_t *weight)
+{
+    *weight = use->accel->size;
+    return !use->is_left || violated(finding, "", "of {} is alive at vkDestroyDevice",
+                                     count_of(use->accel->size, "byte"));
+}
+
+bool created_structure_is_built(const struct use_view *use, struct finding *finding,
+                                uint64_t *weight)
+{
+    *weight = use->accel->size;
+    if (!use->is_old || count(use, USE_BUILT) || count(use, USE_UPDATED) || count(use, USE_FILLED))
+        return true;
+    return violated(finding, "", "of {} was never built or copied to during {} or more",
+                    count_of(use->accel->size, "byte"),
+                    count_of(use->limits->of[ADVICE_LIMIT_submissions], "submission"));
+}
+
+/* A structure that is built again may need its size for a later build. */
+bool structure_has_the_size_of_its_build(const struct use_view *use, struct finding *finding,
+                                         uint64_t *weight)
+{
+    const VkDeviceSize size = use->accel->size, needed = use->uses->needed_size;
+    if (!is_static(use) || !needed || !is_worth_it(use, size, needed) ||
+        size - needed < use->limits->of[ADVICE_LIMIT_bytes])
+        return true;
+    *weight = size - needed;
+    return violated(finding, "", "was created with {}, and its only build needs {}",
+                    count_of(size, "byte"), count_of(needed, "byte"));
+}
+
+/* ---- compaction */
 
 bool allowed_compaction_is_used(const struct use_view *use, struct finding *finding,
                                 uint64_t *weight)
@@ -82,6 +117,52 @@ bool structure_can_be_hit(const struct use_view *use, struct finding *finding, u
                      count_of(builds, "time"), count_of(contents->primitives, "primitive"),
                      number(contents->inactive),
                      text(contents->is_top ? "have mask 0" : "are degenerate"));
+}
+
+/* ---- flags */
+
+static bool is_rebuilt(const struct use_view *use)
+{
+    const uint32_t builds = count(use, USE_BUILT);
+    return builds >= use->limits->of[ADVICE_LIMIT_builds] && (uint64_t)4 * builds > use->lived;
+}
+
+/* Top-level structures are better built for tracing, even each frame. */
+bool rebuilt_structure_is_not_built_for_tracing(const struct use_view *use, struct finding *finding,
+                                                uint64_t *weight)
+{
+    if (!is_rebuilt(use) || use->accel->type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR ||
+        !allows(use, VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR) ||
+        count(use, USE_UPDATED) || count(use, USE_FILLED) || count(use, USE_COPIED) ||
+        count(use, USE_COMPACTED))
+        return true;
+    *weight = count(use, USE_BUILT);
+    return violated(
+        finding, "", "was built {} in {}, each time with PREFER_FAST_TRACE, and never updated",
+        count_of(count(use, USE_BUILT), "time"), count_of((uint64_t)use->lived + 1, "submission"));
+}
+
+bool kept_structure_is_not_built_in_haste(const struct use_view *use, struct finding *finding,
+                                          uint64_t *weight)
+{
+    if (!is_static(use) || count(use, USE_COMPACTED) ||
+        !allows(use, VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR))
+        return true;
+    *weight = use->lived;
+    return violated(finding, "", "was built once with PREFER_FAST_BUILD and kept for {}",
+                    count_of(use->lived, "submission"));
+}
+
+bool allowed_updates_are_made(const struct use_view *use, struct finding *finding, uint64_t *weight)
+{
+    if (!is_kept(use) || count(use, USE_UPDATE_SOURCE) || count(use, USE_UPDATED) ||
+        count(use, USE_COMPACTED) ||
+        !allows(use, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR))
+        return true;
+    *weight = count(use, USE_BUILT);
+    return violated(finding, "",
+                    "was built {} with ALLOW_UPDATE and never updated, though it was kept for {}",
+                    count_of(count(use, USE_BUILT), "time"), count_of(use->lived, "submission"));
 }
 
 /* ---- all rows */

@@ -13,6 +13,8 @@ struct use_view {
     const struct accel_facts *accel;
     const struct structure_uses *uses;
     uint32_t lived; /* number of submissions after the one of its first build; 0 if it has none */
+    bool is_old;    /* it was there during the last `submissions` (a limit) submissions */
+    bool is_left;   /* the device is destroyed before it */
     const struct advice_limits *limits;
 };
 

@@ -49,13 +49,20 @@ class Arguments(Runs):
                     "--set guard=on: not off, references")
 
     def test_everything(self):
-        names = ("LEVEL", "HAZARDS", "GUARD", "CALL_SITES", "RECORD_BUILDS")
+        names = ("LEVEL", "HAZARDS", "GUARD", "CALL_SITES", "RECORD_BUILDS", "ADVICE")
         script = ("load(); print(*(os.environ.get('VK_ASSAY_VALIDATION_' + name) for name in " +
                   f"{names}))")
         result = self.expect(self.run_script(script, "--everything"), 0)
-        self.assertEqual(result.out, "content true references full true\n")
+        self.assertEqual(result.out, "content true references full true true\n")
         result = self.run_script(script, "--set", "guard=off", "--everything", "--level", "execution")
-        self.assertEqual(result.out, "execution true off full true\n")
+        self.assertEqual(result.out, "execution true off full true true\n")
+
+    def test_advice_is_error_turns_advice_on(self):
+        script = "load(); print(os.environ.get('VK_ASSAY_VALIDATION_ADVICE'))"
+        result = self.run_script(script, "--advice-is-error")
+        self.assertEqual(result.out, "true\n")
+        result = self.run_script(script, "--advice-is-error", "--set", "advice=false")
+        self.assertEqual(result.out, "false\n")
 
     def test_nothing_to_run(self):
         self.assertEqual(self.run_words().status, 2)

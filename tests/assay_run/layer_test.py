@@ -118,7 +118,8 @@ class Layer(Runs):
         self.assertNotIn("warning", result.err)
         settings = self.load("a.json")["headers"][0]["Settings"]
         for key, value in (("level", "content"), ("hazards", "true"), ("guard", "references"),
-                           ("call_sites", "full"), ("record_builds", "true")):
+                           ("call_sites", "full"), ("record_builds", "true"),
+                           ("advice", "true")):
             self.assertEqual(settings[key], value)
 
     def test_messenger_and_log_action(self):

@@ -29,6 +29,8 @@ RECORDS = {
     "one": [header(), finding()],
     "nasty": [header(), finding(MainMessage=NASTY, Objects=[OBJECT], SpecText=NASTY,
                                 DebugRegion=NASTY), SUMMARY],
+    "advice": [header(), finding("ASSAY-advice-leaked", Severity="Warning"),
+               finding("ASSAY-advice-never-built", Severity="Warning", MainMessage=NASTY)],
     "several": [header(), finding(), finding(), finding("VUID-new", SpecUrl="https://a.invalid/#b"),
                 finding("ASSAY-warning", Severity="Warning"), finding(call_site=[PLACE])],
 }
@@ -80,6 +82,27 @@ class Reports(Runs):
             self.assertEqual(len(rules), len(set(rules)))
             for result in run["results"]:
                 self.assertIn(result["ruleId"], rules)
+
+    def test_advice_is_no_failure(self):
+        self.write_record(*RECORDS["advice"])
+        result = self.expect(self.run_words("--merge", "7.jsonl", "--junit", "a.xml", "--json", "a.json"), 0,
+                             "0 findings", "2 pieces of advice", "advice: infoCount is 0.")
+        self.assertNotIn("assay-run: warning", result.err)
+        cases = ElementTree.parse(self.folder / "a.xml").getroot()[0]
+        self.assertEqual([(case.get("name"), [child.tag for child in case]) for case in cases],
+                         [("the run", []), ("ASSAY-advice-leaked", ["skipped"]),
+                          ("ASSAY-advice-never-built", ["skipped"])])
+        self.assertEqual(len(self.load("a.json")["advice"]), 2)
+        self.assertEqual(self.load("a.json")["warnings"], [])
+
+    def test_advice_is_a_failure_if_asked_for(self):
+        self.write_record(*RECORDS["advice"])
+        self.expect(self.run_words("--merge", "7.jsonl", "--advice-is-error", "--junit", "a.xml"), 99,
+                    "2 findings", "Warning: ASSAY-advice-leaked")
+        suite = ElementTree.parse(self.folder / "a.xml").getroot()[0]
+        self.assertEqual(suite.get("failures"), "2")
+        self.write_record(header(), finding("ASSAY-warning", Severity="Warning"))
+        self.expect(self.run_words("--merge", "7.jsonl", "--advice-is-error"), 0)
 
     def test_known_findings(self):
         self.write_record(*RECORDS["several"])

@@ -39,9 +39,12 @@ static void print_program(struct play *play, unsigned failed)
 
 /* ---- lines */
 
-/* close: destroys all objects and the device, which other programs do not share then */
-static void close_all(struct play *play)
+/* close [leaving NAME...]: destroys all objects but these structures, and the device, which other
+ * programs do not share then */
+static void close_all(struct play *play, char **words)
 {
+    for (char **name = words + 1; words[1] && *++name;)
+        play_object(play, *name)->structure = VK_NULL_HANDLE;
     play_destroy_objects(play);
     play_close_device(play);
     play->is_closed = true;
@@ -56,7 +59,7 @@ static void play_command(struct play *play, char **words)
     else if (play_is(words[0], "init"))
         play_init(play, words);
     else if (play_is(words[0], "close"))
-        close_all(play);
+        close_all(play, words);
     else if (!play_fault(play, words) && !play_foreign(play, words) && !play_host(play, words) &&
              !play_label(play, words) && !play_command_buffer(play, words) &&
              !play_life(play, words) && !play_records(play, words) && !play_submit(play, words) &&

@@ -99,7 +99,7 @@ static void add_filters(const struct settings *settings)
 const char *settings_text(const struct settings *settings)
 {
     static const char *const levels[] = {"parameters", "state", "execution", "content"},
-                             *const flags[] = {"error", "warn", "info", NULL},
+                             *const flags[] = {"error", "warn", "info", "perf", NULL},
                              *const actions[] = {"ignore",  "callback", "log", "break",
                                                  "default", "fail",     NULL};
     const struct {
@@ -117,6 +117,9 @@ const char *settings_text(const struct settings *settings)
         {"json", settings->log_format, LOG_FORMAT_TEXT},
         {"sites", settings->call_sites, CALL_SITES_OFF},
         {"hazards", settings->hazards, false},
+        {"advice", settings->advice, false},
+        {"submissions", settings->advice_limits.of[ADVICE_LIMIT_submissions], 30},
+        {"lines", settings->advice_limits.of[ADVICE_LIMIT_lines], 5},
         {"records", settings->record_builds, false},
         {"limit", settings->duplicate_message_limit, 10},
         {"rays", settings->compare_rays, 0},

@@ -67,9 +67,17 @@ static const struct row {
      "HAZARDS=true\nLEVEL=state",
      "level=state",
      {"hazards", "level = execution", "content"}},
+    {"advice", NULL, "ADVICE=true\nADVICE_LIMITS=lines=7, Submissions = 3",
+     "advice=1 submissions=3 lines=7"},
+    {"advice_below_execution",
+     NULL,
+     "ADVICE=true\nLEVEL=state",
+     "level=state",
+     {"advice", "level = execution", "content"}},
 
 #ifndef _WIN32 /* whose environment, paths and actions differ */
-    {"flags_of_the_khronos_layer", NULL, "REPORT_FLAGS=error,perf,verbose,debug", "flags=error"},
+    {"flags_of_the_khronos_layer", NULL, "REPORT_FLAGS=error,perf,verbose,debug",
+     "flags=error+perf"},
 
     /* Journals begin at level execution, and only lines of JSON have a schema. */
     {"records", JSON, "RECORD_BUILDS=true", "json=1 records=1"},
@@ -326,7 +334,11 @@ TEST_OPENED(values_that_are_not_understood, surrounding_set_up)
         {"guard", "on", "off or references", "off"},
         {"vuid_names", "retired", "current or listed", "current"},
         {"spec_text", "brief", "full, short or none", "full"},
-        {"report_flags", "error,warnings", "error, warn, info", "error,warn"},
+        {"report_flags", "error,warnings", "error, warn, info, perf", "error,warn"},
+        {"advice", "some", "true or false", "false"},
+        {"advice_limits", "lines=7,lies=8", "a list of NAME=NUMBER", "none"},
+        {"advice_limits", "lines=many", "a list of NAME=NUMBER", "none"},
+        {"advice_limits", "lines", "a list of NAME=NUMBER", "none"},
         {"debug_action", "VK_DBG_LAYER_ACTION_PANIC", "default, ignore, callback, log, break, fail",
          "default"},
         {"log_format", "xml", "text or json", "text"},

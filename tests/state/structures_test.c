@@ -264,8 +264,7 @@ FLAGS_TEST(test_builds_that_are_judged)
     const struct structure_contents solid = {.primitives = 2, .inactive = 1};
     assert_false(structures_begin_read(structures, ID)); /* no record */
     write_flag(structures, false, batch(1));
-    assert_false(structures_begin_read(structures, ID)); /* nothing has noted a build */
-    assert_true(structures_note_build(structures, ID, 0, 0));
+    assert_true(structures_note_build(structures, ID, 0, 0, 0));
     for (unsigned i = 1; i <= 70; i++) {
         const bool is_power = (i & (i - 1)) == 0;
         assert_int_equal(structures_begin_read(structures, ID), is_power);
@@ -280,7 +279,7 @@ FLAGS_TEST(test_hollow_builds)
                                     nothing = {0};
     struct structure_uses uses;
     write_flag(structures, false, batch(1));
-    assert_true(structures_note_build(structures, ID, 0, 0));
+    assert_true(structures_note_build(structures, ID, 0, 0, 0));
     for (unsigned i = 0; i < 5; i++) {
         assert_true(structures_begin_read(structures, ID));
         structures_note_contents(structures, ID, i == 4 ? &hollow : &nothing);
@@ -297,7 +296,7 @@ FLAGS_TEST(test_advice_is_given_once)
 {
     assert_false(structures_note_advised(structures, ID, 1));
     write_flag(structures, false, batch(1));
-    assert_true(structures_note_build(structures, ID, 0, 0));
+    assert_true(structures_note_build(structures, ID, 0, 0, 0));
     assert_true(structures_note_advised(structures, ID, 1));
     assert_false(structures_note_advised(structures, ID, 1));
     assert_true(structures_note_advised(structures, ID, 40));

@@ -295,8 +295,9 @@ static void check_advice(const struct checker *checker)
     if (!settings->advice || settings->level >= LEVEL_EXECUTION)
         return;
     settings->advice = false;
-    checker->warn(checker->context,
-                  "assay_validation.advice needs level = execution or content. No advice is given.");
+    checker->warn(
+        checker->context,
+        "assay_validation.advice needs level = execution or content. No advice is given.");
 }
 
 /* Guarded builds need what level content records. */

@@ -246,7 +246,7 @@ bool structures_note_use(struct structures *structures, uint64_t id, enum struct
 }
 
 bool structures_note_build(struct structures *structures, uint64_t id, uint32_t submission,
-                           VkBuildAccelerationStructureFlagsKHR flags)
+                           VkBuildAccelerationStructureFlagsKHR flags, VkDeviceSize needed)
 {
     bool has_memory;
     struct structure_uses *uses = lock_uses(structures, id, &has_memory);
@@ -254,8 +254,10 @@ bool structures_note_build(struct structures *structures, uint64_t id, uint32_t 
         uses->first_build = submission;
         uses->flags = flags;
     }
-    if (uses)
+    if (uses) {
         uses->flags &= flags;
+        uses->needed_size = needed;
+    }
     unlock_shared(structures);
     return has_memory;
 }

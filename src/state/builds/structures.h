@@ -75,6 +75,7 @@ struct structure_uses {
     uint32_t read_builds, hollow_builds;
     struct structure_contents contents; /* of the last hollow one */
     uint64_t advised;                   /* bits 1 << enum advice: given about the input data */
+    VkDeviceSize needed_size; /* of its last build, in bytes; 0: unknown, or it has none */
 };
 
 /* References to what the owner of `input` retained of a structure's builds. Both functions are
@@ -127,11 +128,12 @@ bool structures_note_first_build(struct structures *structures, uint64_t id, uin
  * structure had can be compared. */
 void structures_copy_input(struct structures *structures, uint64_t dst_id, uint64_t src_id);
 
-/* Counts a use of a structure that has a record: written structures have one. A build has flags,
- * and is of the submission with this number. Returns false if there is no memory. */
+/* Counts a use of a structure that has a record: written structures have one. A build has flags and
+ * needs so many bytes (0: unknown), and is of the submission with this number. Returns false if
+ * there is no memory. */
 bool structures_note_use(struct structures *structures, uint64_t id, enum structure_use use);
 bool structures_note_build(struct structures *structures, uint64_t id, uint32_t submission,
-                           VkBuildAccelerationStructureFlagsKHR flags);
+                           VkBuildAccelerationStructureFlagsKHR flags, VkDeviceSize needed);
 /* The host has read the compacted size of a structure that has a record. */
 bool structures_note_compacted_size(struct structures *structures, uint64_t id, VkDeviceSize size);
 

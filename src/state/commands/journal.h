@@ -30,12 +30,13 @@ enum journal_kind {
     /* struct journal_entry */
     JOURNAL_BUILD,
     JOURNAL_UPDATE,
-    JOURNAL_COPY,       /* a clone */
-    JOURNAL_COMPACT,    /* a compacting copy */
-    JOURNAL_FILL,       /* dst is written from memory: a deserialization; any write of a micromap */
-    JOURNAL_EXECUTE,    /* a secondary command buffer */
-    JOURNAL_PRIMITIVES, /* `number`: the number of primitives of the next build; for record_builds
-                         */
+    JOURNAL_COPY,    /* a clone */
+    JOURNAL_COMPACT, /* a compacting copy */
+    JOURNAL_FILL,    /* dst is written from memory: a deserialization; any write of a micromap */
+    JOURNAL_EXECUTE, /* a secondary command buffer */
+    /* About the next build. `number`: its primitives, if info is 1; for record_builds. src: the
+     * size in bytes that it needs, or 0; for advice. */
+    JOURNAL_PRIMITIVES,
     JOURNAL_USE_MICROMAP, /* the build of a later entry reads the micromap src */
     JOURNAL_RANGES,       /* the ranges of a call that uses sparse buffers; after its builds */
     JOURNAL_BIND,         /* dst: a sparse buffer, src: memory */

@@ -141,6 +141,14 @@ uint64_t resources_remove_accel(struct resources *resources, VkAccelerationStruc
     return id;
 }
 
+uint64_t resources_last_id(struct resources *resources)
+{
+    unsigned token = resources_begin_reading(resources);
+    const uint64_t id = resources->last_id;
+    resources_end_reading(resources, token);
+    return id;
+}
+
 struct accel_listing {
     struct accel_facts *items;
     uint32_t count;

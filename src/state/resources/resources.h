@@ -148,6 +148,8 @@ void resources_find_nv_accel(const struct resources *resources, VkAccelerationSt
 /* Look-ups of one object. */
 void resources_look_up_accel(struct resources *resources, VkAccelerationStructureKHR handle,
                              struct accel_facts *facts);
+/* Returns the last id that an object was given: later ones get greater ids. */
+uint64_t resources_last_id(struct resources *resources);
 /* Returns the facts of all live structures as an array that the caller frees; NULL: there are none,
  * or no memory. */
 struct accel_facts *resources_list_accels(struct resources *resources, uint32_t *count);

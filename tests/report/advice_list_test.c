@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The list of advice: which lines it keeps, in which order, and who gets them. */
+#include "hearing.h"
+#include "src/report/advice_list.h"
+
+enum { LINES = 2 };
+
+static void advise(struct advice_list *list, enum advice advice, uint64_t object, uint64_t weight)
+{
+    struct advice_report report = {
+        .advice = advice, .type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, .object = object};
+    snprintf(report.name, sizeof(report.name), "rock %u", (unsigned)object);
+    finding_says(&report.finding, "", "weighs {}", count_of(weight, "byte"));
+    advice_list_add(list, &report, weight);
+}
+
+static const struct advice_info *info_of(enum advice advice)
+{
+    return &advice_infos[advice];
+}
+
+/* The lines of a log, and what the summary says. */
+TEST_OPENED(worst_first, surrounding_set_up)
+{
+    environment_set("REPORT_FLAGS=perf,info");
+    struct reporter *reporter = reporter_of(NULL);
+    struct advice_list *list = advice_list_create(LINES);
+    assert_non_null(list);
+    const enum advice first = ADVICE_created_structure_is_built,
+                      second = ADVICE_allowed_updates_are_made;
+    advise(list, second, 9, 1);
+    advise(list, first, 1, 20);
+    advise(list, first, 2, 10);
+    advise(list, first, 3, 30);
+    advise(list, first, 4, 10);
+    capture_begin(STDERR_FILENO);
+    advice_list_send(list, reporter, VK_NULL_HANDLE);
+    advice_list_send(list, reporter, VK_NULL_HANDLE); /* it is empty now */
+    const char *text = capture_end(), *at = text;
+    const char *const order[] = {info_of(first)->id,
+                                 "0x3[\"rock 3\"] weighs 30 bytes. ",
+                                 info_of(first)->id,
+                                 "0x1[\"rock 1\"] weighs 20 bytes. ",
+                                 "The list leaves out 2 more objects with this advice",
+                                 info_of(second)->id,
+                                 "0x9[\"rock 9\"] weighs 1 byte. "};
+    for (size_t i = 0; i < LENGTH(order); i++) {
+        at = strstr(at, order[i]);
+        assert_non_null(at);
+    }
+    assert_has(text, "Validation Performance Warning: [ ASSAY-advice-never-built ]");
+    assert_null(strstr(text, "rock 2"));
+    assert_null(strstr(text, "rock 4"));
+    assert_null(strstr(at, "leaves out"));
+    capture_begin(STDERR_FILENO);
+    reporter_summarize(reporter);
+    text = capture_end();
+    assert_has(text, "no violations");
+    assert_has(text, "It gave 5 pieces of advice: ASSAY-advice-never-built 4 times (2 held back");
+    assert_has(text, "ASSAY-advice-never-updated 1 time.");
+    advice_list_destroy(list);
+    advice_list_destroy(NULL);
+    reporter_destroy(reporter);
+}
+
+TEST_OPENED(no_lines, surrounding_set_up)
+{
+    struct reporter *reporter = reporter_of(NULL);
+    struct advice_list *list = advice_list_create(0);
+    assert_non_null(list);
+    advise(list, ADVICE_created_structure_is_built, 1, 1);
+    capture_begin(STDERR_FILENO);
+    advice_list_send(list, reporter, VK_NULL_HANDLE);
+    assert_string_equal(capture_end(), "");
+    advice_list_destroy(list);
+    reporter_destroy(reporter);
+}
+
+static unsigned count_advice(const char *flags)
+{
+    surrounding_clear(NULL);
+    environment_set(flags);
+    struct reporter *reporter = reporter_of(NULL);
+    struct advice_list *list = advice_list_create(LINES);
+    assert_non_null(list);
+    advise(list, ADVICE_structure_is_destroyed_before_its_device, 1, 1);
+    advise(list, ADVICE_created_structure_is_built, 1, 1);
+    capture_begin(STDERR_FILENO);
+    advice_list_send(list, reporter, VK_NULL_HANDLE);
+    unsigned count = 0;
+    for (const char *at = capture_end(); (at = strstr(at, "MessageID")); at++)
+        count++;
+    advice_list_destroy(list);
+    reporter_destroy(reporter);
+    return count;
+}
+
+/* Leaked structures are no waste only, so `perf` leaves them out. */
+TEST_OPENED(report_flags, surrounding_set_up)
+{
+    assert_int_equal(count_advice("REPORT_FLAGS=error,warn"), 2);
+    assert_int_equal(count_advice("REPORT_FLAGS=error,perf"), 1);
+    assert_int_equal(count_advice("REPORT_FLAGS=error"), 0);
+    assert_int_equal(count_advice("MESSAGE_ID_FILTER=ASSAY-advice-leaked@rock*"), 1);
+    assert_int_equal(count_advice("MESSAGE_ID_FILTER=ASSAY-advice-leaked,ASSAY-advice-never-built"),
+                     0);
+}
+
+/* A messenger gets the types that it has asked for. */
+TEST_OPENED(messengers, surrounding_set_up)
+{
+    struct hearing validation = {0}, performance = {0}, report = {0};
+    struct reporter *reporter = reporter_of(NULL);
+    struct advice_list *list = advice_list_create(LINES);
+    assert_non_null(list);
+    VkDebugUtilsMessengerCreateInfoEXT info = hearing_messenger(&performance);
+    info.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
+    reporter_add(reporter, MESSENGER(0), &info);
+    reporter_add_hearing(reporter, 1, &validation);
+    VkDebugReportCallbackCreateInfoEXT callback = hearing_report_callback(&report);
+    callback.flags = VK_DEBUG_REPORT_PERFORMANCE_WARNING_BIT_EXT;
+    assert_int_equal(reporter_add_report_callback(reporter, CALLBACK(0), &callback), VK_SUCCESS);
+    advise(list, ADVICE_structure_is_destroyed_before_its_device, 1, 1);
+    advise(list, ADVICE_created_structure_is_built, 2, 1);
+    advice_list_send(list, reporter, VK_NULL_HANDLE);
+    assert_int_equal(validation.count, 1);
+    assert_string_equal(validation.id, "ASSAY-advice-leaked");
+    assert_int_equal(performance.count, 1);
+    assert_int_equal(performance.severity, VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT);
+    assert_int_equal(performance.types, VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT);
+    assert_string_equal(performance.id, "ASSAY-advice-never-built");
+    assert_int_equal(performance.object_count, 1);
+    assert_int_equal(performance.objects[0], 2);
+    assert_string_equal(performance.names[0], "rock 2");
+    assert_int_equal(report.count, 1);
+    assert_int_equal(report.report_flags, VK_DEBUG_REPORT_PERFORMANCE_WARNING_BIT_EXT);
+    advice_list_destroy(list);
+    reporter_destroy(reporter);
+}
