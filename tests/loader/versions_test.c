@@ -192,6 +192,56 @@ TEST(test_1_1_over_a_driver_of_1_0)
     assert_true(limit_was_exceeded());
 }
 
+/* ---- limits = harsh: core commands and those of the extension */
+
+static uint32_t scratch_alignment(VkPhysicalDevice physical_device,
+                                  PFN_vkGetPhysicalDeviceProperties2 get)
+{
+    STRUCT(VkPhysicalDeviceAccelerationStructurePropertiesKHR, limits);
+    STRUCT(VkPhysicalDeviceProperties2, properties, .pNext = &limits);
+    get(physical_device, &properties);
+    return limits.minAccelerationStructureScratchOffsetAlignment;
+}
+
+static bool is_tool_that_modifies(VkInstance instance, VkPhysicalDevice physical_device)
+{
+    STRUCT(VkPhysicalDeviceToolProperties, tool);
+    uint32_t count = 1;
+    COMMAND_OF(instance, GetPhysicalDeviceToolProperties)(physical_device, &count, &tool);
+    return tool.purposes & VK_TOOL_PURPOSE_MODIFYING_FEATURES_BIT;
+}
+
+static void check_harsh(uint32_t api_version, const char *command, bool is_harsh)
+{
+    const struct application application = {.api_version = api_version, .has_properties2 = true};
+    VkPhysicalDevice physical_device;
+    uint32_t count = 1;
+    const VkInstance instance = create_instance(&application);
+    COMMAND_OF(instance, EnumeratePhysicalDevices)(instance, &count, &physical_device);
+    const PFN_vkGetPhysicalDeviceProperties2 get =
+        (PFN_vkGetPhysicalDeviceProperties2)platform.get_instance_proc_addr(instance, command);
+    assert_non_null(get);
+    const uint32_t alignment = scratch_alignment(physical_device, get);
+    if (is_harsh)
+        assert_int_equal(alignment, 256);
+    else if (!platform.is_null)
+        assert_in_range(alignment, 1, 128); /* lavapipe's */
+    if (api_version >= VK_API_VERSION_1_3)
+        assert_int_equal(is_tool_that_modifies(instance, physical_device), is_harsh);
+    COMMAND_OF(instance, DestroyInstance)(instance, NULL);
+}
+
+TEST(test_harsh_limits)
+{
+    setenv("VK_ASSAY_VALIDATION_LIMITS", "harsh", 1);
+    check_harsh(VK_API_VERSION_1_3, "vkGetPhysicalDeviceProperties2", true);
+    check_harsh(VK_API_VERSION_1_3, "vkGetPhysicalDeviceProperties2KHR", true);
+    check_harsh(VK_API_VERSION_1_0, "vkGetPhysicalDeviceProperties2KHR", true);
+    unsetenv("VK_ASSAY_VALIDATION_LIMITS");
+    check_harsh(VK_API_VERSION_1_3, "vkGetPhysicalDeviceProperties2", false);
+    assert_int_equal(violations(), 0);
+}
+
 /* ---- commands of devices */
 
 TEST(test_addresses_of_the_extension)

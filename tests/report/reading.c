@@ -107,6 +107,7 @@ const char *settings_text(const struct settings *settings)
         unsigned value, usual;
     } numbers[] = {
         {"backend", settings->backend, BACKEND_DRIVER},
+        {"limits", settings->limits, LIMITS_DRIVER},
         {"vuid_names", settings->vuid_names, VUID_NAMES_CURRENT},
         {"spec_text", settings->spec_text, SPEC_TEXT_FULL},
         {"budget", settings->content_budget_mib, 256},

@@ -49,6 +49,7 @@ static const struct row {
      "",
      "",
      {"compare_rays", "1000001", "1000000"}},
+    {"limits", FILE_LINE("limits = Harsh"), "", "limits=1"},
     {"guard", CONTENT FILE_LINE("guard = references"), "", "level=content guard=1"},
     {"guard_below_content",
      FILE_LINE("guard = references"),
