@@ -220,14 +220,14 @@ static char *find_limit(char *entry, enum advice_limit *limit)
 /* A list that has one invalid entry changes nothing. */
 static bool load_advice_limits(const struct loader *loader, char *value)
 {
-    struct advice_limits limits = loader->settings->advice_limits;
+    struct advice_limits given = loader->settings->advice_limits;
     for (char *entry; (entry = value_next_entry(&value));) {
         enum advice_limit limit;
         char *number = find_limit(entry, &limit);
-        if (!number || !value_read_number(number, &limits.of[limit]))
+        if (!number || !value_read_number(number, &given.of[limit]))
             return false;
     }
-    loader->settings->advice_limits = limits;
+    loader->settings->advice_limits = given;
     return true;
 }
 
