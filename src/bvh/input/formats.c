@@ -173,7 +173,8 @@ uint32_t radius_format_size(VkFormat format)
 enum { LANES = 16 };
 
 #define MAX_OF(name, type)                                                                         \
-    static uint32_t name(const uint8_t *indices, uint64_t count)                                   \
+    __attribute__((always_inline)) static inline uint32_t name(const uint8_t *indices,             \
+                                                               uint64_t count)                     \
     {                                                                                              \
         type most[LANES] = {0}, some[LANES] = {0};                                                 \
         for (; count >= LANES; count -= LANES, indices += sizeof(some)) {                          \
