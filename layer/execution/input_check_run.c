@@ -343,7 +343,7 @@ static struct found_notes take_notes(struct read_buffer *buffer, const struct jo
     return found;
 }
 
-/* Of builds of VK_NV_ray_tracing, nothing is judged. */
+/* Returns NULL for a build that gets no advice, as those of VK_NV_ray_tracing. */
 static const struct advice_limits *find_limits(const struct read_call *call)
 {
     const struct layer_device *device = call->reading->ran->device;

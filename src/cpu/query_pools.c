@@ -9,13 +9,14 @@
 #include "src/cpu/structures.h"
 #include "src/cpu/trees/tree.h"
 #include "src/platform/threads.h"
+#include "src/state/commands/query_pools.h"
 
 struct query {
     struct ticket *ticket; /* NULL: reset, or never written */
     struct cpu_tree *tree; /* NULL: the structure was not built */
 };
 
-struct query_pool {
+struct cpu_query_pool {
     VkQueryType type;
     uint32_t count;
     struct query queries[];
@@ -23,7 +24,7 @@ struct query_pool {
 
 struct cpu_query_pools {
     pthread_mutex_t lock;
-    struct handle_table table; /* of struct query_pool */
+    struct handle_table table; /* of struct cpu_query_pool */
 };
 
 VkResult cpu_query_pools_create(struct cpu_query_pools **pools)
@@ -43,7 +44,7 @@ static void release_query(const struct query *query)
 
 static void free_pool(void *record)
 {
-    struct query_pool *pool = record;
+    struct cpu_query_pool *pool = record;
     for (uint32_t i = 0; pool && i < pool->count; i++)
         release_query(&pool->queries[i]);
     free(pool);
@@ -58,9 +59,9 @@ void cpu_query_pools_destroy(struct cpu_query_pools *pools)
     free(pools);
 }
 
-static struct query_pool *create_pool(VkQueryType type, uint32_t count)
+static struct cpu_query_pool *create_pool(VkQueryType type, uint32_t count)
 {
-    struct query_pool *pool = calloc(1, sizeof(*pool) + count * sizeof(pool->queries[0]));
+    struct cpu_query_pool *pool = calloc(1, sizeof(*pool) + count * sizeof(pool->queries[0]));
     if (!pool)
         return NULL;
     pool->type = type;
@@ -68,7 +69,7 @@ static struct query_pool *create_pool(VkQueryType type, uint32_t count)
     return pool;
 }
 
-static VkResult add(struct cpu_query_pools *pools, struct query_pool *pool, uint64_t *handle)
+static VkResult add(struct cpu_query_pools *pools, struct cpu_query_pool *pool, uint64_t *handle)
 {
     *handle = cpu_unique_handle();
     pthread_mutex_lock(&pools->lock);
@@ -83,27 +84,21 @@ static VkResult add(struct cpu_query_pools *pools, struct query_pool *pool, uint
 VkResult cpu_query_pools_add(struct cpu_query_pools *pools, VkQueryType type, uint32_t count,
                              uint64_t *handle)
 {
-    struct query_pool *pool = create_pool(type, count);
+    struct cpu_query_pool *pool = create_pool(type, count);
     return pool ? add(pools, pool, handle) : VK_ERROR_OUT_OF_HOST_MEMORY;
 }
 
 void cpu_query_pools_remove(struct cpu_query_pools *pools, uint64_t handle)
 {
     pthread_mutex_lock(&pools->lock);
-    struct query_pool *pool = handle_table_remove(&pools->table, handle);
+    struct cpu_query_pool *pool = handle_table_remove(&pools->table, handle);
     pthread_mutex_unlock(&pools->lock);
     free_pool(pool);
 }
 
 bool cpu_query_type_is_known(VkQueryType type)
 {
-    return type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR ||
-           type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV ||
-           type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR ||
-           type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR ||
-           type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR ||
-           type == VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT ||
-           type == VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT;
+    return query_type_is_property(type);
 }
 
 bool cpu_query_pools_has(struct cpu_query_pools *pools, uint64_t handle)
@@ -121,7 +116,7 @@ static struct query exchange(struct cpu_query_pools *pools, uint64_t handle, uin
 {
     struct query before = next;
     pthread_mutex_lock(&pools->lock);
-    struct query_pool *pool = handle_table_find(&pools->table, handle);
+    struct cpu_query_pool *pool = handle_table_find(&pools->table, handle);
     if (pool && query < pool->count) {
         before = pool->queries[query];
         pool->queries[query] = next;
@@ -135,7 +130,7 @@ static uint32_t clamp_count(struct cpu_query_pools *pools, uint64_t handle, uint
                             uint32_t count)
 {
     pthread_mutex_lock(&pools->lock);
-    const struct query_pool *pool = handle_table_find(&pools->table, handle);
+    const struct cpu_query_pool *pool = handle_table_find(&pools->table, handle);
     uint32_t left = pool && first < pool->count ? pool->count - first : 0;
     pthread_mutex_unlock(&pools->lock);
     return count < left ? count : left;
@@ -166,7 +161,7 @@ static bool find(struct cpu_query_pools *pools, uint64_t handle, uint32_t query,
                  struct query *found, VkQueryType *type)
 {
     pthread_mutex_lock(&pools->lock);
-    const struct query_pool *pool = handle_table_find(&pools->table, handle);
+    const struct cpu_query_pool *pool = handle_table_find(&pools->table, handle);
     bool is_found = pool && query < pool->count;
     if (is_found) {
         *found = pool->queries[query];
@@ -184,7 +179,7 @@ VkResult cpu_query_pools_copy(struct cpu_query_pools *pools, uint64_t handle, ui
                               uint32_t *count, uint64_t *copy)
 {
     *count = clamp_count(pools, handle, first, *count);
-    struct query_pool *pool = create_pool(VK_QUERY_TYPE_MAX_ENUM, *count);
+    struct cpu_query_pool *pool = create_pool(VK_QUERY_TYPE_MAX_ENUM, *count);
     if (!pool)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     for (uint32_t i = 0; i < *count; i++)

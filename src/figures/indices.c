@@ -83,8 +83,8 @@ static bool halves_are_alike(const uint8_t *indices, uint64_t count, uint32_t ma
            all * 10 >= ((uint64_t)max + 1) * 9;
 }
 
-/* Of as many triangles as there are. They use less than a hundredth of the vertices up to the
- * largest one. */
+/* Judges indices that were read with more bits than they have. Read so, they use less than a
+ * hundredth of the vertices up to the largest one. */
 static bool suit_narrower(const uint8_t *indices, uint32_t size, uint64_t count, uint64_t limit,
                           struct other_indices *other)
 {

@@ -10,7 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* The same bytes, read with indices of `size` bytes. */
+/* What index data leads to if its indices have `size` bytes. */
 struct other_indices {
     uint32_t size;
     uint64_t triangles; /* whole ones in these bytes */

@@ -13,7 +13,8 @@ struct instance_figures {
     uint64_t count;
     uint64_t inactive; /* their reference is 0 */
     uint64_t masked;   /* others whose mask is 0 */
-    /* Of the rest: transforms that are finite and invertible, and finite ones that are not. */
+    /* The other instances: those whose transform is finite and invertible, and those whose
+     * transform is finite and singular. */
     uint64_t placed, singular;
 
     /* Placed instances whose determinant is so small beside its terms that a float loses more than

@@ -16,7 +16,7 @@ struct triangle_figures {
     uint64_t inactive, degenerate;
     uint32_t first_inactive, first_degenerate;
 
-    /* Of the others, if all of their coordinates are finite. */
+    /* Figures of the other triangles whose coordinates are all finite: how many these are. */
     uint64_t measured;
     float lower[3], upper[3];
     double extent;

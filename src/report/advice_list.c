@@ -12,7 +12,7 @@ struct advice_line {
     struct advice_report report;
 };
 
-/* Of one id. */
+/* The lines of one id. */
 struct advice_lines {
     struct advice_line *items; /* the heaviest first; NULL: none yet, or no memory */
     uint32_t used;             /* at most `lines` of the list */

@@ -27,7 +27,7 @@ static bool is_worth_it(const struct use_view *use, VkDeviceSize size, VkDeviceS
     return smaller < size && (double)(size - smaller) * 100 > (double)size * percent;
 }
 
-/* Whether it was built once, and stayed as it was. */
+/* Whether the structure was built once and never updated. */
 static bool is_static(const struct use_view *use)
 {
     return is_kept(use) && count(use, USE_BUILT) == 1 && !count(use, USE_UPDATED);

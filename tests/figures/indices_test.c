@@ -8,7 +8,7 @@
 
 enum { SIDE = 8, COUNT = 6 * SIDE * SIDE, VERTICES = (SIDE + 1) * (SIDE + 1) };
 
-/* Of a square of SIDE * SIDE smaller squares, plus `first` each. */
+/* Writes the indices of a square of SIDE * SIDE smaller squares. The first vertex is `first`. */
 static void mesh(uint32_t indices[COUNT], uint32_t first)
 {
     static const uint32_t corners[] = {0, 1, SIDE + 1, 1, SIDE + 2, SIDE + 1};

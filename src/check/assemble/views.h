@@ -13,7 +13,8 @@ void view_call(struct check_context *context, struct call_view *call);
  * of a call: a second one would cost 30 instructions a build, because it is no longer inlined. */
 void view_build(struct check_context *context, const struct call_view *call, uint32_t index,
                 struct build_view *build);
-/* The same for a query of the sizes of a build, which gives the counts as maximum counts. */
+/* Fills the view of a build whose sizes are queried. The query gives the primitive counts as
+ * maximum counts. */
 void view_sized_build(struct check_context *context, const struct call_view *call,
                       struct build_view *build);
 void view_geometry(struct check_context *context, const struct build_view *build, uint32_t index,

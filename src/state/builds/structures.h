@@ -71,7 +71,8 @@ struct structure_uses {
     uint32_t first_build; /* number of executed submissions up to its first build, if it has one */
     VkBuildAccelerationStructureFlagsKHR flags; /* that all its builds had */
     VkDeviceSize compacted_size;                /* the last one that the host read; 0: none */
-    /* Of builds and updates: whose input data was read, and in which no ray can hit anything. */
+    /* Counts of builds and updates: the layer has read the input data of read_builds, and no ray
+     * can hit anything in hollow_builds of these. */
     uint32_t read_builds, hollow_builds;
     struct structure_contents contents; /* of the last hollow one */
     uint64_t advised;                   /* bits 1 << enum advice: given about the input data */

@@ -57,22 +57,6 @@ static struct pool_record *take_out(struct query_pools *pools, VkQueryPool handl
     return record;
 }
 
-bool query_type_is_property(VkQueryType type)
-{
-    switch ((int)type) {
-    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR:
-    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR:
-    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR:
-    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR:
-    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV:
-    case VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT:
-    case VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT:
-        return true;
-    default:
-        return false;
-    }
-}
-
 /* What touches queries of other types is not observed. */
 static struct pool_record *create_record(const VkQueryPoolCreateInfo *info)
 {

@@ -22,7 +22,21 @@ struct query_pool {
 };
 
 /* Whether queries of a type are of properties of structures or micromaps. */
-bool query_type_is_property(VkQueryType type);
+static inline bool query_type_is_property(VkQueryType type)
+{
+    switch ((int)type) {
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR:
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR:
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR:
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR:
+    case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV:
+    case VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT:
+    case VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT:
+        return true;
+    default:
+        return false;
+    }
+}
 
 /* Gives the queries ids if `has_ids`. If memory runs out, the pool is unknown. */
 void query_pools_add(struct query_pools *pools, VkQueryPool handle,
