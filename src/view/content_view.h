@@ -82,7 +82,7 @@ struct instance_view {
     VkAccelerationStructureInstanceKHR instance;
     /* Whether the referenced structure's last build before this one allows disabling micromaps. */
     enum tristate allows_disabling;
-    struct accel_facts referenced; /* the referenced structure; unknown if the reference is 0 */
+    const struct accel_facts *referenced; /* the structure; unknown if the reference is 0 */
     /* If there is none: the structure whose handle is the reference of a device build, or whose
      * address that of a host build; or NULL. */
     VkAccelerationStructureKHR confused;
@@ -108,7 +108,7 @@ struct instance_pointer_view {
 struct reference_view {
     const struct geometry_view *geometry;
     uint32_t instance;
-    struct accel_facts referenced;
+    const struct accel_facts *referenced;
 };
 
 /* The instances of a build that refer to live structures without contents: to structures that
@@ -119,7 +119,7 @@ struct unbuilt_view {
     uint32_t structure_count; /* 0: no such instance is known */
     /* The first such instance, its structure, and whether the structure was built later. */
     uint32_t first;
-    struct accel_facts referenced;
+    const struct accel_facts *referenced;
     bool is_built_later;
 };
 

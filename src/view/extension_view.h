@@ -28,7 +28,7 @@ struct motion_instance_view {
     uint32_t index;
     bool is_packed; /* the application gave only the data; its type is in the pointer */
     VkAccelerationStructureMotionInstanceNV instance;
-    struct accel_facts referenced; /* the referenced structure; unknown if the reference is 0 */
+    const struct accel_facts *referenced; /* the structure; unknown if the reference is 0 */
 };
 
 /* VK_NV_ray_tracing_linear_swept_spheres: the members that both of its structures share. */

@@ -128,6 +128,42 @@ TEST(test_dense_blocks)
     }
 }
 
+/* A block of one triangle whose geometry is an index into a palette of 3 payloads: 2 bits, so that
+ * index 3 can be written. */
+TEST(test_payloads_of_dense_blocks)
+{
+    enum { BLOCK = 128, PALETTE = 160 + 40, PAYLOADS = 3, PAYLOAD_BITS = 25 };
+    for (uint32_t index = 0; index <= PAYLOADS; index++) {
+        uint8_t block[BLOCK] = {0};
+        const struct {
+            uint32_t at, count, value;
+        } fields[] = {
+            {0, 8, 6},
+            {10, 6, 3 - 1},                /* vertices */
+            {22, 10, (PAYLOADS - 1) << 5}, /* no prefix */
+            {32, 8, 127},                  /* exponent */
+            {64, 4, 4 - 1},                /* 4 bits for each coordinate */
+            {68, 4, 4 - 1},
+            {96, 4, 4 - 1},
+            {103, 1, 1}, /* has a palette */
+            {PALETTE, 2, index},
+            {PALETTE + 2, PAYLOAD_BITS, 10 << 1},
+            {PALETTE + 2 + PAYLOAD_BITS, PAYLOAD_BITS, 11 << 1},
+            {PALETTE + 2 + 2 * PAYLOAD_BITS, PAYLOAD_BITS, 12 << 1 | 1},
+        };
+        for (size_t j = 0; j < sizeof(fields) / sizeof(fields[0]); j++)
+            fixture_put_bits(block, fields[j].at, fields[j].count, fields[j].value);
+        const struct builder_dense dense = {block, BLOCK, 0x1fffffff, NULL};
+        struct dense_triangle triangle;
+        dense_decode(&dense, 1, &triangle);
+        assert_int_equal(triangle.found, index < PAYLOADS ? SOURCE_ACTIVE : SOURCE_OUT_OF_RANGE);
+        if (index < PAYLOADS) {
+            assert_int_equal(triangle.geometry, 10 + index);
+            assert_int_equal(triangle.is_opaque, index == PAYLOADS - 1);
+        }
+    }
+}
+
 /* Where the arrays of triangles end: bytes of the transforms and of the indices, the first byte
  * that is read of each, and whether the build finds everything. */
 SCOPE_TEST(test_ends_of_arrays_of_triangles)

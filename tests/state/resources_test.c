@@ -254,6 +254,18 @@ static struct address_facts expected_at(const struct world *world, VkDeviceAddre
     return expected;
 }
 
+/* Whether what the device can read at the address of some buffer is unknown. */
+static bool expected_unknown(const struct world *world)
+{
+    for (uint32_t b = 1; b <= BUFFERS; b++) {
+        const struct buffer_model *model = &world->buffers[world->buffer_of[b]];
+        if (model->alive && model->address &&
+            (model->is_protected || backing_of(world, model) == UNKNOWN))
+            return true;
+    }
+    return false;
+}
+
 static void look_at_address(void *state, const uint32_t *operands)
 {
     struct world *world = state;
@@ -263,6 +275,8 @@ static void look_at_address(void *state, const uint32_t *operands)
                                expected = expected_at(world, address, &any_protected);
     if (world->is_scarce && facts.status == ADDRESS_UNKNOWN)
         return;
+    if (!world->is_scarce)
+        EXPECT_EQUAL(resources_has_unknown_ranges(world->resources), expected_unknown(world));
     const uint64_t readable =
         resources_find_readable(world->resources, address, operands[1] + 1, &all_of_queue_1);
     const uint64_t end =

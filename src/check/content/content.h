@@ -78,12 +78,13 @@ void content_read_motion_instance(struct content *content, uint32_t index, const
 void content_read_motion_data(struct content *content, uint32_t index, uint32_t type,
                               const void *bytes);
 
-/* Finds the structure that a reference refers to. `referenced` is all unknown if the structure is
- * unknown. */
-void content_find_reference(struct content *content, uint64_t reference,
-                            struct accel_facts *referenced);
-/* Counts an instance that refers to a structure. */
-void content_count_reference(struct content *content, uint32_t index, uint64_t reference);
+struct instance_use;
+/* Finds the structure that a reference refers to. If it is not among those that are kept, returns
+ * `other`, all unknown if the structure is unknown. Valid until the next reference is found. */
+struct instance_use *content_find_use(struct content *content, uint64_t reference,
+                                      struct instance_use *other);
+/* Counts an instance that refers to the structure. */
+void content_count_use(struct instance_use *use, uint32_t index);
 /* Evaluate the rules that apply to instances of every kind. An instance without reference is
  * inactive: its other members are ignored. */
 void content_check_reference(struct content *content, uint32_t index, uint64_t reference,

@@ -33,13 +33,15 @@ void content_free_instances(struct instance_uses *instances)
     free(instances);
 }
 
-/* If there is no memory, the structure isn't added. */
-static void add_use(struct instance_uses *uses, uint64_t reference,
-                    const struct accel_facts *referenced)
+/* Returns NULL if there is no memory. */
+static struct instance_use *add_use(struct instance_uses *uses, uint64_t reference,
+                                    const struct instance_use *use)
 {
-    if (ARRAY_HAS_ROOM(uses->items, uses->count, uses->capacity) &&
-        handle_table_set(&uses->indices, reference, (void *)(uintptr_t)(uses->count + 1)))
-        uses->items[uses->count++] = (struct instance_use){.referenced = *referenced};
+    if (!ARRAY_HAS_ROOM(uses->items, uses->count, uses->capacity) ||
+        !handle_table_set(&uses->indices, reference, (void *)(uintptr_t)(uses->count + 1)))
+        return NULL;
+    uses->items[uses->count] = *use;
+    return &uses->items[uses->count++];
 }
 
 /* Structures that alias memory may share an address, so all addresses must be known. */
@@ -70,23 +72,33 @@ static struct instance_use *find_use(const struct content *content, uint64_t ref
     return found ? &uses->items[found - 1] : NULL;
 }
 
-void content_find_reference(struct content *content, uint64_t reference,
-                            struct accel_facts *referenced)
+static struct instance_use *find_new_use(struct content *content, uint64_t reference,
+                                         struct instance_use *other)
 {
-    *referenced = (struct accel_facts){0};
     struct walk *walk = content->walk;
+    *other = (struct instance_use){0};
     if (!reference || content->range->geometry->build->call->command == COMMAND_NV)
-        return;
+        return other;
+    look_up(content, reference, &other->referenced);
     if (!walk->instances)
         walk->instances = calloc(1, sizeof(*walk->instances));
-    const struct instance_use *use = find_use(content, reference);
-    if (use) {
-        *referenced = use->referenced;
-        return;
-    }
-    look_up(content, reference, referenced);
-    if (walk->instances && referenced->alive == YES)
-        add_use(walk->instances, reference, referenced);
+    struct instance_use *added = walk->instances && other->referenced.alive == YES
+                                     ? add_use(walk->instances, reference, other)
+                                     : NULL;
+    return added ? added : other;
+}
+
+struct instance_use *content_find_use(struct content *content, uint64_t reference,
+                                      struct instance_use *other)
+{
+    struct instance_use *use = find_use(content, reference);
+    return use ? use : find_new_use(content, reference, other);
+}
+
+void content_count_use(struct instance_use *use, uint32_t index)
+{
+    if (!use->count++)
+        use->first = index;
 }
 
 /* ---- one instance */
@@ -96,7 +108,7 @@ void content_check_reference(struct content *content, uint32_t index, uint64_t r
 {
     const struct check_context *context = content->walk->context;
     struct reference_view view = {
-        .geometry = content->range->geometry, .instance = index, .referenced = *referenced};
+        .geometry = content->range->geometry, .instance = index, .referenced = referenced};
     if (referenced->alive == YES)
         content_walk_reference(content, &view);
     else if (referenced->alive == UNKNOWN && reference && context->hooks->refers_to_destroyed)
@@ -154,27 +166,31 @@ static enum tristate find_disabling(const struct content *content,
 
 /* Evaluates all rules about an instance, except the one about its transform. */
 static void check_flags_and_reference(struct content *content, uint32_t index, bool has_motion,
-                                      const VkAccelerationStructureInstanceKHR *instance)
+                                      const VkAccelerationStructureInstanceKHR *instance,
+                                      const struct accel_facts *referenced)
 {
     struct instance_view view = {.geometry = content->range->geometry,
                                  .index = index,
                                  .has_motion = has_motion,
-                                 .instance = *instance};
+                                 .instance = *instance,
+                                 .referenced = referenced};
     uint64_t reference = instance->accelerationStructureReference;
-    content_find_reference(content, reference, &view.referenced);
-    if (view.referenced.alive == NO)
+    if (referenced->alive == NO)
         view.confused = find_confused(content, reference);
     if (instance->flags & VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR)
-        view.allows_disabling = find_disabling(content, &view.referenced);
+        view.allows_disabling = find_disabling(content, referenced);
     content_walk_instance(content, &view);
-    content_check_reference(content, index, reference, &view.referenced);
+    content_check_reference(content, index, reference, referenced);
     check_nv_reference(content, index, reference);
 }
 
 void content_check_instance(struct content *content, uint32_t index, bool has_motion,
                             const VkAccelerationStructureInstanceKHR *instance)
 {
-    check_flags_and_reference(content, index, has_motion, instance);
+    struct instance_use other;
+    check_flags_and_reference(
+        content, index, has_motion, instance,
+        &content_find_use(content, instance->accelerationStructureReference, &other)->referenced);
     content_check_transform(content, index, instance->accelerationStructureReference,
                             &instance->transform);
 }
@@ -183,42 +199,8 @@ void content_check_instance(struct content *content, uint32_t index, bool has_mo
 static uint64_t checked_mark(const struct content *content,
                              const VkAccelerationStructureInstanceKHR *instance)
 {
-    return ((uint64_t)content->walk->instances->geometry + 1) << 8 | instance->flags;
-}
-
-static void count_use(struct instance_use *use, uint32_t index)
-{
-    if (!use->count++)
-        use->first = index;
-}
-
-void content_count_reference(struct content *content, uint32_t index, uint64_t reference)
-{
-    struct instance_use *use = find_use(content, reference);
-    if (use)
-        count_use(use, index);
-}
-
-/* Counts the instance if it need not be checked. */
-static bool was_checked(const struct content *content, uint32_t index,
-                        const VkAccelerationStructureInstanceKHR *instance)
-{
-    struct instance_use *use = find_use(content, instance->accelerationStructureReference);
-    if (!use || use->checked != checked_mark(content, instance))
-        return false;
-    count_use(use, index);
-    return true;
-}
-
-static void check_new_instance(struct content *content, uint32_t index,
-                               const VkAccelerationStructureInstanceKHR *instance)
-{
-    check_flags_and_reference(content, index, false, instance);
-    struct instance_use *use = find_use(content, instance->accelerationStructureReference);
-    if (!use)
-        return;
-    use->checked = checked_mark(content, instance);
-    count_use(use, index);
+    const struct instance_uses *uses = content->walk->instances;
+    return ((uint64_t)(uses ? uses->geometry : 0) + 1) << 8 | instance->flags;
 }
 
 /* If the estimate of a determinant has a sign, the transform is invertible.
@@ -229,8 +211,13 @@ static void check_new_instance(struct content *content, uint32_t index,
 static void check_plain_instance(struct content *content, uint32_t index,
                                  const VkAccelerationStructureInstanceKHR *instance)
 {
-    if (!was_checked(content, index, instance))
-        check_new_instance(content, index, instance);
+    struct instance_use other,
+        *use = content_find_use(content, instance->accelerationStructureReference, &other);
+    const uint64_t mark = checked_mark(content, instance);
+    if (use->checked != mark)
+        check_flags_and_reference(content, index, false, instance, &use->referenced);
+    use->checked = mark;
+    content_count_use(use, index);
     if (!determinant_estimate(&instance->transform))
         content_check_transform(content, index, instance->accelerationStructureReference,
                                 &instance->transform);

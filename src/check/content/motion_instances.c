@@ -11,15 +11,16 @@ static void check_instance(struct content *content, struct motion_instance_view 
     const uint32_t index = view->index;
     struct motion_instance_common common = {0};
     bool is_known = motion_instance_common(&view->instance, &common);
-    content_find_reference(content, common.reference, &view->referenced);
-    content_count_reference(content, index, common.reference);
+    struct instance_use other, *use = content_find_use(content, common.reference, &other);
+    view->referenced = &use->referenced;
+    content_count_use(use, index);
     content_walk_motion_instance(content, view);
     if (motion_instance_is(&view->instance,
                            VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV)) {
         content_check_instance(content, index, !view->is_packed,
                                &view->instance.data.staticInstance);
     } else if (is_known) {
-        content_check_reference(content, index, common.reference, &view->referenced);
+        content_check_reference(content, index, common.reference, view->referenced);
     }
     if (motion_instance_is(&view->instance,
                            VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV)) {

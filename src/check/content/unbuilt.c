@@ -18,7 +18,8 @@ static bool may_have_contents(const struct accel_facts *referenced)
             referenced->type != VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
 }
 
-/* A structure that was destroyed meanwhile may have lost its record, so it is looked up last. */
+/* A structure that was destroyed meanwhile may have lost its record, so it is looked up last, if no
+ * record shows that it was written. */
 static enum structure_written find_written(const struct walk *walk,
                                            const struct accel_facts *referenced)
 {
@@ -27,6 +28,8 @@ static enum structure_written find_written(const struct walk *walk,
         return WRITTEN_PERHAPS;
     const enum structure_written written =
         structures_were_written(context->structures, referenced->id, walk->point);
+    if (written == WRITTEN_PERHAPS)
+        return written;
     const uint64_t id = resources_find_id(context->resources, RESOURCE_ACCEL,
                                           (uint64_t)(uintptr_t)referenced->handle);
     return id == referenced->id ? written : WRITTEN_PERHAPS;
@@ -56,7 +59,7 @@ static void add_to_view(struct unbuilt_view *view, const struct unbuilt_use *unb
 {
     if (!view->structure_count++ || unbuilt->use.first < view->first) {
         view->first = unbuilt->use.first;
-        view->referenced = unbuilt->use.referenced;
+        view->referenced = &unbuilt->use.referenced;
         view->is_built_later = unbuilt->is_built_later;
     }
     view->instance_count += unbuilt->use.count;

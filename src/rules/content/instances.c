@@ -45,7 +45,7 @@ static bool may_disable_micromaps(const struct instance_view *instance, struct f
                     "without VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT",
                     number(instance->index), instance_flags(instance->instance.flags),
                     object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                           (uint64_t)(uintptr_t)instance->referenced.handle));
+                           (uint64_t)(uintptr_t)instance->referenced->handle));
 }
 
 /* The registry has this valid usage for the instance and for the commands that read instances from
@@ -74,7 +74,7 @@ static struct value accel(VkAccelerationStructureKHR handle)
 bool instance_references_are_valid_handles(const struct instance_view *instance,
                                            struct finding *finding)
 {
-    const struct accel_facts *referenced = &instance->referenced;
+    const struct accel_facts *referenced = instance->referenced;
     const struct value reference = hex((uint64_t)(uintptr_t)referenced->handle);
     if (instance->has_motion || !referenced->handle || referenced->alive != NO)
         return true;
@@ -130,7 +130,7 @@ static bool is_not_a_blas(const struct accel_facts *referenced)
 bool instance_references_are_zero_or_a_blas(const struct instance_view *instance,
                                             struct finding *finding)
 {
-    const struct accel_facts *referenced = &instance->referenced;
+    const struct accel_facts *referenced = instance->referenced;
     uint64_t reference = instance->instance.accelerationStructureReference;
     if (!reference || device_of(instance)->has_other_builders)
         return true;
@@ -168,19 +168,19 @@ bool instances_behind_pointers_are_aligned(const struct instance_pointer_view *i
 static struct value structure(const struct reference_view *reference)
 {
     return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                  (uint64_t)(uintptr_t)reference->referenced.handle);
+                  (uint64_t)(uintptr_t)reference->referenced->handle);
 }
 
 static struct value buffer(const struct reference_view *reference)
 {
-    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)reference->referenced.buffer);
+    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)reference->referenced->buffer);
 }
 
 #define REFERS_TO "leads to instance {}, which refers to {}, "
 
 bool instances_are_backed_by_memory(const struct reference_view *reference, struct finding *finding)
 {
-    return reference->referenced.backed != NO ||
+    return reference->referenced->backed != NO ||
            violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
                     REFERS_TO "whose {} is not bound to memory, or whose memory was freed",
                     number(reference->instance), structure(reference), buffer(reference));
@@ -188,7 +188,7 @@ bool instances_are_backed_by_memory(const struct reference_view *reference, stru
 
 bool instances_are_host_visible(const struct reference_view *reference, struct finding *finding)
 {
-    return reference->referenced.host_visible != NO ||
+    return reference->referenced->host_visible != NO ||
            violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
                     REFERS_TO
                     "whose {} is bound to memory without "
@@ -199,7 +199,7 @@ bool instances_are_host_visible(const struct reference_view *reference, struct f
 bool instances_have_one_memory_instance(const struct reference_view *reference,
                                         struct finding *finding)
 {
-    return reference->referenced.multi_instance != YES ||
+    return reference->referenced->multi_instance != YES ||
            violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
                     REFERS_TO
                     "whose {} is bound to memory that was allocated with multiple instances",
@@ -213,7 +213,7 @@ bool instances_refer_to_built_structures(const struct unbuilt_view *unbuilt,
            violated(finding, content_field(unbuilt->geometry, INPUT_INSTANCES),
                     "leads to instance {}, which refers to {}. That structure {}. References of "
                     "this kind: {}, {}",
-                    number(unbuilt->first), accel(unbuilt->referenced.handle),
+                    number(unbuilt->first), accel(unbuilt->referenced->handle),
                     text(unbuilt->is_built_later ? "was first built after this build"
                                                  : "was never built"),
                     count_of(unbuilt->instance_count, "instance"),
@@ -223,7 +223,7 @@ bool instances_refer_to_built_structures(const struct unbuilt_view *unbuilt,
 bool instances_were_created_with_a_buffer(const struct reference_view *reference,
                                           struct finding *finding)
 {
-    return !reference->referenced.by_address ||
+    return !reference->referenced->by_address ||
            violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
                     REFERS_TO
                     "which was created with vkCreateAccelerationStructure2KHR, not "

@@ -123,7 +123,7 @@ bool srt_motion_member_is_filled(const struct motion_instance_view *motion_insta
 bool motion_instance_references_are_valid_handles(
     const struct motion_instance_view *motion_instance, struct finding *finding)
 {
-    const struct accel_facts *referenced = &motion_instance->referenced;
+    const struct accel_facts *referenced = motion_instance->referenced;
     return !referenced->handle || referenced->alive != NO ||
            violated(finding, content_field(motion_instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose accelerationStructureReference {} is not an "
