@@ -120,6 +120,7 @@ struct layer_device {
     struct execution_order *order;
     struct submitted_builds *submitted_builds; /* for reports of a loss; NULL below EXECUTION */
     struct hazard_checks *hazard_checks;       /* NULL if setting hazards is off */
+    struct host_writes *host_writes;           /* the same */
     struct device_advice *advice;              /* NULL if setting advice is off */
     struct hazard_objects *hazard_objects; /* NULL if setting hazards is off, and without memory */
     /* From where build commands are called; NULL if setting call_sites is off, and without memory.

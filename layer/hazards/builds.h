@@ -24,8 +24,8 @@ struct hazard_elements {
 void hazards_add_elements(struct hazard_recording *recording, const struct hazard_use *use,
                           const struct hazard_elements *elements);
 
-/* Adds the vertices of a geometry with indices, which level content reads: `elements` begin at the
- * vertex of index 0. */
+/* Adds the vertices of a geometry with indices, which say which ones are read: `elements` begin at
+ * the vertex of index 0. */
 void hazards_add_indexed(struct hazard_recording *recording, const struct hazard_use *use,
                          const struct hazard_elements *elements);
 

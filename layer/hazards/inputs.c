@@ -5,7 +5,9 @@
 
 #include <string.h>
 
+#include "layer/execution/hazards/host_writes.h"
 #include "layer/hazards/recording.h"
+#include "observers.h"
 #include "src/base/readable.h"
 #include "src/check/assemble/chains.h"
 #include "src/check/assemble/extended.h"
@@ -61,9 +63,8 @@ void hazards_add_indexed(struct hazard_recording *recording, const struct hazard
                          const struct hazard_elements *elements)
 {
     const struct address_facts *facts = elements->facts;
-    if (recording->device->level < LEVEL_CONTENT || elements->host ||
-        facts->status != ADDRESS_IN_BUFFER || elements->offset >= facts->bytes_left ||
-        elements->stride > UINT32_MAX)
+    if (elements->host || facts->status != ADDRESS_IN_BUFFER ||
+        elements->offset >= facts->bytes_left || elements->stride > UINT32_MAX)
         return;
     const uint64_t memory =
         elements->memory_id
@@ -79,7 +80,7 @@ void hazards_add_indexed(struct hazard_recording *recording, const struct hazard
     item->origin = (uint32_t)elements->size;
     item->bytes = (struct hazard_bytes){memory, facts->begin + elements->offset,
                                         facts->begin + facts->bytes_left};
-    recording->journal->awaits_inputs = true;
+    recording->journal->awaits_inputs |= recording->device->level >= LEVEL_CONTENT;
 }
 
 /* ---- geometries */
@@ -102,14 +103,21 @@ static struct hazard_use use_of(const struct input *input, enum hazard_role role
     };
 }
 
-static void add(const struct input *input, enum hazard_role role,
-                VkDeviceOrHostAddressConstKHR address, struct hazard_elements *elements)
+static void add_of_size(const struct input *input, enum hazard_role role, uint32_t index_size,
+                        VkDeviceOrHostAddressConstKHR address, struct hazard_elements *elements)
 {
-    const struct hazard_use use = use_of(input, role);
+    struct hazard_use use = use_of(input, role);
+    use.index_size = index_size;
     elements->host = input->is_host ? address.hostAddress : NULL;
     if (input->is_host && !elements->host)
         return;
     hazards_add_elements(input->recording, &use, elements);
+}
+
+static void add(const struct input *input, enum hazard_role role,
+                VkDeviceOrHostAddressConstKHR address, struct hazard_elements *elements)
+{
+    add_of_size(input, role, 0, address, elements);
 }
 
 /* Level content reads the data, and shaders may be what wrote them. */
@@ -237,12 +245,12 @@ static void add_triangles(const struct input *input)
     uint64_t index_size = input_index_size(triangles->indexType);
     add_vertices(input, triangles);
     if (triangles->indexType != VK_INDEX_TYPE_NONE_KHR)
-        add(input, HAZARD_INDICES, triangles->indexData,
-            &(struct hazard_elements){.facts = &input->geometry->index_data,
-                                      .offset = input->range->primitiveOffset,
-                                      .count = (uint64_t)input->range->primitiveCount * 3,
-                                      .stride = index_size,
-                                      .size = index_size});
+        add_of_size(input, HAZARD_INDICES, (uint32_t)index_size, triangles->indexData,
+                    &(struct hazard_elements){.facts = &input->geometry->index_data,
+                                              .offset = input->range->primitiveOffset,
+                                              .count = (uint64_t)input->range->primitiveCount * 3,
+                                              .stride = index_size,
+                                              .size = index_size});
     add(input, HAZARD_TRANSFORM, triangles->transformData,
         &(struct hazard_elements){.facts = &input->geometry->transform,
                                   .offset = input->range->transformOffset,
@@ -401,4 +409,13 @@ void hazards_add_inputs(struct hazard_recording *recording, const struct geometr
     default:
         break;
     }
+}
+
+/* ---- what the host has overwritten */
+
+/* Before the host waits: what it has written until then, it wrote without knowing that builds were
+ * complete. */
+void hazards_look_at_inputs(struct layer_device *device)
+{
+    host_writes_look(device->host_writes);
 }

@@ -56,6 +56,7 @@ struct hazard_entry *hazard_recording_add_entry(struct hazard_recording *recordi
     entry->role = (unsigned char)use->role;
     entry->info = use->info;
     entry->geometry = use->geometry;
+    entry->count = use->index_size;
     return entry;
 }
 

@@ -36,6 +36,7 @@ struct hazard_use {
     enum access_kind kind;
     enum hazard_role role;
     uint32_t info, geometry;
+    uint32_t index_size; /* bytes, of HAZARD_INDICES */
 };
 
 /* Adds an entry of the use, HAZARD_ACCESS or HAZARD_INDEXED. Returns NULL if memory runs out. */

@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Records commands that run shaders, and which of them trace rays. What shaders access is decided
  * by descriptors and code, which are not followed: a shader may write any bytes. */
+#include "layer/execution/hazards/host_writes.h"
 #include "layer/hazards/recording.h"
 #include "observers.h"
+#include "src/base/chain.h"
+#include "src/base/readable.h"
 #include "src/view/shader_code.h"
 
 /* ---- commands */
@@ -75,6 +78,8 @@ void hazards_note_module(struct layer_device *device, VkShaderModule module,
 {
     hazard_objects_set_tracing(device->hazard_objects, TRACING_MODULE, (uint64_t)(uintptr_t)module,
                                shader_code_traces(info->pCode, info->codeSize));
+    if (shader_code_stores(info->pCode, info->codeSize))
+        host_writes_stop(device->host_writes);
 }
 
 void hazards_forget_module(struct layer_device *device, VkShaderModule module)
@@ -82,6 +87,60 @@ void hazards_forget_module(struct layer_device *device, VkShaderModule module)
     hazard_objects_set_tracing(device->hazard_objects, TRACING_MODULE, (uint64_t)(uintptr_t)module,
                                false);
 }
+
+/* ---- which shaders write through addresses */
+
+void hazards_note_unseen_code(struct layer_device *device)
+{
+    host_writes_stop(device->host_writes);
+}
+
+/* The stages may be ignored, and then be no pointer. The code of modules was read before. */
+static void note_stages(struct layer_device *device, uint32_t count,
+                        const VkPipelineShaderStageCreateInfo *stages)
+{
+    if (!count || !readable(readable_cache_of_thread(), stages, count * sizeof(*stages)))
+        return;
+    for (uint32_t i = 0; i < count; i++)
+        if (shader_stage_stores(&stages[i]))
+            hazards_note_unseen_code(device);
+}
+
+void hazards_note_graphics_pipelines(struct layer_device *device, uint32_t count,
+                                     const VkGraphicsPipelineCreateInfo *infos)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        note_stages(device, infos[i].stageCount, infos[i].pStages);
+        if (chain_find(infos[i].pNext,
+                       VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_SHADER_GROUPS_CREATE_INFO_NV))
+            hazards_note_unseen_code(device);
+    }
+}
+
+void hazards_note_ray_pipelines(struct layer_device *device, uint32_t count,
+                                const VkRayTracingPipelineCreateInfoKHR *infos)
+{
+    for (uint32_t i = 0; i < count; i++)
+        note_stages(device, infos[i].stageCount, infos[i].pStages);
+}
+
+void hazards_note_ray_pipelines_nv(struct layer_device *device, uint32_t count,
+                                   const VkRayTracingPipelineCreateInfoNV *infos)
+{
+    for (uint32_t i = 0; i < count; i++)
+        note_stages(device, infos[i].stageCount, infos[i].pStages);
+}
+
+void hazards_note_shaders(struct layer_device *device, uint32_t count,
+                          const VkShaderCreateInfoEXT *infos)
+{
+    for (uint32_t i = 0; i < count; i++)
+        if (infos[i].codeType != VK_SHADER_CODE_TYPE_SPIRV_EXT ||
+            shader_code_stores(infos[i].pCode, infos[i].codeSize))
+            hazards_note_unseen_code(device);
+}
+
+/* ---- which shaders trace rays */
 
 static bool stage_traces(const struct layer_device *device,
                          const VkPipelineShaderStageCreateInfo *stage)
@@ -94,10 +153,12 @@ static bool stage_traces(const struct layer_device *device,
 void hazards_note_compute_pipelines(struct layer_device *device, uint32_t count,
                                     const VkComputePipelineCreateInfo *infos, VkPipeline *pipelines)
 {
-    for (uint32_t i = 0; i < count; i++)
+    for (uint32_t i = 0; i < count; i++) {
         hazard_objects_set_tracing(device->hazard_objects, TRACING_PIPELINE,
                                    (uint64_t)(uintptr_t)pipelines[i],
                                    stage_traces(device, &infos[i].stage));
+        note_stages(device, 1, &infos[i].stage);
+    }
 }
 
 void hazards_forget_pipeline(struct layer_device *device, VkPipeline pipeline)

@@ -4,6 +4,7 @@
 #include "src/state/commands/events.h"
 
 #include "layer/execution/hazards/checks.h"
+#include "layer/execution/hazards/host_writes.h"
 #include "layer/intercepts/journal_access.h"
 #include "observers.h"
 #include "src/check/replay/replay.h"
@@ -25,6 +26,7 @@ void forget_event(struct layer_device *device, VkEvent event)
 void set_event(struct layer_device *device, VkEvent event)
 {
     events_set(device->events, event);
+    host_writes_forget(device->host_writes);
 }
 
 void reset_event(struct layer_device *device, VkEvent event)

@@ -10,6 +10,7 @@
 #include "layer/execution/advice.h"
 #include "layer/execution/build_records.h"
 #include "layer/execution/hazards/checks.h"
+#include "layer/execution/hazards/host_writes.h"
 #include "layer/execution/input_checks.h"
 #include "layer/execution/submissions.h"
 #include "layer/execution/submitted_builds.h"
@@ -50,6 +51,8 @@ void layer_free_device(struct layer_device *device)
     execution_order_end(device->order);
     hazard_checks_destroy(device->hazard_checks);
     device->hazard_checks = NULL;
+    host_writes_destroy(device->host_writes);
+    device->host_writes = NULL;
     input_checks_destroy(device->input_checks);
     submitted_builds_destroy(device->submitted_builds);
     snapshots_release_held(device->snapshots);
@@ -119,6 +122,8 @@ VkResult layer_track_submissions(struct layer_device *device)
     result = execution_order_create(&device->order, &hooks);
     if (result == VK_SUCCESS)
         result = hazard_checks_create(device);
+    if (result == VK_SUCCESS)
+        result = host_writes_create(device);
     if (result == VK_SUCCESS && device->level >= LEVEL_EXECUTION)
         result = submitted_builds_create(device, &device->submitted_builds);
     if (result == VK_SUCCESS)
@@ -165,6 +170,8 @@ void layer_register_consumers(struct layer_device *device)
         execution_order_add_consumer(order, submitted_builds_consumer(device->submitted_builds));
     if (device->hazard_checks)
         execution_order_add_consumer(order, hazard_checks_consumer(device->hazard_checks));
+    if (device->host_writes)
+        execution_order_add_consumer(order, host_writes_consumer(device->host_writes));
     if (device->snapshots)
         execution_order_add_consumer(order, snapshots_consumer(device->snapshots));
     if (device->cpu)

@@ -71,6 +71,7 @@ enum hazard_type {
     /* Only the caller can tell them: */
     EARLY_TRACE,       /* a command that traces rays, and no top-level structure is visible to it */
     READ_AFTER_SHADER, /* a build reads what a shader must have written */
+    READ_RACING_HOST,  /* the host has written what a build reads that need not be complete */
 };
 
 struct hazard {

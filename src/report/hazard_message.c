@@ -18,6 +18,8 @@ enum hazard_id hazard_id_of(const struct hazard *hazard)
         return HAZARD_ID_EARLY_TRACE;
     case READ_AFTER_SHADER:
         return HAZARD_ID_LATE_SHADER;
+    case READ_RACING_HOST:
+        return HAZARD_ID_HOST_WRITE;
     case WRITE_AFTER_WRITE:
         break;
     }
@@ -185,6 +187,18 @@ static void append_shader(struct text_buffer *text, struct message *message,
     text_append(text, ".");
 }
 
+static void append_host_write(struct text_buffer *text, struct message *message,
+                              const struct hazard_report *report)
+{
+    text_append(text, " reads ");
+    append_object_of(text, message, &report->later);
+    append_bytes(text, &report->hazard.bytes);
+    text_append(text,
+                " The host has overwritten them since the build was submitted, and has not "
+                "observed that the build is complete. Wait on the host until it is, for example "
+                "for a fence, before the write, or give each frame in flight a buffer of its own.");
+}
+
 static void append_accesses(struct text_buffer *text, struct message *message,
                             const struct hazard_report *report)
 {
@@ -285,9 +299,13 @@ void message_of_hazard(struct message *message, const struct hazard_report *repo
     message->main = text.text + before;
     append_member(&text, later);
     message->path_length = text.length - before;
-    append_accesses(&text, message, report);
-    append_reason(&text, report);
-    append_hint(&text, report);
+    if (report->hazard.type == READ_RACING_HOST) {
+        append_host_write(&text, message, report);
+    } else {
+        append_accesses(&text, message, report);
+        append_reason(&text, report);
+        append_hint(&text, report);
+    }
     append_more(&text, report->more);
     message->main_length = text.length - before;
     message_append_origin(&text, message);

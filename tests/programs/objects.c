@@ -12,6 +12,9 @@
      VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |                                                   \
      VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |                        \
      VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR)
+#define HOST_BUFFER_USAGE                                                                          \
+    (VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |                \
+     VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR)
 #define MICROMAP_USAGE                                                                             \
     (VK_BUFFER_USAGE_MICROMAP_BUILD_INPUT_READ_ONLY_BIT_EXT |                                      \
      VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT)
@@ -40,7 +43,9 @@ void play_create_buffer(struct play *play, struct play_object *object)
     VkBufferCreateInfo info = play_buffer_info(play, PLAY_BUFFER_SIZE);
     const STRUCT(VkBufferUsageFlags2CreateInfo, flags,
                  .usage = info.usage | VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX);
-    if (play_has(play, "VK_AMDX_dense_geometry_format"))
+    if (object->name[0] == 'H')
+        info.usage = HOST_BUFFER_USAGE;
+    else if (play_has(play, "VK_AMDX_dense_geometry_format"))
         info.pNext = &flags;
     object->buffer = (object->name[0] == 'U' ? buffer_create_unmapped : buffer_create)(
         &play->vk, play->device, play->memory_type, &info);

@@ -6,7 +6,7 @@
  * B and T bottom- and top-level structures, M micromaps, E events, F images, P query pools,
  * c command buffers, d deferred operations, s binary semaphores, t timelines, q queues, all other
  * capital letters buffers, which the host has mapped but for U; D has serialized data of the null
- * driver. NAME+OFFSET is a place in a buffer.
+ * driver, and no command writes H. NAME+OFFSET is a place in a buffer.
  * Each object has memory of its own, unless the program says otherwise. */
 #ifndef ASSAY_TESTS_PROGRAMS_PLAY_H
 #define ASSAY_TESTS_PROGRAMS_PLAY_H

@@ -181,6 +181,7 @@ RECORDING_TEST(nv_builds)
     expect(NV_BUILD
            "\n B> dst nv1 8100:8200\n B< src nv2 8200:8300\n"
            " B> scratch buffer2 1800:1820\n"
+           " B<shader vertices buffer1 0:1000 of indices*12+12\n"
            " B<shader indices buffer2 1000:100c\n"
            " B<shader transform buffer2 1100:1130\n"
            " B<shader boxes buffer1 40:58 0.1\n B<shader boxes buffer1 60:78 0.1\n");

@@ -6,6 +6,7 @@
 
 #include <stdio.h>
 
+#include "layer/execution/hazards/host_writes.h"
 #include "layer/hazards/recording.h"
 #include "layer/intercepts/build_notes.h"
 #include "layer/intercepts/call_sites.h"
@@ -88,6 +89,8 @@ static VkResult nothing(void)
 
 /* Nothing is lost here. */
 void postmortem_report_loss(struct layer_device *of) {}
+void host_writes_look(struct host_writes *host_writes) {}
+void host_writes_stop(struct host_writes *host_writes) {}
 
 /* ---- the device */
 

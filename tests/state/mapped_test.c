@@ -102,3 +102,69 @@ TEST(addresses_lead_to_what_is_mapped)
     expect_mapped(resources, BUFFER_AT, 8, 0, 0);
     resources_destroy(resources);
 }
+
+/* ---- what only the host writes */
+
+#define COHERENT (VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT)
+
+static void note_mapped(void *user, const void *bytes, uint64_t size)
+{
+    assert_int_equal(size, 8);
+    *(const void **)user = bytes;
+}
+
+/* Returns the address of 8 bytes of a buffer, or 0 if they are out of reach. */
+static uintptr_t mapped_at(struct resources *resources, unsigned n, uint64_t begin)
+{
+    const void *bytes = NULL;
+    const struct mapped_bytes wanted = {buffer(n), resources_find_memory_id(resources, memory(4)),
+                                        begin, 8};
+    const bool is_found = resources_visit_mapped(resources, &wanted, note_mapped, &bytes);
+    assert_int_equal(is_found, bytes != NULL);
+    return (uintptr_t)bytes;
+}
+
+static struct resources *make_mapped(void)
+{
+    struct resources *resources = make_buffer(COHERENT);
+    resources_map_memory(resources, memory(4), 0x100, 0x400, at(0x10000));
+    return resources;
+}
+
+TEST_WITH(bytes_that_only_the_host_writes, struct resources *resources, make_mapped,
+          resources_destroy)
+{
+    assert_int_equal(mapped_at(resources, 1, OFFSET), 0x10100);
+    assert_int_equal(mapped_at(resources, 1, 0x100), 0x10000);
+    assert_int_equal(mapped_at(resources, 1, 0xf8), 0);
+    assert_int_equal(mapped_at(resources, 1, 0x4f8), 0x103f8);
+    assert_int_equal(mapped_at(resources, 1, 0x4f9), 0); /* the mapping ends */
+    assert_int_equal(mapped_at(resources, 1, UINT64_MAX), 0);
+    assert_int_equal(mapped_at(resources, 2, OFFSET), 0); /* unknown */
+    have_bound_buffer(resources, 2, 0x10, VK_BUFFER_USAGE_TRANSFER_DST_BIT, 4, 0x300);
+    assert_int_equal(mapped_at(resources, 1, 0x2f8), 0x101f8);
+    assert_int_equal(mapped_at(resources, 1, 0x2f9), 0); /* a command may write it */
+    assert_int_equal(mapped_at(resources, 1, 0x30f), 0);
+    assert_int_equal(mapped_at(resources, 1, 0x310), 0x10210);
+    assert_int_equal(mapped_at(resources, 2, 0x300), 0);
+    resources_unmap_memory(resources, memory(4));
+    assert_int_equal(mapped_at(resources, 1, OFFSET), 0);
+}
+
+TEST_WITH(others_may_write_memory, struct resources *resources, make_mapped, resources_destroy)
+{
+    const struct mapped_bytes of_other_memory = {
+        buffer(1), resources_find_memory_id(resources, memory(3)), OFFSET, 8};
+    assert_false(resources_visit_mapped(resources, &of_other_memory, note_mapped, NULL));
+    assert_int_not_equal(mapped_at(resources, 1, OFFSET), 0);
+    resources_share_memory(resources, memory(4));
+    assert_int_equal(mapped_at(resources, 1, OFFSET), 0);
+}
+
+TEST(incoherent_memory_is_out_of_reach)
+{
+    struct resources *resources = make_buffer(VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT);
+    resources_map_memory(resources, memory(4), 0, VK_WHOLE_SIZE, at(0x10000));
+    assert_int_equal(mapped_at(resources, 1, OFFSET), 0);
+    resources_destroy(resources);
+}

@@ -58,6 +58,8 @@ static const char *hazard_name(enum hazard_id hazard)
         return "ASSAY-early-trace";
     case HAZARD_ID_LATE_SHADER:
         return "ASSAY-shader-write-not-visible";
+    case HAZARD_ID_HOST_WRITE:
+        return "ASSAY-input-overwritten";
     case HAZARD_ID_COUNT:
         break;
     }

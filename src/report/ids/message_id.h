@@ -43,6 +43,7 @@ enum hazard_id {
     HAZARD_ID_ERRORS, /* warnings of the layer's own from here on */
     HAZARD_ID_EARLY_TRACE = HAZARD_ID_ERRORS,
     HAZARD_ID_LATE_SHADER,
+    HAZARD_ID_HOST_WRITE,
     HAZARD_ID_COUNT,
 };
 

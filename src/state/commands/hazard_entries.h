@@ -44,7 +44,8 @@ struct hazard_entry {
     };
     /* HAZARD_BARRIER: the number of entries, this one included; 0 in all but the first.
      * HAZARD_WAIT_EVENT: the number of HAZARD_BARRIER entries that follow; theirs is 0.
-     * HAZARD_INDEXED: the stride of vertices. */
+     * HAZARD_INDEXED: the stride of vertices.
+     * HAZARD_ACCESS: of indices, the bytes of one; else 0. */
     uint32_t count;
     union {
         struct {                      /* HAZARD_ACCESS, HAZARD_INDEXED, HAZARD_COMMAND */

@@ -103,7 +103,7 @@ VkResult execution_order_create(struct execution_order **order,
                                 const struct execution_hooks *hooks);
 /* Call before the device is published. Consumers are called in the order in which they are added.
  * There are at most BATCH_CONSUMERS. */
-enum { BATCH_CONSUMERS = 9 };
+enum { BATCH_CONSUMERS = 10 };
 void execution_order_add_consumer(struct execution_order *order, struct batch_consumer consumer);
 /* The batches that are not retired. */
 struct batch_list *execution_order_batches(struct execution_order *order);

@@ -130,7 +130,7 @@ void resources_share_memory(struct resources *resources, VkDeviceMemory handle)
     reader_lock_write(&resources->lock);
     struct memory_record *memory = resources_memory(resources, handle);
     if (memory)
-        memory->is_shared = true;
+        memory->is_shared = memory->is_foreign = true;
     reader_lock_write_done(&resources->lock);
 }
 
@@ -200,6 +200,68 @@ static uint64_t find_bytes(const struct resources *resources, const struct addre
         return 0;
     *bytes = (const void *)(uintptr_t)(memory->mapped_begin + skipped);
     return size - skipped;
+}
+
+/* What only reads. */
+static const VkBufferUsageFlags2 READING_USAGES =
+    VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_2_UNIFORM_TEXEL_BUFFER_BIT |
+    VK_BUFFER_USAGE_2_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_2_INDEX_BUFFER_BIT |
+    VK_BUFFER_USAGE_2_VERTEX_BUFFER_BIT | VK_BUFFER_USAGE_2_INDIRECT_BUFFER_BIT |
+    VK_BUFFER_USAGE_2_CONDITIONAL_RENDERING_BIT_EXT |
+    VK_BUFFER_USAGE_2_SHADER_BINDING_TABLE_BIT_KHR |
+    VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+    VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT;
+
+static bool is_written_by_commands(const struct buffer_record *buffer)
+{
+    return buffer->where.usage & ~READING_USAGES;
+}
+
+/* Whether a command may write some of the bytes through a buffer. */
+static bool has_writers(const struct memory_record *memory, const struct mapped_bytes *bytes)
+{
+    for (const struct buffer_record *buffer = memory->buffers; buffer; buffer = buffer->next)
+        if (is_written_by_commands(buffer) && buffer->memory_offset < bytes->begin + bytes->size &&
+            bytes->begin < buffer->memory_offset + buffer->where.bytes_left)
+            return true;
+    return false;
+}
+
+/* Returns NULL unless the host alone writes to the memory, or commands through other buffers. */
+static const struct memory_record *host_memory_of(const struct resources *resources,
+                                                  const struct mapped_bytes *bytes)
+{
+    const struct buffer_record *buffer = resources_buffer(resources, bytes->buffer);
+    const struct memory_record *memory = buffer && buffer->bound == YES ? buffer->memory : NULL;
+    if (!memory || !memory->alive || memory->id != bytes->memory_id || memory->is_foreign ||
+        memory->multi_instance || resources->incomplete ||
+        !(memory->properties & VK_MEMORY_PROPERTY_HOST_COHERENT_BIT))
+        return NULL;
+    return buffer->is_external || is_written_by_commands(buffer) ? NULL : memory;
+}
+
+static const void *find_host_bytes(const struct resources *resources,
+                                   const struct mapped_bytes *bytes)
+{
+    const struct memory_record *memory = host_memory_of(resources, bytes);
+    if (!memory || !bytes->size || bytes->begin < memory->mapped_offset)
+        return NULL;
+    const uint64_t mapped = memory->mapped_end - memory->mapped_begin,
+                   skipped = bytes->begin - memory->mapped_offset;
+    if (skipped > mapped || bytes->size > mapped - skipped || has_writers(memory, bytes))
+        return NULL;
+    return (const void *)(uintptr_t)(memory->mapped_begin + skipped);
+}
+
+bool resources_visit_mapped(struct resources *resources, const struct mapped_bytes *wanted,
+                            void (*visit)(void *user, const void *bytes, uint64_t size), void *user)
+{
+    unsigned token = resources_begin_reading(resources);
+    const void *bytes = find_host_bytes(resources, wanted);
+    if (bytes)
+        visit(user, bytes, wanted->size);
+    resources_end_reading(resources, token);
+    return bytes != NULL;
 }
 
 uint64_t resources_find_mapped(struct resources *resources, VkDeviceAddress address, uint64_t size,

@@ -21,7 +21,9 @@ struct memory_record {
     VkDeviceSize size;
     uint32_t type; /* index of its memory type */
     VkMemoryPropertyFlags properties;
-    bool multi_instance, is_shared;
+    bool multi_instance;
+    bool is_shared;                /* see resources_share_memory() */
+    bool is_foreign;               /* the same, but for mappings by the host */
     struct buffer_record *buffers; /* list of the non-sparse buffers bound to it */
     /* The host address range that maps it, from offset `mapped_offset` on; empty if not mapped. */
     uint64_t mapped_begin, mapped_end;

@@ -215,6 +215,20 @@ void resources_find_host_pieces(struct resources *resources, const void *pointer
 uint64_t resources_find_mapped(struct resources *resources, VkDeviceAddress address, uint64_t size,
                                const void **bytes);
 
+/* Bytes of memory that a buffer is bound to. */
+struct mapped_bytes {
+    VkBuffer buffer;
+    uint64_t memory_id; /* see resources_find_memory_id() */
+    uint64_t begin, size;
+};
+/* Shows `visit` the bytes where the host has mapped them, which must not call this module. Returns
+ * false if they are not mapped as a whole, not coherent, or if others than the host may write them:
+ * commands, through a buffer or an image, or another device. Shaders that write through addresses
+ * are not considered. */
+bool resources_visit_mapped(struct resources *resources, const struct mapped_bytes *wanted,
+                            void (*visit)(void *user, const void *bytes, uint64_t size),
+                            void *user);
+
 /* Returns the id of live memory, which is never reused. Returns 0 if the handle is unknown, or if
  * the memory has several instances: then equal offsets need not be equal bytes. */
 uint64_t resources_find_memory_id(struct resources *resources, VkDeviceMemory handle);

@@ -1,0 +1,405 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "layer/execution/hazards/host_writes.h"
+
+#include <stdlib.h>
+#include <string.h>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "src/base/array.h"
+#include "src/report/hazard_message.h"
+#include "src/state/commands/journal.h"
+
+/* Of longer inputs the first bytes are compared, of more inputs of a batch the first ones, and of
+ * more batches at a time the first ones. */
+enum { BYTES_COMPARED = 1 << 20, INPUTS_COMPARED = 256, BATCHES_COMPARED = 64 };
+
+/* So many vertices of a geometry with indices are compared. */
+enum { VERTICES_COMPARED = 16 };
+
+struct host_writes {
+    struct layer_device *device;
+    struct batch_list *batches;
+    atomic_uint kept;       /* batches */
+    atomic_bool is_stopped; /* the device may write what the host writes */
+};
+
+/* An input of a build, as it was when the batch was submitted. */
+struct submitted_input {
+    const struct journal *journal;
+    const struct hazard_entry *command, *access;
+    uint64_t hash;
+    uint32_t vertex_count, vertices[VERTICES_COMPARED]; /* of HAZARD_INDEXED: indices */
+};
+
+/* The slot of a batch. Whoever has a reference to the batch may read it: it is freed when the batch
+ * retires. */
+struct submitted_inputs {
+    uint64_t untracked; /* see execution_order_find_observed(), at the submission */
+    atomic_bool is_reported;
+    bool lacks_any; /* memory ran out, or an event may be what the batch waits for */
+    uint32_t count, capacity;
+    struct submitted_input *items;
+};
+
+/* ---- inputs */
+
+/* Shows bytes of what the access reads. Returns false if they are out of reach, or if the device
+ * may write them. */
+static bool visit_bytes(const struct host_writes *host_writes, const struct hazard_entry *access,
+                        uint64_t begin, uint64_t size,
+                        void (*visit)(void *user, const void *bytes, uint64_t size), void *user)
+{
+    const struct mapped_bytes wanted = {.buffer = (VkBuffer)(uintptr_t)access->object,
+                                        .memory_id = access->bytes.memory,
+                                        .begin = begin,
+                                        .size = size};
+    return resources_visit_mapped(host_writes->device->resources, &wanted, visit, user);
+}
+
+static void add_to_hash(void *user, const void *bytes, uint64_t size)
+{
+    uint64_t *hash = user;
+    *hash = XXH3_64bits_withSeed(bytes, size, *hash);
+}
+
+static bool hash_vertices(const struct host_writes *host_writes,
+                          const struct submitted_input *input, uint64_t *hash)
+{
+    const struct hazard_entry *access = input->access;
+    bool is_known = input->vertex_count != 0;
+    for (uint32_t i = 0; i < input->vertex_count && is_known; i++) {
+        const uint64_t offset = (uint64_t)input->vertices[i] * access->count;
+        is_known = offset + access->origin <= access->bytes.end - access->bytes.begin &&
+                   visit_bytes(host_writes, access, access->bytes.begin + offset, access->origin,
+                               add_to_hash, hash);
+    }
+    return is_known;
+}
+
+/* Returns false if not all is known. */
+static bool hash_input(const struct host_writes *host_writes, const struct submitted_input *input,
+                       uint64_t *hash)
+{
+    const struct hazard_bytes *bytes = &input->access->bytes;
+    const uint64_t size = bytes->end - bytes->begin;
+    *hash = 0;
+    if (input->access->kind == HAZARD_INDEXED)
+        return hash_vertices(host_writes, input, hash);
+    return visit_bytes(host_writes, input->access, bytes->begin,
+                       size < BYTES_COMPARED ? size : BYTES_COMPARED, add_to_hash, hash);
+}
+
+/* What a build of the device reads, with known bytes. */
+static bool is_input(const struct hazard_entry *access)
+{
+    return hazard_entry_is_access(access) && access->access == ACCESS_BUILD_SHADER_READ &&
+           access->object_type == VK_OBJECT_TYPE_BUFFER && access->object && access->bytes.memory;
+}
+
+static void add_input(const struct host_writes *host_writes, struct submitted_inputs *inputs,
+                      struct submitted_input input)
+{
+    if (inputs->count == INPUTS_COMPARED || !hash_input(host_writes, &input, &input.hash))
+        return;
+    if (ARRAY_HAS_ROOM(inputs->items, inputs->count, inputs->capacity))
+        inputs->items[inputs->count++] = input;
+    else
+        inputs->lacks_any = true;
+}
+
+struct index_reading {
+    struct submitted_input *input;
+    uint32_t index_size;
+};
+
+/* Takes some vertices, the first and the last one among them. */
+static void choose_vertices(void *user, const void *bytes, uint64_t size)
+{
+    const struct index_reading *reading = user;
+    const uint64_t count = size / reading->index_size;
+    const uint64_t chosen = count < VERTICES_COMPARED ? count : VERTICES_COMPARED;
+    for (uint64_t i = 0; i < chosen; i++) {
+        const uint64_t at = chosen > 1 ? i * (count - 1) / (chosen - 1) : 0;
+        uint32_t index = 0; /* as VK_INDEX_TYPE_UINT8 and UINT16 on little-endian processors */
+        memcpy(&index, (const char *)bytes + at * reading->index_size, reading->index_size);
+        reading->input->vertices[reading->input->vertex_count++] = index;
+    }
+}
+
+/* Adds the vertices that indices in mapped memory name, if their type is known. */
+static void add_vertices(const struct host_writes *host_writes, struct submitted_inputs *inputs,
+                         struct submitted_input vertices, const struct hazard_entry *indices)
+{
+    const struct hazard_bytes *bytes = &indices->bytes;
+    if (indices->count && vertices.access->info == indices->info &&
+        vertices.access->geometry == indices->geometry &&
+        visit_bytes(host_writes, indices, bytes->begin, bytes->end - bytes->begin, choose_vertices,
+                    &(struct index_reading){&vertices, indices->count}))
+        add_input(host_writes, inputs, vertices);
+}
+
+/* The vertices of a geometry come before its indices. */
+static void add_access(const struct host_writes *host_writes, struct submitted_inputs *inputs,
+                       struct submitted_input input, const struct hazard_entry *indexed)
+{
+    if (input.access->role == HAZARD_INDICES && indexed)
+        add_vertices(host_writes, inputs,
+                     (struct submitted_input){
+                         .journal = input.journal, .command = input.command, .access = indexed},
+                     input.access);
+    add_input(host_writes, inputs, input);
+}
+
+/* Recursive: the device limits how deep secondary command buffers nest. */
+static void add_inputs(const struct host_writes *host_writes, struct submitted_inputs *inputs,
+                       const struct journal *journal)
+{
+    const struct hazard_entry *command = NULL, *indexed = NULL;
+    struct journal_cursor cursor =
+        journal_start(journal, JOURNAL_HAZARDS | JOURNAL_BIT(JOURNAL_EXECUTE));
+    inputs->lacks_any |= journal->has_events;
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        const struct hazard_entry *item = (const void *)entry;
+        if (entry->kind == JOURNAL_EXECUTE)
+            add_inputs(host_writes, inputs, entry->secondary);
+        else if (entry->kind == HAZARD_COMMAND)
+            command = item->info ? item : NULL;
+        else if (command && is_input(item) && entry->kind == HAZARD_INDEXED)
+            indexed = item;
+        else if (command && is_input(item))
+            add_access(
+                host_writes, inputs,
+                (struct submitted_input){.journal = journal, .command = command, .access = item},
+                indexed);
+    }
+}
+
+static void free_inputs(struct submitted_inputs *inputs)
+{
+    free(inputs->items);
+    free(inputs);
+}
+
+/* ---- batches */
+
+static bool is_compared(const struct host_writes *host_writes, const struct order_batch *batch)
+{
+    return batch->queue && batch->work == WORK_OF_QUEUE && batch->predecessors_known &&
+           batch->is_replayed && !batch->is_exposed && batch->command_count &&
+           !atomic_load(&host_writes->is_stopped) &&
+           atomic_load(&host_writes->kept) < BATCHES_COMPARED;
+}
+
+/* Returns NULL if nothing can be said. */
+static struct submitted_inputs *find_inputs(const struct host_writes *host_writes,
+                                            const struct order_batch *batch)
+{
+    struct execution_clock seen;
+    struct submitted_inputs *inputs = calloc(1, sizeof(*inputs));
+    if (!inputs)
+        return NULL;
+    inputs->lacks_any =
+        !execution_order_find_observed(host_writes->device->order, &seen, &inputs->untracked);
+    for (uint32_t i = 0; i < batch->command_count && !inputs->lacks_any; i++)
+        if (batch->commands[i].captured)
+            add_inputs(host_writes, inputs, batch->commands[i].captured);
+    if (inputs->count && !inputs->lacks_any)
+        return inputs;
+    free_inputs(inputs);
+    return NULL;
+}
+
+static void run(void *user, struct order_batch *batch)
+{
+    struct host_writes *host_writes = user;
+    struct submitted_inputs *inputs =
+        is_compared(host_writes, batch) ? find_inputs(host_writes, batch) : NULL;
+    if (!inputs)
+        return;
+    batch->commands[0].is_used[USES_HOST_WRITES] = true; /* one step of a walk */
+    atomic_fetch_add(&host_writes->kept, 1);
+    order_batch_keep(batch, USES_HOST_WRITES, inputs);
+}
+
+/* Forgets all batches for which `ends` returns true. */
+static void forget_those(struct host_writes *host_writes,
+                         bool (*ends)(const void *user, const struct order_batch *batch),
+                         const void *user)
+{
+    for (struct order_batch *batch;
+         (batch = batch_list_take(host_writes->batches, IN_EXECUTION_ORDER, USES_HOST_WRITES, ends,
+                                  user));) {
+        atomic_fetch_sub(&host_writes->kept, 1);
+        order_batch_release(batch);
+    }
+}
+
+static void retire(void *user, struct order_batch *batch)
+{
+    struct submitted_inputs *inputs = batch->slots[USES_HOST_WRITES];
+    (void)user;
+    if (inputs)
+        free_inputs(inputs);
+    batch->slots[USES_HOST_WRITES] = NULL;
+}
+
+static bool is_complete(const void *user, const struct order_batch *batch)
+{
+    return execution_clock_has(user, batch->timestamp);
+}
+
+static void deliver(void *user)
+{
+    struct host_writes *host_writes = user;
+    struct execution_clock seen;
+    if (!atomic_load(&host_writes->kept))
+        return;
+    execution_order_host_clock(host_writes->device->order, &seen);
+    forget_those(host_writes, is_complete, &seen);
+}
+
+void host_writes_forget(struct host_writes *host_writes)
+{
+    if (host_writes && atomic_load(&host_writes->kept))
+        forget_those(host_writes, NULL, NULL);
+}
+
+void host_writes_stop(struct host_writes *host_writes)
+{
+    if (!host_writes)
+        return;
+    atomic_store(&host_writes->is_stopped, true);
+    host_writes_forget(host_writes);
+}
+
+/* ---- comparisons */
+
+static bool is_changed(const struct host_writes *host_writes, const struct submitted_input *input)
+{
+    uint64_t now;
+    return hash_input(host_writes, input, &now) && now != input->hash;
+}
+
+/* The data were read before this, so they were written before the host observed anything else. */
+static bool is_pending(const struct host_writes *host_writes, const struct order_batch *batch,
+                       uint64_t untracked_then)
+{
+    struct execution_clock seen;
+    uint64_t untracked;
+    return execution_order_find_observed(host_writes->device->order, &seen, &untracked) &&
+           untracked == untracked_then && !execution_clock_has(&seen, batch->timestamp) &&
+           !atomic_load(&host_writes->is_stopped);
+}
+
+/* From the first to the last vertex that was compared; else all bytes of the input. */
+static struct hazard_bytes bytes_of(const struct submitted_input *input)
+{
+    const struct hazard_entry *access = input->access;
+    uint64_t first = UINT32_MAX, last = 0;
+    if (access->kind != HAZARD_INDEXED)
+        return access->bytes;
+    for (uint32_t i = 0; i < input->vertex_count; i++) {
+        first = input->vertices[i] < first ? input->vertices[i] : first;
+        last = input->vertices[i] > last ? input->vertices[i] : last;
+    }
+    return (struct hazard_bytes){access->bytes.memory, access->bytes.begin + first * access->count,
+                                 access->bytes.begin + last * access->count + access->origin};
+}
+
+static void report(const struct host_writes *host_writes, const struct order_batch *batch,
+                   const struct submitted_input *input, uint32_t more)
+{
+    const struct layer_device *device = host_writes->device;
+    const struct journal *journal = input->journal;
+    const struct hazard_entry *access = input->access;
+    const struct hazard_report hazard = {
+        .hazard = {.type = READ_RACING_HOST, .bytes = bytes_of(input)},
+        .later = {.command = input->command->command,
+                  .is_build = true,
+                  .role = (enum hazard_role)access->role,
+                  .kind = (enum access_kind)access->access,
+                  .info = access->info,
+                  .geometry = access->geometry,
+                  .type = access->object_type,
+                  .object = access->object,
+                  .origin = {.device = device->handle,
+                             .names = device->names,
+                             .destroyed = device->destroyed,
+                             .command_buffer = journal->command_buffer,
+                             .build_index = input->command->geometry,
+                             .labels = journal_labels(journal, input->command->origin),
+                             .call_site = journal_site(journal, input->command->origin),
+                             .queue = batch->queue,
+                             .submission = batch->number,
+                             .queue_labels = shared_labels_stack(batch->labels)}},
+        .more = more,
+    };
+    if (reporter_wants_hazard(device->instance->reporter, HAZARD_ID_HOST_WRITE))
+        reporter_send_hazard(device->instance->reporter, &hazard);
+}
+
+/* Reports the first input that has changed, and how many others of its command have. */
+static void compare(const struct host_writes *host_writes, const struct order_batch *batch,
+                    struct submitted_inputs *inputs)
+{
+    const struct submitted_input *first = NULL;
+    uint32_t more = 0;
+    for (uint32_t i = 0; i < inputs->count; i++) {
+        const struct submitted_input *input = &inputs->items[i];
+        if ((first && input->command != first->command) || !is_changed(host_writes, input))
+            continue;
+        more += first != NULL;
+        first = first ? first : input;
+    }
+    if (first && is_pending(host_writes, batch, inputs->untracked) &&
+        !atomic_exchange(&inputs->is_reported, true))
+        report(host_writes, batch, first, more);
+}
+
+void host_writes_look(struct host_writes *host_writes)
+{
+    if (!host_writes || !atomic_load(&host_writes->kept))
+        return;
+    struct batch_cursor at = {
+        .list = host_writes->batches, .sequence = IN_EXECUTION_ORDER, .use = USES_HOST_WRITES};
+    while (batch_cursor_step(&at)) {
+        struct submitted_inputs *inputs = at.batch->slots[USES_HOST_WRITES];
+        if (!atomic_load(&inputs->is_reported))
+            compare(host_writes, at.batch, inputs);
+    }
+}
+
+static void submit(void *user, struct order_batch *batch)
+{
+    (void)batch;
+    host_writes_look(user);
+}
+
+/* ---- creation */
+
+VkResult host_writes_create(struct layer_device *device)
+{
+    if (!device->finds_hazards)
+        return VK_SUCCESS;
+    struct host_writes *host_writes = calloc(1, sizeof(*host_writes));
+    if (!host_writes)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    host_writes->device = device;
+    host_writes->batches = execution_order_batches(device->order);
+    host_writes->is_stopped = device->facts.has_other_builders;
+    device->host_writes = host_writes;
+    return VK_SUCCESS;
+}
+
+void host_writes_destroy(struct host_writes *host_writes)
+{
+    host_writes_forget(host_writes);
+    free(host_writes);
+}
+
+struct batch_consumer host_writes_consumer(struct host_writes *host_writes)
+{
+    return (struct batch_consumer){
+        .user = host_writes, .submit = submit, .run = run, .retire = retire, .deliver = deliver};
+}
