@@ -63,14 +63,14 @@ void play_end_unnamed(struct play *play)
     if (!play->primary)
         return;
     PLAY_REQUIRE(play, !play->secondary && play->ended_count < PLAY_ITEMS);
-    GET(play->vk.EndCommandBuffer(play->primary));
+    play_end_recording(play, play->primary);
     play->ended[play->ended_count++] = play->primary;
     play->primary = VK_NULL_HANDLE;
 }
 
 static void end_secondary(struct play *play)
 {
-    GET(play->vk.EndCommandBuffer(play->secondary));
+    play_end_recording(play, play->secondary);
     play->executed = play->secondary;
     play->secondary = VK_NULL_HANDLE;
     play->vk.CmdExecuteCommands(play_commands(play), 1, &play->executed);
@@ -131,7 +131,7 @@ static void end(struct play *play)
         end_secondary(play);
         return;
     }
-    GET(play->vk.EndCommandBuffer(play->recording->commands));
+    play_end_recording(play, play->recording->commands);
     play->recording = NULL;
 }
 

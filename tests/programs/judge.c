@@ -45,6 +45,21 @@ enum build_command play_command_of(const char *text)
     return command;
 }
 
+bool program_subject(const struct program *program, enum vuid *vuid, enum build_command *command)
+{
+    const struct program_line *line = program_find(program, "about", NULL);
+    *vuid = VUID_NONE;
+    if (!line)
+        return true;
+    const struct rule_info *rule = play_rule(line->words[1]);
+    for (*command = COMMAND_DEVICE; rule && *command < COMMAND_COUNT; ++*command)
+        if (play_is(line->words[3], build_command_name(*command))) {
+            *vuid = rule->vuid[*command];
+            return *vuid != VUID_NONE;
+        }
+    program_fail(program->name, line->number, "about RULE of COMMAND");
+}
+
 /* A rule names an id for each command. */
 static bool has_id(const struct message *message, const struct expectation *expected)
 {
@@ -116,6 +131,31 @@ static unsigned count_of_loss(const struct messages *messages, const bool *is_us
     return count;
 }
 
+/* Whether the program expects such a message, of any line. */
+static bool is_expected(const struct play *play, const struct message *message)
+{
+    for (unsigned i = 0; i < play->program->expected_count; i++)
+        if (is_active(play, &play->program->expected[i]) &&
+            has_id(message, &play->program->expected[i]))
+            return true;
+    return false;
+}
+
+/* Where memory has run out, what is expected may be missing or worded with less, and warnings say
+ * what the layer leaves out. */
+static void judge_scarce(struct play *play, const struct messages *messages, const bool *is_used)
+{
+    for (uint32_t i = 0; i < messages_kept(messages); i++) {
+        const struct message *message = &messages->items[i];
+        if (is_used[i] || strcmp(message->id, "ASSAY-warning") == 0 ||
+            (play->was_lost && strcmp(message->id, "ASSAY-device-lost") == 0) ||
+            is_expected(play, message))
+            continue;
+        play->outcome = OUTCOME_FAILED;
+        play_say(play, "got %s\n    %.1000s\n", message->id, message->text);
+    }
+}
+
 void play_judge(struct play *play, int line)
 {
     const struct messages *messages = &play->fixture.messages;
@@ -126,10 +166,14 @@ void play_judge(struct play *play, int line)
         if (!concerns(expected, line) || !is_active(play, expected))
             continue;
         count++;
-        if (find_message(messages, expected, is_used))
+        if (find_message(messages, expected, is_used) || play->is_scarce)
             continue;
         good = false;
         play_say(play, "nothing of %s (%s)\n", expected->id, expected->text);
+    }
+    if (play->is_scarce) {
+        judge_scarce(play, messages, is_used);
+        return;
     }
     if (play->was_lost && !program_find(play->program, "close", NULL))
         count += count_of_loss(messages, is_used);

@@ -14,11 +14,19 @@ _Noreturn void play_fail(const struct play *play, const char *what)
     exit(2);
 }
 
-void play_note(struct play *play, VkResult result)
+void play_note_result(struct play *play, VkResult result)
 {
     if (play->result == VK_SUCCESS &&
         (result < 0 || result == VK_NOT_READY || result == VK_TIMEOUT))
         play->result = result;
+}
+
+void play_end_recording(struct play *play, VkCommandBuffer commands)
+{
+    const VkResult result = play->vk.EndCommandBuffer(commands);
+    if (result == VK_ERROR_OUT_OF_HOST_MEMORY && play->is_scarce)
+        longjmp(play->gives_up, 1);
+    GET(result);
 }
 
 /* ---- what was played, and where it failed */
@@ -72,7 +80,7 @@ static void play_command(struct play *play, char **words)
 static void judge_result(struct play *play, const struct program_line *line, bool is_mistake)
 {
     const VkResult expected = line->result ? play_result_named(play, line->result) : VK_SUCCESS;
-    if (play->result == expected ||
+    if (play->result == expected || play->is_scarce ||
         (is_mistake && !line->result && play->result == VK_ERROR_VALIDATION_FAILED_EXT))
         return;
     play_say(play, "the call returned %d instead of %d\n", play->result, expected);
@@ -130,6 +138,7 @@ bool play_begin(struct play *play, const struct program *program)
     play->report[0] = '\0';
     play->outcome = OUTCOME_PASSED;
     play->was_lost = false;
+    play->compacted = 0;
     play->at = 0;
     const char *missing = play_open_device(play);
     if (missing) {
@@ -163,10 +172,12 @@ void play_program(struct play *play, const struct program *program)
 {
     if (!play_begin(play, program))
         return;
-    for (unsigned i = 0; i < program->line_count && play->outcome == OUTCOME_PASSED; i++)
+    const bool has_given_up = setjmp(play->gives_up) != 0;
+    for (unsigned i = 0;
+         !has_given_up && i < program->line_count && play->outcome == OUTCOME_PASSED; i++)
         play_line(play, i);
     const bool is_held = program_find(program, "alone", NULL);
-    if (play->outcome == OUTCOME_PASSED && !is_held) {
+    if (play->outcome == OUTCOME_PASSED && !is_held && !has_given_up) {
         play->at = program->line_count - 1;
         if (!play->is_closed)
             play_finish(play);

@@ -11,6 +11,8 @@
 #ifndef ASSAY_TESTS_PROGRAMS_PLAY_H
 #define ASSAY_TESTS_PROGRAMS_PLAY_H
 
+#include <setjmp.h>
+
 #include "program.h"
 #include "tally.h"
 #include "tests/fixture/batches.h"
@@ -59,6 +61,8 @@ struct play {
     const struct platform *platform;
     bool is_khronos;   /* the Khronos layer instead of Assay */
     const char *level; /* that programs without a level of their own are played at, or NULL */
+    bool is_scarce;    /* memory runs out: the layer may report less, but nothing else */
+    jmp_buf gives_up;  /* where the program ends then if a command buffer is lost */
     struct instance_fixture fixture;
     char instance_key[512], device_key[512]; /* what they were created for; "": there is none */
     const struct program *program;
@@ -113,6 +117,9 @@ _Noreturn void play_fail(const struct play *play, const char *what);
             play_fail(play, #condition);                                                           \
     } while (0)
 
+/* Ends a command buffer. If memory ran out while it was recorded, the program ends. */
+void play_end_recording(struct play *play, VkCommandBuffer commands);
+
 /* Executes a program; the outcome is in the play. The play is zero-initialized but for its first
  * members, and is kept for the programs to come, which often share its instance and device. */
 void play_program(struct play *play, const struct program *program);
@@ -124,7 +131,15 @@ bool play_line(struct play *play, unsigned line);
 void play_end(struct play *play);
 
 /* Notes the result of a call that lines can expect to fail. Positive results are successes. */
-void play_note(struct play *play, VkResult result);
+void play_note_result(struct play *play, VkResult result);
+/* The same of a call that is repeated if there is no memory, as GET() does. */
+#define play_note(play, call)                                                                      \
+    do {                                                                                           \
+        VkResult note_result = (call);                                                             \
+        if (note_result == VK_ERROR_OUT_OF_HOST_MEMORY && (play)->is_scarce)                       \
+            note_result = (call);                                                                  \
+        play_note_result(play, note_result);                                                       \
+    } while (0)
 
 /* ---- what is there (device.c) */
 
@@ -145,6 +160,9 @@ VkMicromapTypeEXT play_micromap_type(const struct play *play);
 /* The rule of that name, or NULL; and the command whose name begins a text. */
 const struct rule_info *play_rule(const char *name);
 enum build_command play_command_of(const char *text);
+/* about RULE of COMMAND: the rule that the program breaks, or does not break. Returns false if the
+ * command has no such rule: then the program is left out. VUID_NONE: it is about no rule. */
+bool program_subject(const struct program *program, enum vuid *vuid, enum build_command *command);
 
 /* Compares the messages so far with what a line has to report, or with -1 the whole program. */
 void play_judge(struct play *play, int line);

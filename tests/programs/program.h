@@ -63,6 +63,8 @@ struct sources {
 
 /* Adds the cases of a file, which stay allocated. A mistake in the file ends the process. */
 void sources_read(struct sources *sources, const char *path, const char *group);
+/* Adds those of a folder, or of all folders; `chosen`: FOLDER, FOLDER/FILE, or NULL. */
+void sources_read_all(struct sources *sources, const char *chosen);
 
 /* ---- what is played */
 

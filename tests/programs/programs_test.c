@@ -9,12 +9,9 @@
  * synchronization validation plays the programs, too, and a table says which layer reports what. */
 #include "play.h"
 
-#include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-enum { FILES_MAX = 64 }; /* of a folder */
 
 static struct sources sources;
 static struct platform platform;
@@ -24,91 +21,9 @@ static struct play *assay = plays; /* of the program */
 static struct program program;
 static struct tally tally;
 
-/* ---- files */
-
-static int compare_names(const void *a, const void *b)
-{
-    return strcmp(*(char *const *)a, *(char *const *)b);
-}
-
-/* Lists the names in a folder, sorted. Returns their number. */
-static unsigned list_folder(const char *path, char *names[FILES_MAX])
-{
-    DIR *folder = opendir(path);
-    unsigned count = 0;
-    for (const struct dirent *entry; folder && (entry = readdir(folder)) && count < FILES_MAX;)
-        if (entry->d_name[0] != '.')
-            names[count++] = strdup(entry->d_name);
-    if (folder)
-        closedir(folder);
-    qsort(names, count, sizeof(names[0]), compare_names);
-    return count;
-}
-
-static const char *root(void)
-{
-    const char *folder = getenv("ASSAY_PROGRAMS"); /* where scripts/nvidia has packed them */
-    return folder ? folder : PROGRAMS_FOLDER;
-}
-
-/* Reads a file of a folder, unless its name does not begin with the chosen one. */
-static void read_file(const char *folder, const char *name, const char *chosen, bool reads_common)
-{
-    char path[1024], group[256];
-    const char *end = strstr(name, ".cases");
-    if (!end)
-        return;
-    snprintf(path, sizeof(path), "%s/%s/%s", root(), folder, name);
-    snprintf(group, sizeof(group), "%s/%.*s", folder, (int)(end - name), name);
-    const bool is_common = strcmp(name, "common.cases") == 0;
-    if (is_common == reads_common &&
-        (!chosen || strncmp(group, chosen, is_common ? strlen(folder) : strlen(chosen)) == 0))
-        sources_read(&sources, path, group);
-}
-
-static void read_all(const char *chosen)
-{
-    char *folders[FILES_MAX], *files[FILES_MAX], path[1024];
-    const unsigned folder_count = list_folder(root(), folders);
-    for (unsigned i = 0; i < folder_count; i++) {
-        snprintf(path, sizeof(path), "%s/%s", root(), folders[i]);
-        const unsigned file_count = list_folder(path, files);
-        sources.definitions = NULL;
-        sources.tables = NULL;
-        for (unsigned j = 0; j < file_count; j++)
-            read_file(folders[i], files[j], chosen, true);
-        for (unsigned j = 0; j < file_count; j++) {
-            read_file(folders[i], files[j], chosen, false);
-            free(files[j]);
-        }
-        free(folders[i]);
-    }
-    if (!sources.count) {
-        fprintf(stderr, "no programs in %s/%s\n", root(), chosen ? chosen : "");
-        exit(2);
-    }
-}
-
 /* ---- results */
 
 static bool fired[MESSAGE_ID_COUNT], stayed_silent[MESSAGE_ID_COUNT];
-
-/* about RULE of COMMAND: the rule that the program breaks, or does not break. Returns false if the
- * command has no such rule: then the program is left out. */
-static bool read_subject(enum vuid *vuid, enum build_command *command)
-{
-    const struct program_line *line = program_find(&program, "about", NULL);
-    *vuid = VUID_NONE;
-    if (!line)
-        return true;
-    const struct rule_info *rule = play_rule(line->words[1]);
-    for (*command = COMMAND_DEVICE; rule && *command < COMMAND_COUNT; ++*command)
-        if (play_is(line->words[3], build_command_name(*command))) {
-            *vuid = rule->vuid[*command];
-            return *vuid != VUID_NONE;
-        }
-    program_fail(program.name, line->number, "about RULE of COMMAND");
-}
 
 static void write_results(enum vuid vuid, enum build_command command)
 {
@@ -177,7 +92,7 @@ static void play_one(const struct source *source, unsigned variant, bool is_repa
     enum vuid vuid;
     enum build_command command = COMMAND_DEVICE;
     program_make(&program, source, variant, is_repaired);
-    if (!read_subject(&vuid, &command) || !tally_starts(&tally, program.name))
+    if (!program_subject(&program, &vuid, &command) || !tally_starts(&tally, program.name))
         return;
     play_program(choose_play(), &program);
     write_results(vuid, command);
@@ -275,7 +190,7 @@ int main(int argc, char **argv)
     setenv("VK_ASSAY_VALIDATION_ENABLE_MESSAGE_LIMIT", "false", 1);
     setvbuf(stdout, NULL, _IOLBF, 0);
     if (argc > 3 && strcmp(argv[1], "--peer") == 0) {
-        read_all(argv[3]);
+        sources_read_all(&sources, argv[3]);
         return compare_all(argv[2]);
     }
     const char *chosen = argc > 2 && argv[2][0] != '-' ? argv[2] : NULL;
@@ -284,6 +199,6 @@ int main(int argc, char **argv)
         argv++;
         argc--;
     }
-    read_all(chosen);
+    sources_read_all(&sources, chosen);
     return play_all(argc, argv, chosen);
 }

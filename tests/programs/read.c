@@ -2,6 +2,7 @@
 /* Reads files of programs. */
 #include "program.h"
 
+#include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -238,5 +239,73 @@ void sources_read(struct sources *sources, const char *path, const char *group)
     if (strcmp(strrchr(group, '/'), "/common") == 0) {
         sources->definitions = reader.definitions;
         sources->tables = reader.tables;
+    }
+}
+
+/* ---- folders */
+
+enum { FILES_MAX = 64 }; /* of a folder */
+
+static int compare_names(const void *a, const void *b)
+{
+    return strcmp(*(char *const *)a, *(char *const *)b);
+}
+
+/* Lists the names in a folder, sorted. Returns their number. */
+static unsigned list_folder(const char *path, char *names[FILES_MAX])
+{
+    DIR *folder = opendir(path);
+    unsigned count = 0;
+    for (const struct dirent *entry; folder && (entry = readdir(folder)) && count < FILES_MAX;)
+        if (entry->d_name[0] != '.')
+            names[count++] = strdup(entry->d_name);
+    if (folder)
+        closedir(folder);
+    qsort(names, count, sizeof(names[0]), compare_names);
+    return count;
+}
+
+static const char *root(void)
+{
+    const char *folder = getenv("ASSAY_PROGRAMS"); /* where scripts/nvidia has packed them */
+    return folder ? folder : PROGRAMS_FOLDER;
+}
+
+/* Reads a file of a folder, unless its name does not begin with the chosen one. */
+static void read_file(struct sources *sources, const char *folder, const char *name,
+                      const char *chosen, bool reads_common)
+{
+    char path[1024], group[256];
+    const char *end = strstr(name, ".cases");
+    if (!end)
+        return;
+    snprintf(path, sizeof(path), "%s/%s/%s", root(), folder, name);
+    snprintf(group, sizeof(group), "%s/%.*s", folder, (int)(end - name), name);
+    const bool is_common = strcmp(name, "common.cases") == 0;
+    if (is_common == reads_common &&
+        (!chosen || strncmp(group, chosen, is_common ? strlen(folder) : strlen(chosen)) == 0))
+        sources_read(sources, path, group);
+}
+
+void sources_read_all(struct sources *sources, const char *chosen)
+{
+    char *folders[FILES_MAX], *files[FILES_MAX], path[1024];
+    const unsigned folder_count = list_folder(root(), folders);
+    for (unsigned i = 0; i < folder_count; i++) {
+        snprintf(path, sizeof(path), "%s/%s", root(), folders[i]);
+        const unsigned file_count = list_folder(path, files);
+        sources->definitions = NULL;
+        sources->tables = NULL;
+        for (unsigned j = 0; j < file_count; j++)
+            read_file(sources, folders[i], files[j], chosen, true);
+        for (unsigned j = 0; j < file_count; j++) {
+            read_file(sources, folders[i], files[j], chosen, false);
+            free(files[j]);
+        }
+        free(folders[i]);
+    }
+    if (!sources->count) {
+        fprintf(stderr, "no programs in %s/%s\n", root(), chosen ? chosen : "");
+        exit(2);
     }
 }

@@ -318,7 +318,7 @@ static void prepare_image(struct play *play, const char *name)
     play->vk.CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
                                 VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 0, NULL, 0, NULL, 1,
                                 &barrier);
-    GET(play->vk.EndCommandBuffer(commands));
+    play_end_recording(play, commands);
     commands_run(&play->vk, play->device, play->queues[0], commands);
 }
 

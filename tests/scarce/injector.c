@@ -74,7 +74,8 @@ static void record_stack(void)
     const int depth = backtrace(frames, 64);
     uint64_t hash = 0xcbf29ce484222325u; /* FNV-1a */
     for (int i = 0; i < depth; i++)
-        hash = (hash ^ (uintptr_t)frames[i]) * 0x100000001b3u;
+        if (is_watched((uintptr_t)frames[i]))
+            hash = (hash ^ ((uintptr_t)frames[i] - first)) * 0x100000001b3u;
     stacks[count - 1] = hash;
 }
 

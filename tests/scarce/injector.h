@@ -16,7 +16,7 @@ bool injector_watch(const char *path);
 void injector_fail_at(unsigned n);
 
 /* From now on stacks[n - 1] is set to a hash of the return addresses of the n-th allocation's
- * callers, if n is at most `most`. NULL ends this. */
+ * callers within the library, if n is at most `most`. NULL ends this. */
 void injector_record_stacks(uint64_t *stacks, unsigned most);
 
 /* Where in the library the failing allocation was asked for; 0: nowhere yet. Such places are

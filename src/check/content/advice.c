@@ -117,16 +117,18 @@ void content_advise(struct content *content)
     struct content_advice *advice = content->walk->advice;
     const uint32_t count = content->range->range->primitiveCount;
     advice->contents.primitives += count;
+    advice->geometry_count++;
     if (instances_in(content->range->geometry->geometry))
         advice->is_unknown |= !advise_instances(content);
     else if (count)
         advice->is_unknown |= !advise_primitives(content);
 }
 
-/* If no ray can hit anything, that is one advice, about the structure. */
-bool content_advice_end(struct content_advice *advice)
+/* If no ray can hit anything, that is one advice, about the structure. A geometry whose range is in
+ * a buffer that could not be copied was not read. */
+bool content_advice_end(struct content_advice *advice, uint32_t geometry_count)
 {
     if (structure_is_hollow(&advice->contents))
         advice->kept[ADVICE_most_triangles_can_be_hit].weight = 0;
-    return !advice->is_unknown;
+    return !advice->is_unknown && advice->geometry_count == geometry_count;
 }

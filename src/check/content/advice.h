@@ -14,7 +14,8 @@
 struct content_advice {
     const struct advice_limits *limits;
     struct structure_contents contents; /* of all geometries so far */
-    bool is_unknown;                    /* not all primitives could be judged */
+    uint32_t geometry_count;            /* that were read */
+    bool is_unknown;                    /* not all their primitives could be judged */
     struct kept_advice {
         uint64_t weight; /* 0: none was kept */
         struct finding finding;
@@ -26,7 +27,7 @@ struct content_advice {
 void content_advise_begin(struct content *content);
 /* Judges a geometry that was read. */
 void content_advise(struct content *content);
-/* Judges the build. Returns whether all its primitives are known. */
-bool content_advice_end(struct content_advice *advice);
+/* Judges the build, which has so many geometries. Returns whether all its primitives are known. */
+bool content_advice_end(struct content_advice *advice, uint32_t geometry_count);
 
 #endif

@@ -289,9 +289,10 @@ static void end_advice(struct executed_call *call, const struct executed_build *
     const struct check_context *context = call->walk.context;
     if (!advice)
         return;
-    advice->contents.is_top = recorded_build_given(build->build)->info.type ==
-                              VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
-    const bool is_known = content_advice_end(advice);
+    const VkAccelerationStructureBuildGeometryInfoKHR *info =
+        &recorded_build_given(build->build)->info;
+    advice->contents.is_top = info->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
+    const bool is_known = content_advice_end(advice, info->geometryCount);
     context->hooks->advised(context->user, advice, is_known ? &advice->contents : NULL);
     free(advice);
     call->walk.advice = NULL;

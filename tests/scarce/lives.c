@@ -1,0 +1,169 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "lives.h"
+
+#include <dlfcn.h>
+#include <signal.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "injector.h"
+
+enum {
+    MOST = 1 << 16,       /* allocations of a life */
+    KNOWN_MOST = 1 << 18, /* stacks of all lives */
+    ENOUGH = 10,          /* lives that end badly */
+};
+
+static uint64_t *stacks; /* of the allocations of a life, shared with its process; 0 ends them */
+static unsigned lives, bad, aborted;
+
+void lives_open(void)
+{
+    stacks = mmap(NULL, MOST * sizeof(*stacks), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS,
+                  -1, 0);
+    if (stacks != MAP_FAILED && injector_watch(LAYER_LIBRARY))
+        return;
+    fprintf(stderr, "%s\n", stacks == MAP_FAILED ? "no shared memory" : dlerror());
+    exit(2);
+}
+
+/* ---- a life */
+
+static void end_in_abort(int signal)
+{
+    (void)signal;
+    _exit(LIFE_IN_SETTINGS_LIBRARY);
+}
+
+static enum life_end live_here(const char *(*live)(bool is_scarce), unsigned failing)
+{
+    signal(SIGABRT, end_in_abort);
+    injector_fail_at(failing);
+    const char *wrong = live(failing != 0);
+    if (!wrong)
+        return LIFE_SKIPPED;
+    if (!wrong[0] && !injector_live())
+        return LIFE_WELL;
+    fprintf(stderr, "%s\n", wrong);
+    if (injector_live())
+        fprintf(stderr, "%zu blocks leak, the first allocated at %#zx\n", injector_live(),
+                injector_oldest());
+    return LIFE_BADLY;
+}
+
+/* However the process ends. */
+static void tell_where(void)
+{
+    if (injector_failed())
+        fprintf(stderr, "(asked for at %#zx)\n", injector_failed());
+}
+
+/* What the process wrote to stderr. */
+static const char *words_of(FILE *file)
+{
+    static char text[8192];
+    rewind(file);
+    text[fread(text, 1, sizeof(text) - 1, file)] = '\0';
+    return text;
+}
+
+static enum life_end live_in_a_process(const char *name, const char *(*live)(bool is_scarce),
+                                       unsigned failing)
+{
+    FILE *words = tmpfile();
+    fflush(NULL);
+    const pid_t child = words ? fork() : -1;
+    int status;
+    if (!child) {
+        dup2(fileno(words), STDERR_FILENO);
+        atexit(tell_where);
+        exit((int)live_here(live, failing));
+    }
+    if (child < 0 || waitpid(child, &status, 0) != child) {
+        perror("a life");
+        exit(2);
+    }
+    enum life_end end = WIFEXITED(status) && WEXITSTATUS(status) < LIFE_BADLY
+                            ? (enum life_end)WEXITSTATUS(status)
+                            : LIFE_BADLY;
+    if (end == LIFE_IN_SETTINGS_LIBRARY && !strstr(words_of(words), "std::bad_alloc"))
+        end = LIFE_BADLY;
+    if (end == LIFE_BADLY)
+        printf("%s, allocation %u, status %#x: %s\n", name, failing, (unsigned)status,
+               words_of(words));
+    fclose(words);
+    return end;
+}
+
+/* ---- which allocations fail */
+
+/* The number of the application, from 1 on, that had such an allocation first. Open addressing with
+ * linear probing. */
+static unsigned first_with(uint64_t stack, unsigned application)
+{
+    static struct {
+        uint64_t stack;
+        unsigned application;
+    } known[KNOWN_MOST];
+    size_t i = stack % KNOWN_MOST;
+    while (known[i].stack && known[i].stack != stack)
+        i = (i + 1) % KNOWN_MOST;
+    if (!known[i].stack) {
+        known[i].stack = stack;
+        known[i].application = application;
+    }
+    return known[i].application;
+}
+
+/* Whether an allocation before (step -1) or behind (1) has the same stack. */
+static bool repeats(unsigned i, int step)
+{
+    for (unsigned j = i; (step > 0 || j > 0) && stacks[j];)
+        if (stacks[j += (unsigned)step] == stacks[i])
+            return true;
+    return false;
+}
+
+static bool fails(unsigned i, unsigned application)
+{
+    const char *only = getenv("ASSAY_SCARCE_AT");
+    if (only)
+        return strtoul(only, NULL, 10) == i + 1;
+    return getenv("ASSAY_SCARCE_ALL") || (first_with(stacks[i], application) == application &&
+                                          (!repeats(i, -1) || !repeats(i, 1)));
+}
+
+void lives_play(const char *name, const char *(*live)(bool is_scarce))
+{
+    static unsigned application;
+    application++;
+    memset(stacks, 0, MOST * sizeof(*stacks));
+    injector_record_stacks(stacks, MOST - 1);
+    const enum life_end end = live_in_a_process(name, live, 0);
+    injector_record_stacks(NULL, 0);
+    bad += end == LIFE_BADLY;
+    for (unsigned i = 0; end == LIFE_WELL && stacks[i] && !lives_are_enough(); i++) {
+        if (!fails(i, application))
+            continue;
+        const enum life_end scarce = live_in_a_process(name, live, i + 1);
+        bad += scarce == LIFE_BADLY;
+        aborted += scarce == LIFE_IN_SETTINGS_LIBRARY;
+        lives++;
+    }
+}
+
+bool lives_are_enough(void)
+{
+    return bad >= ENOUGH;
+}
+
+int lives_close(unsigned least)
+{
+    printf("%u lives, of which %u ended in the settings library, %u badly\n", lives, aborted, bad);
+    return bad || (lives < least && !getenv("ASSAY_SCARCE_AT"));
+}

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Lives of an application with memory running out: each life lacks another of the layer's
+ * allocations. Whatever was lost, nothing crashes, nothing leaks, and no message goes out that is
+ * not true.
+ *
+ * Where the same calls within the layer lead to several allocations, only the first and the last of
+ * them fail, once for all applications. ASSAY_SCARCE_ALL, which scripts/test --all sets, fails each
+ * of them; ASSAY_SCARCE_AT repeats one life.
+ *
+ * Each life is a process, so that a crash tells which allocation it was. */
+#ifndef SCARCE_LIVES_H
+#define SCARCE_LIVES_H
+
+#include <stdbool.h>
+
+/* How a life ended. IN_SETTINGS_LIBRARY: the library that reads settings is in C++, and throws
+ * where it gets no memory; nothing in the layer catches that. */
+enum life_end { LIFE_WELL, LIFE_SKIPPED, LIFE_IN_SETTINGS_LIBRARY, LIFE_BADLY };
+
+/* Watches the layer. Ends the process if it cannot. */
+void lives_open(void);
+
+/* Has an application live: first without a failure, then again and again. `live` returns what was
+ * wrong, "" if nothing was, or NULL for an application that cannot live here; it is told whether
+ * memory may run out. It may exit, with a message, from a life that goes badly. */
+void lives_play(const char *name, const char *(*live)(bool is_scarce));
+
+/* Whether so many lives have ended badly that others need not begin. */
+bool lives_are_enough(void);
+/* Prints how they ended. Returns the exit status: too few lives are no success, either. */
+int lives_close(unsigned least);
+
+#endif
