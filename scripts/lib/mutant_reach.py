@@ -35,7 +35,7 @@ class Reach:
         for entry in report["files"]:
             path = os.path.join(report["current_working_directory"], entry["file"])
             name = os.path.relpath(os.path.normpath(path), tree)
-            if name.startswith("src/"):
+            if name.startswith(("src/", "layer/")):
                 for line in entry["lines"]:
                     number = line["line_number"]
                     self.objects[name][number].add(made)
