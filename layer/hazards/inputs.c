@@ -42,12 +42,20 @@ static void add_bytes(struct hazard_recording *recording, const struct hazard_us
         hazard_recording_add_address(recording, use, from->facts, begin, end);
 }
 
+/* Whether the host alone may write what a build of the device reads. */
+static bool is_of_host(const struct hazard_elements *elements)
+{
+    return !elements->host && elements->facts->status == ADDRESS_IN_BUFFER &&
+           buffer_is_only_read(elements->facts->usage);
+}
+
 void hazards_add_elements(struct hazard_recording *recording, const struct hazard_use *use,
                           const struct hazard_elements *elements)
 {
     uint64_t size = elements->size, stride = elements->stride;
     if (!elements->count || !size)
         return;
+    recording->journal->reads_host_data |= is_of_host(elements);
     uint64_t begin = elements->offset;
     uint64_t last = input_extent(begin, elements->count - 1, stride, 0);
     uint64_t end = input_extent(begin, elements->count - 1, stride, size);
@@ -63,8 +71,10 @@ void hazards_add_indexed(struct hazard_recording *recording, const struct hazard
                          const struct hazard_elements *elements)
 {
     const struct address_facts *facts = elements->facts;
+    const bool is_content = recording->device->level >= LEVEL_CONTENT;
     if (elements->host || facts->status != ADDRESS_IN_BUFFER ||
-        elements->offset >= facts->bytes_left || elements->stride > UINT32_MAX)
+        elements->offset >= facts->bytes_left || elements->stride > UINT32_MAX ||
+        (!is_content && !is_of_host(elements)))
         return;
     const uint64_t memory =
         elements->memory_id
@@ -80,7 +90,7 @@ void hazards_add_indexed(struct hazard_recording *recording, const struct hazard
     item->origin = (uint32_t)elements->size;
     item->bytes = (struct hazard_bytes){memory, facts->begin + elements->offset,
                                         facts->begin + facts->bytes_left};
-    recording->journal->awaits_inputs |= recording->device->level >= LEVEL_CONTENT;
+    recording->journal->awaits_inputs |= is_content;
 }
 
 /* ---- geometries */

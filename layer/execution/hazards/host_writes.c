@@ -37,7 +37,7 @@ struct submitted_input {
 struct submitted_inputs {
     uint64_t untracked; /* see execution_order_find_observed(), at the submission */
     atomic_bool is_reported;
-    bool lacks_any; /* memory ran out, or an event may be what the batch waits for */
+    bool lacks_any; /* memory ran out */
     uint32_t count, capacity;
     struct submitted_input *items;
 };
@@ -158,7 +158,6 @@ static void add_inputs(const struct host_writes *host_writes, struct submitted_i
     const struct hazard_entry *command = NULL, *indexed = NULL;
     struct journal_cursor cursor =
         journal_start(journal, JOURNAL_HAZARDS | JOURNAL_BIT(JOURNAL_EXECUTE));
-    inputs->lacks_any |= journal->has_events;
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         const struct hazard_entry *item = (const void *)entry;
         if (entry->kind == JOURNAL_EXECUTE)
@@ -183,10 +182,23 @@ static void free_inputs(struct submitted_inputs *inputs)
 
 /* ---- batches */
 
+/* Whether a command buffer reads what the host may write, and none waits for an event that the host
+ * may set after it has written. */
+static bool reads_host_data(const struct order_batch *batch)
+{
+    bool reads = false, has_events = false;
+    for (uint32_t i = 0; i < batch->command_count; i++) {
+        const struct journal *journal = batch->commands[i].captured;
+        reads |= journal && journal->reads_host_data;
+        has_events |= journal && journal->has_events;
+    }
+    return reads && !has_events;
+}
+
 static bool is_compared(const struct host_writes *host_writes, const struct order_batch *batch)
 {
     return batch->queue && batch->work == WORK_OF_QUEUE && batch->predecessors_known &&
-           batch->is_replayed && !batch->is_exposed && batch->command_count &&
+           batch->is_replayed && !batch->is_exposed && reads_host_data(batch) &&
            !atomic_load(&host_writes->is_stopped) &&
            atomic_load(&host_writes->kept) < BATCHES_COMPARED;
 }

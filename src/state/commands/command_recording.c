@@ -164,6 +164,7 @@ void command_buffer_execute(struct command_buffer *primary, struct command_buffe
         primary->journal->secondary_count++;
         primary->journal->has_events |= secondary->journal->has_events;
         primary->journal->awaits_inputs |= secondary->journal->awaits_inputs;
+        primary->journal->reads_host_data |= secondary->journal->reads_host_data;
     }
     if (primary->journal && (is_circle || !secondary->journal || secondary->journal->incomplete))
         primary->journal->incomplete = true;

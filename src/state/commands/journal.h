@@ -278,8 +278,10 @@ struct journal {
     bool has_events;           /* it or a secondary has event entries */
     bool incomplete;           /* memory ran out for entries: the others prove nothing */
     bool lacks_hazards;        /* memory ran out for HAZARD entries: all before counts as ordered */
-    /* It or a secondary has HAZARD_INDEXED entries, or commands that read references. */
+    /* It or a secondary has builds whose data, indices or references level content will find. */
     bool awaits_inputs;
+    /* Setting hazards: it or a secondary has builds that read buffers which no command writes. */
+    bool reads_host_data;
 };
 
 /* Returns NULL if memory runs out. The caller owns one reference. */

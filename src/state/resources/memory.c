@@ -202,26 +202,12 @@ static uint64_t find_bytes(const struct resources *resources, const struct addre
     return size - skipped;
 }
 
-/* What only reads. */
-static const VkBufferUsageFlags2 READING_USAGES =
-    VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_2_UNIFORM_TEXEL_BUFFER_BIT |
-    VK_BUFFER_USAGE_2_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_2_INDEX_BUFFER_BIT |
-    VK_BUFFER_USAGE_2_VERTEX_BUFFER_BIT | VK_BUFFER_USAGE_2_INDIRECT_BUFFER_BIT |
-    VK_BUFFER_USAGE_2_CONDITIONAL_RENDERING_BIT_EXT |
-    VK_BUFFER_USAGE_2_SHADER_BINDING_TABLE_BIT_KHR |
-    VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-    VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT;
-
-static bool is_written_by_commands(const struct buffer_record *buffer)
-{
-    return buffer->where.usage & ~READING_USAGES;
-}
-
 /* Whether a command may write some of the bytes through a buffer. */
 static bool has_writers(const struct memory_record *memory, const struct mapped_bytes *bytes)
 {
     for (const struct buffer_record *buffer = memory->buffers; buffer; buffer = buffer->next)
-        if (is_written_by_commands(buffer) && buffer->memory_offset < bytes->begin + bytes->size &&
+        if (!buffer_is_only_read(buffer->where.usage) &&
+            buffer->memory_offset < bytes->begin + bytes->size &&
             bytes->begin < buffer->memory_offset + buffer->where.bytes_left)
             return true;
     return false;
@@ -237,7 +223,7 @@ static const struct memory_record *host_memory_of(const struct resources *resour
         memory->multi_instance || resources->incomplete ||
         !(memory->properties & VK_MEMORY_PROPERTY_HOST_COHERENT_BIT))
         return NULL;
-    return buffer->is_external || is_written_by_commands(buffer) ? NULL : memory;
+    return buffer->is_external || !buffer_is_only_read(buffer->where.usage) ? NULL : memory;
 }
 
 static const void *find_host_bytes(const struct resources *resources,

@@ -215,6 +215,21 @@ void resources_find_host_pieces(struct resources *resources, const void *pointer
 uint64_t resources_find_mapped(struct resources *resources, VkDeviceAddress address, uint64_t size,
                                const void **bytes);
 
+/* Whether no command writes to a buffer with these usages: STORAGE_BUFFER and TRANSFER_DST write.
+ */
+static inline bool buffer_is_only_read(VkBufferUsageFlags2 usage)
+{
+    const VkBufferUsageFlags2 reading =
+        VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_2_UNIFORM_TEXEL_BUFFER_BIT |
+        VK_BUFFER_USAGE_2_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_2_INDEX_BUFFER_BIT |
+        VK_BUFFER_USAGE_2_VERTEX_BUFFER_BIT | VK_BUFFER_USAGE_2_INDIRECT_BUFFER_BIT |
+        VK_BUFFER_USAGE_2_CONDITIONAL_RENDERING_BIT_EXT |
+        VK_BUFFER_USAGE_2_SHADER_BINDING_TABLE_BIT_KHR |
+        VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+        VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT;
+    return !(usage & ~reading);
+}
+
 /* Bytes of memory that a buffer is bound to. */
 struct mapped_bytes {
     VkBuffer buffer;
