@@ -119,12 +119,38 @@ bool structure_can_be_hit(const struct use_view *use, struct finding *finding, u
                      text(contents->is_top ? "have mask 0" : "are degenerate"));
 }
 
+/* An update or a build between other writes restores what these have overwritten. Data that rests
+ * for a while is not a waste if it mostly changes. */
+static bool repeats_its_input(const struct use_view *use)
+{
+    const struct input_repeats *repeats = &use->uses->repeats;
+    const uint32_t builds = count(use, USE_BUILT) + count(use, USE_UPDATED);
+    return builds == use->uses->read_builds && !count(use, USE_FILLED) &&
+           use->uses->hollow_builds != builds && !repeats->is_shared &&
+           (uint64_t)repeats->longest + 1 >= use->limits->of[ADVICE_LIMIT_builds] &&
+           (uint64_t)2 * repeats->count >= builds;
+}
+
+bool structure_is_built_from_new_input(const struct use_view *use, struct finding *finding,
+                                       uint64_t *weight)
+{
+    const uint32_t repeated = use->uses->repeats.count;
+    *weight = repeated;
+    return !repeated || !repeats_its_input(use) ||
+           violated(finding, "",
+                    "was built {} and updated {}, and {} of these had the input of the one before, "
+                    "byte for byte",
+                    count_of(count(use, USE_BUILT), "time"),
+                    count_of(count(use, USE_UPDATED), "time"), number(repeated));
+}
+
 /* ---- flags */
 
 static bool is_rebuilt(const struct use_view *use)
 {
     const uint32_t builds = count(use, USE_BUILT);
-    return builds >= use->limits->of[ADVICE_LIMIT_builds] && (uint64_t)4 * builds > use->lived;
+    return builds >= use->limits->of[ADVICE_LIMIT_builds] && (uint64_t)4 * builds > use->lived &&
+           !repeats_its_input(use);
 }
 
 /* Top-level structures are better built for tracing, even each frame. */

@@ -262,12 +262,12 @@ INPUTS_TEST(test_inputs_of_destroyed_structures)
 FLAGS_TEST(test_builds_that_are_judged)
 {
     const struct structure_contents solid = {.primitives = 2, .inactive = 1};
-    assert_false(structures_begin_read(structures, ID)); /* no record */
+    assert_false(structures_begin_read(structures, ID).is_judged); /* no record */
     write_flag(structures, false, batch(1));
     assert_true(structures_note_build(structures, ID, 0, 0, 0));
     for (unsigned i = 1; i <= 70; i++) {
         const bool is_power = (i & (i - 1)) == 0;
-        assert_int_equal(structures_begin_read(structures, ID), is_power);
+        assert_int_equal(structures_begin_read(structures, ID).is_judged, is_power);
         structures_note_contents(structures, ID, &solid);
     }
 }
@@ -281,15 +281,78 @@ FLAGS_TEST(test_hollow_builds)
     write_flag(structures, false, batch(1));
     assert_true(structures_note_build(structures, ID, 0, 0, 0));
     for (unsigned i = 0; i < 5; i++) {
-        assert_true(structures_begin_read(structures, ID));
+        assert_true(structures_begin_read(structures, ID).is_judged);
         structures_note_contents(structures, ID, i == 4 ? &hollow : &nothing);
     }
     assert_true(structures_find_uses(structures, ID, &uses));
     assert_int_equal(uses.hollow_builds, 5);
     assert_int_equal(uses.contents.primitives, 3);
-    assert_true(structures_begin_read(structures, ID)); /* whose contents stay unknown */
-    assert_false(structures_begin_read(structures, ID));
-    assert_true(structures_begin_read(structures, ID)); /* the eighth */
+    assert_true(structures_begin_read(structures, ID).is_judged); /* whose contents stay unknown */
+    assert_false(structures_begin_read(structures, ID).is_judged);
+    assert_true(structures_begin_read(structures, ID).is_judged); /* the eighth */
+}
+
+static struct structure_uses note_input(struct structures *structures,
+                                        const struct input_digest *digest)
+{
+    struct structure_uses uses = {0};
+    structures_note_input(structures, ID, digest);
+    structures_find_uses(structures, ID, &uses);
+    return uses;
+}
+
+FLAGS_TEST(test_repeated_input)
+{
+    const struct input_digest one = {.words = {1, 2}}, two = {.words = {1, 3}},
+                              three = {.words = {2, 2}};
+    structures_note_input(structures, ID, &one); /* no record */
+    write_flag(structures, false, batch(1));
+    assert_true(structures_note_build(structures, ID, 0, 0, 0));
+    assert_int_equal(note_input(structures, &one).repeats.count, 0);
+    assert_int_equal(note_input(structures, &one).repeats.count, 1);
+    assert_int_equal(note_input(structures, &one).repeats.run, 2);
+    assert_int_equal(note_input(structures, &two).repeats.run, 0);
+    assert_int_equal(note_input(structures, &three).repeats.run, 0);
+    assert_int_equal(note_input(structures, &three).repeats.count, 3);
+    assert_int_equal(note_input(structures, NULL).repeats.run, 0);
+    assert_int_equal(note_input(structures, &three).repeats.count, 3);
+    assert_int_equal(note_input(structures, &three).repeats.longest, 2);
+    assert_false(note_input(structures, &three).repeats.is_shared);
+    structures_note_shared(structures, OTHER_ID);
+    structures_note_shared(structures, ID);
+    assert_true(note_input(structures, &three).repeats.is_shared);
+}
+
+/* Only between two writes that follow each other do the structures that it refers to stay. */
+FLAGS_TEST(test_repeated_input_of_a_top_level)
+{
+    struct input_digest digest = {.words = {1, 2}, .serial = 7, .is_top = true};
+    write_flag(structures, false, batch(1));
+    assert_true(structures_note_build(structures, ID, 0, 0, 0));
+    note_input(structures, &digest);
+    digest.serial = 8;
+    assert_int_equal(note_input(structures, &digest).repeats.count, 1);
+    digest.serial = 10;
+    assert_int_equal(note_input(structures, &digest).repeats.count, 1);
+    digest.is_top = false;
+    assert_int_equal(note_input(structures, &digest).repeats.count, 1);
+}
+
+/* Input is compared in pairs at the powers of two, and as long as it repeats. */
+FLAGS_TEST(test_builds_that_are_compared)
+{
+    const struct input_digest digest = {.words = {1, 2}};
+    uint32_t compared = 0;
+    write_flag(structures, false, batch(1));
+    assert_true(structures_note_build(structures, ID, 0, 0, 0));
+    for (unsigned i = 1; i <= 32; i++)
+        compared += structures_begin_read(structures, ID).is_compared;
+    assert_int_equal(compared, 1 + 1 + 1 + 2 + 2 + 2 + 1); /* 1, 2, 3, 4, 5, 8, 9, 16, 17, 32 */
+    assert_true(structures_begin_read(structures, ID).is_compared);
+    assert_false(structures_begin_read(structures, ID).is_compared);
+    note_input(structures, &digest);
+    note_input(structures, &digest);
+    assert_true(structures_begin_read(structures, ID).is_compared);
 }
 
 FLAGS_TEST(test_advice_is_given_once)

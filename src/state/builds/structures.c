@@ -281,17 +281,64 @@ static struct structure_uses *lock_known_uses(const struct structures *structure
     return structure && structure->more ? &structure->more->uses : NULL;
 }
 
-bool structures_begin_read(const struct structures *structures, uint64_t id)
+static bool is_power_of_two(uint32_t number)
+{
+    return !(number & (number - 1));
+}
+
+struct reading_wanted structures_begin_read(const struct structures *structures, uint64_t id)
 {
     struct structure_uses *uses = lock_known_uses(structures, id);
-    bool is_wanted = false;
+    struct reading_wanted wanted = {0};
     if (uses) {
-        is_wanted = uses->hollow_builds == uses->read_builds;
-        uses->read_builds++;
-        is_wanted |= !(uses->read_builds & (uses->read_builds - 1));
+        const uint32_t before = uses->read_builds++;
+        const bool is_power = is_power_of_two(uses->read_builds);
+        wanted.is_judged = is_power || uses->hollow_builds == before;
+        wanted.is_compared = is_power || is_power_of_two(before) || uses->repeats.run;
     }
     unlock_shared(structures);
-    return is_wanted;
+    return wanted;
+}
+
+/* The boxes of a top-level structure are those of other structures. If nothing was written between
+ * two of its builds but itself, these are as they were. */
+static bool repeats(const struct input_repeats *known, const struct input_digest *digest)
+{
+    const struct input_digest *last = &known->last;
+    return known->is_known && digest->words[0] == last->words[0] &&
+           digest->words[1] == last->words[1] && digest->is_top == last->is_top &&
+           (!digest->is_top || digest->serial == last->serial + 1);
+}
+
+/* Returns whether the input is repeated. */
+static bool note_digest(struct input_repeats *known, const struct input_digest *digest)
+{
+    const bool is_same = digest && repeats(known, digest);
+    known->count += is_same;
+    known->run = is_same ? known->run + 1 : 0;
+    known->longest = known->run > known->longest ? known->run : known->longest;
+    known->is_known = digest;
+    if (digest)
+        known->last = *digest;
+    return is_same;
+}
+
+bool structures_note_input(const struct structures *structures, uint64_t id,
+                           const struct input_digest *digest)
+{
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    const bool asks =
+        uses && note_digest(&uses->repeats, digest) && is_power_of_two(uses->repeats.run);
+    unlock_shared(structures);
+    return asks;
+}
+
+void structures_note_shared(const struct structures *structures, uint64_t id)
+{
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    if (uses)
+        uses->repeats.is_shared = true;
+    unlock_shared(structures);
 }
 
 void structures_note_contents(const struct structures *structures, uint64_t id,

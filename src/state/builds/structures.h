@@ -66,6 +66,23 @@ static inline bool structure_is_hollow(const struct structure_contents *contents
     return contents->inactive + contents->invisible == contents->primitives;
 }
 
+/* What a build has read: a hash of its parameters and of the bytes. */
+struct input_digest {
+    uint64_t words[2];
+    /* Of a top-level build: structures_find_serial() when it executed. */
+    uint64_t serial;
+    bool is_top;
+};
+
+/* How often a structure was built or updated from the input of the time before. */
+struct input_repeats {
+    struct input_digest last;
+    bool is_known;         /* `last` is */
+    bool is_shared;        /* its memory may be */
+    uint32_t count;        /* of repetitions */
+    uint32_t run, longest; /* of repetitions in a row: those up to now, and the most */
+};
+
 struct structure_uses {
     uint32_t counts[STRUCTURE_USES]; /* by enum structure_use */
     uint32_t first_build; /* number of executed submissions up to its first build, if it has one */
@@ -75,6 +92,7 @@ struct structure_uses {
      * can hit anything in hollow_builds of these. */
     uint32_t read_builds, hollow_builds;
     struct structure_contents contents; /* of the last hollow one */
+    struct input_repeats repeats;       /* of these builds and updates */
     uint64_t advised;                   /* bits 1 << enum advice: given about the input data */
     VkDeviceSize needed_size; /* of its last build, in bytes; 0: unknown, or it has none */
 };
@@ -195,10 +213,19 @@ enum structure_written structures_were_written(const struct structures *structur
 bool structures_find_uses(const struct structures *structures, uint64_t id,
                           struct structure_uses *uses);
 
-/* Counts a build whose input data is read. Returns whether it is to be judged: if all before it
- * were hollow, or its number is a power of two. So data that is built again and again costs little.
- */
-bool structures_begin_read(const struct structures *structures, uint64_t id);
+/* Counts a build whose input data is read. So that data which is built again and again costs
+ * little: it is judged if all builds before it were hollow, or if its number is a power of two; and
+ * its input is compared with the one before if that one was repeated, or one of both numbers is a
+ * power of two. */
+struct reading_wanted {
+    bool is_judged, is_compared;
+};
+struct reading_wanted structures_begin_read(const struct structures *structures, uint64_t id);
+/* What the build has read. NULL: that is not known. Returns true at some repetitions: then the
+ * caller calls structures_note_shared() if the structure may share its memory. */
+bool structures_note_input(const struct structures *structures, uint64_t id,
+                           const struct input_digest *digest);
+void structures_note_shared(const struct structures *structures, uint64_t id);
 /* That build has these contents. */
 void structures_note_contents(const struct structures *structures, uint64_t id,
                               const struct structure_contents *contents);
