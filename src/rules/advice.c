@@ -191,17 +191,44 @@ bool allowed_updates_are_made(const struct use_view *use, struct finding *findin
                     count_of(count(use, USE_BUILT), "time"), count_of(use->lived, "submission"));
 }
 
+/* ---- all structures */
+
+bool few_structures_are_small(const struct crowd_view *crowd, struct finding *finding,
+                              uint64_t *weight)
+{
+    *weight = crowd->tiny;
+    return !crowd->tiny || crowd->tiny < crowd->limits->of[ADVICE_LIMIT_structures] ||
+           violated(finding, "", "had {} of at most {} at a time",
+                    count_of(crowd->tiny, "bottom-level structure"),
+                    count_of(crowd->limits->of[ADVICE_LIMIT_few_primitives], "primitive"));
+}
+
 /* ---- all rows */
+
+#define JUDGE(subject, name)                                                                       \
+    if (!name(subject, &finding, &weight))                                                         \
+        found(user, ADVICE_##name, &finding, weight);
+#define JUDGE_mesh(name)
+#define JUDGE_placing(name)
 
 void advice_judge_use(const struct use_view *use, advice_found *found, void *user)
 {
     struct finding finding;
     uint64_t weight;
-#define JUDGE_mesh(name)
-#define JUDGE_placing(name)
-#define JUDGE_use(name)                                                                            \
-    if (!name(use, &finding, &weight))                                                             \
-        found(user, ADVICE_##name, &finding, weight);
+#define JUDGE_crowd(name)
+#define JUDGE_use(name) JUDGE(use, name)
+#define ADVICE(subject, name, kind, id, hint) JUDGE_##subject(name)
+#include "vuid-tables/advice.def"
+#undef JUDGE_crowd
+#undef JUDGE_use
+}
+
+void advice_judge_crowd(const struct crowd_view *crowd, advice_found *found, void *user)
+{
+    struct finding finding;
+    uint64_t weight;
+#define JUDGE_crowd(name) JUDGE(crowd, name)
+#define JUDGE_use(name)
 #define ADVICE(subject, name, kind, id, hint) JUDGE_##subject(name)
 #include "vuid-tables/advice.def"
 }

@@ -184,6 +184,7 @@ bool no_instance_repeats_another(const struct placing_view *placing, struct find
     if (!name(subject, &finding, &weight))                                                         \
         found(user, ADVICE_##name, &finding, weight);
 #define JUDGE_use(name)
+#define JUDGE_crowd(name)
 #define ADVICE(subject, name, kind, id, hint) JUDGE_##subject(name)
 
 void advice_judge_mesh(const struct mesh_view *mesh, advice_found *found, void *user)

@@ -281,6 +281,16 @@ static struct structure_uses *lock_known_uses(const struct structures *structure
     return structure && structure->more ? &structure->more->uses : NULL;
 }
 
+bool structures_note_tiny(const struct structures *structures, uint64_t id, bool is_tiny)
+{
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    const bool was_tiny = uses && uses->is_tiny;
+    if (uses)
+        uses->is_tiny = is_tiny;
+    unlock_shared(structures);
+    return was_tiny;
+}
+
 static bool is_power_of_two(uint32_t number)
 {
     return !(number & (number - 1));

@@ -94,6 +94,7 @@ struct structure_uses {
     struct structure_contents contents; /* of the last hollow one */
     struct input_repeats repeats;       /* of these builds and updates */
     uint64_t advised;                   /* bits 1 << enum advice: given about the input data */
+    bool is_tiny;                       /* its last build has few primitives */
     VkDeviceSize needed_size; /* of its last build, in bytes; 0: unknown, or it has none */
 };
 
@@ -153,6 +154,9 @@ void structures_copy_input(struct structures *structures, uint64_t dst_id, uint6
 bool structures_note_use(struct structures *structures, uint64_t id, enum structure_use use);
 bool structures_note_build(struct structures *structures, uint64_t id, uint32_t submission,
                            VkBuildAccelerationStructureFlagsKHR flags, VkDeviceSize needed);
+/* Notes whether a structure is tiny, and returns whether it was; with false, when it is destroyed.
+ */
+bool structures_note_tiny(const struct structures *structures, uint64_t id, bool is_tiny);
 /* The host has read the compacted size of a structure that has a record. */
 bool structures_note_compacted_size(struct structures *structures, uint64_t id, VkDeviceSize size);
 
