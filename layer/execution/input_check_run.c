@@ -361,7 +361,7 @@ static void begin_advice(const struct read_call *call, struct executed_build *ex
         return;
     const struct reading_wanted wanted = structures_begin_read(device->structures, call->dst_id);
     executed->wants_digest = wanted.is_compared && !call->reading->when;
-    if (!executed->wants_digest)
+    if (wanted.is_compared && !executed->wants_digest)
         structures_note_input(device->structures, call->dst_id, NULL);
     if (wanted.is_judged)
         executed->limits = &reporter_settings(device->instance->reporter)->advice_limits;

@@ -119,29 +119,37 @@ bool structure_can_be_hit(const struct use_view *use, struct finding *finding, u
                      text(contents->is_top ? "have mask 0" : "are degenerate"));
 }
 
-/* An update or a build between other writes restores what these have overwritten. Data that rests
- * for a while is not a waste if it mostly changes. */
+enum { COMPARED_MIN = 2 }; /* builds of which none had another input than the one before */
+
+static uint32_t builds_of(const struct use_view *use)
+{
+    return count(use, USE_BUILT) + count(use, USE_UPDATED);
+}
+
+/* A build restores what other writes have overwritten. Input that rests for a while is no waste if
+ * it changes as long. */
 static bool repeats_its_input(const struct use_view *use)
 {
     const struct input_repeats *repeats = &use->uses->repeats;
-    const uint32_t builds = count(use, USE_BUILT) + count(use, USE_UPDATED);
-    return builds == use->uses->read_builds && !count(use, USE_FILLED) &&
-           use->uses->hollow_builds != builds && !repeats->is_shared &&
-           (uint64_t)repeats->longest + 1 >= use->limits->of[ADVICE_LIMIT_builds] &&
-           (uint64_t)2 * repeats->count >= builds;
+    const uint32_t builds = builds_of(use), same = builds - repeats->since + 1;
+    return builds == use->uses->read_builds && use->uses->hollow_builds != builds &&
+           !count(use, USE_FILLED) && !repeats->is_shared && repeats->equal_ones >= COMPARED_MIN &&
+           same >= use->limits->of[ADVICE_LIMIT_builds] && (uint64_t)2 * same >= builds;
 }
 
 bool structure_is_built_from_new_input(const struct use_view *use, struct finding *finding,
                                        uint64_t *weight)
 {
-    const uint32_t repeated = use->uses->repeats.count;
-    *weight = repeated;
-    return !repeated || !repeats_its_input(use) ||
+    const struct input_repeats *repeats = &use->uses->repeats;
+    const uint32_t same = builds_of(use) - repeats->since + 1;
+    *weight = same;
+    return !repeats_its_input(use) ||
            violated(finding, "",
-                    "was built {} and updated {}, and {} of these had the input of the one before, "
-                    "byte for byte",
+                    "was built {} and updated {}, the last {} of these from the same input: {} "
+                    "that the layer has compared had the bytes and parameters of the one before",
                     count_of(count(use, USE_BUILT), "time"),
-                    count_of(count(use, USE_UPDATED), "time"), number(repeated));
+                    count_of(count(use, USE_UPDATED), "time"), number(same),
+                    number(repeats->equal_ones));
 }
 
 /* ---- flags */

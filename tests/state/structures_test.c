@@ -301,26 +301,57 @@ static struct structure_uses note_input(struct structures *structures,
     return uses;
 }
 
+/* As if the builds between were not compared. */
+static void skip_builds(struct structures *structures, unsigned count)
+{
+    while (count--)
+        structures_begin_read(structures, ID);
+}
+
+static void next_input(struct structures *structures, const struct input_digest *digest,
+                       uint32_t since, uint32_t equal_ones)
+{
+    skip_builds(structures, 1);
+    const struct structure_uses uses = note_input(structures, digest);
+    assert_int_equal(uses.repeats.since, since);
+    assert_int_equal(uses.repeats.equal_ones, equal_ones);
+}
+
 FLAGS_TEST(test_repeated_input)
 {
     const struct input_digest one = {.words = {1, 2}}, two = {.words = {1, 3}},
-                              three = {.words = {2, 2}};
-    structures_note_input(structures, ID, &one); /* no record */
+                              three = {.words = {2, 3}};
+    assert_false(structures_note_input(structures, ID, &one)); /* no record */
     write_flag(structures, false, batch(1));
     assert_true(structures_note_build(structures, ID, 0, 0, 0));
-    assert_int_equal(note_input(structures, &one).repeats.count, 0);
-    assert_int_equal(note_input(structures, &one).repeats.count, 1);
-    assert_int_equal(note_input(structures, &one).repeats.run, 2);
-    assert_int_equal(note_input(structures, &two).repeats.run, 0);
-    assert_int_equal(note_input(structures, &three).repeats.run, 0);
-    assert_int_equal(note_input(structures, &three).repeats.count, 3);
-    assert_int_equal(note_input(structures, NULL).repeats.run, 0);
-    assert_int_equal(note_input(structures, &three).repeats.count, 3);
-    assert_int_equal(note_input(structures, &three).repeats.longest, 2);
-    assert_false(note_input(structures, &three).repeats.is_shared);
+    next_input(structures, &one, 1, 0);
+    next_input(structures, &one, 1, 1);
+    skip_builds(structures, 2);
+    next_input(structures, &one, 1, 1); /* not just before */
+    next_input(structures, &one, 1, 2);
+    next_input(structures, &two, 7, 0);
+    next_input(structures, &three, 8, 0);
+    next_input(structures, &three, 8, 1);
+    next_input(structures, NULL, 10, 0);
+    next_input(structures, &three, 11, 0);
+    next_input(structures, &three, 11, 1);
+}
+
+FLAGS_TEST(test_memory_that_is_shared)
+{
+    const struct input_digest digest = {.words = {1, 2}};
+    unsigned asked = 0;
+    write_flag(structures, false, batch(1));
+    assert_true(structures_note_build(structures, ID, 0, 0, 0));
+    for (int i = 0; i < 10; i++) {
+        skip_builds(structures, 1);
+        asked += structures_note_input(structures, ID, &digest);
+    }
+    assert_int_equal(asked, 4); /* when 1, 2, 4 and 8 were equal */
     structures_note_shared(structures, OTHER_ID);
+    assert_false(note_input(structures, &digest).repeats.is_shared);
     structures_note_shared(structures, ID);
-    assert_true(note_input(structures, &three).repeats.is_shared);
+    assert_true(note_input(structures, &digest).repeats.is_shared);
 }
 
 /* Only between two writes that follow each other do the structures that it refers to stay. */
@@ -329,30 +360,35 @@ FLAGS_TEST(test_repeated_input_of_a_top_level)
     struct input_digest digest = {.words = {1, 2}, .serial = 7, .is_top = true};
     write_flag(structures, false, batch(1));
     assert_true(structures_note_build(structures, ID, 0, 0, 0));
-    note_input(structures, &digest);
+    next_input(structures, &digest, 1, 0);
     digest.serial = 8;
-    assert_int_equal(note_input(structures, &digest).repeats.count, 1);
+    next_input(structures, &digest, 1, 1);
     digest.serial = 10;
-    assert_int_equal(note_input(structures, &digest).repeats.count, 1);
+    next_input(structures, &digest, 3, 0);
+    digest.serial = 13;
+    skip_builds(structures, 2);
+    next_input(structures, &digest, 3, 0);
+    digest.serial = 14;
+    next_input(structures, &digest, 3, 1);
+    digest.serial = 17;
+    skip_builds(structures, 1);
+    next_input(structures, &digest, 9, 0);
     digest.is_top = false;
-    assert_int_equal(note_input(structures, &digest).repeats.count, 1);
+    next_input(structures, &digest, 10, 0);
 }
 
-/* Input is compared in pairs at the powers of two, and as long as it repeats. */
 FLAGS_TEST(test_builds_that_are_compared)
 {
-    const struct input_digest digest = {.words = {1, 2}};
-    uint32_t compared = 0;
+    static const unsigned numbers[] = {1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 12, 13,
+                                       14, 15, 16, 17, 31, 32, 33, 62, 63, 64, 65, 93, 94};
+    const size_t count = sizeof(numbers) / sizeof(numbers[0]);
+    size_t compared = 0;
     write_flag(structures, false, batch(1));
     assert_true(structures_note_build(structures, ID, 0, 0, 0));
-    for (unsigned i = 1; i <= 32; i++)
-        compared += structures_begin_read(structures, ID).is_compared;
-    assert_int_equal(compared, 1 + 1 + 1 + 2 + 2 + 2 + 1); /* 1, 2, 3, 4, 5, 8, 9, 16, 17, 32 */
-    assert_true(structures_begin_read(structures, ID).is_compared);
-    assert_false(structures_begin_read(structures, ID).is_compared);
-    note_input(structures, &digest);
-    note_input(structures, &digest);
-    assert_true(structures_begin_read(structures, ID).is_compared);
+    for (unsigned i = 1; i < 100; i++)
+        if (structures_begin_read(structures, ID).is_compared)
+            assert_int_equal(numbers[compared++ % count], i);
+    assert_int_equal(compared, count);
 }
 
 FLAGS_TEST(test_advice_is_given_once)

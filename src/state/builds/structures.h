@@ -74,13 +74,15 @@ struct input_digest {
     bool is_top;
 };
 
-/* How often a structure was built or updated from the input of the time before. */
+/* Since when a structure is built and updated from the same input, as far as it was compared.
+ * Numbers are those of read_builds. */
 struct input_repeats {
     struct input_digest last;
-    bool is_known;         /* `last` is */
-    bool is_shared;        /* its memory may be */
-    uint32_t count;        /* of repetitions */
-    uint32_t run, longest; /* of repetitions in a row: those up to now, and the most */
+    bool is_known;       /* `last` is */
+    bool is_shared;      /* its memory may be */
+    uint32_t number;     /* of the build that `last` is of */
+    uint32_t since;      /* the first build with this input */
+    uint32_t equal_ones; /* how many had, since then, the input of the build just before */
 };
 
 struct structure_uses {
@@ -92,9 +94,9 @@ struct structure_uses {
      * can hit anything in hollow_builds of these. */
     uint32_t read_builds, hollow_builds;
     struct structure_contents contents; /* of the last hollow one */
-    struct input_repeats repeats;       /* of these builds and updates */
-    uint64_t advised;                   /* bits 1 << enum advice: given about the input data */
-    bool is_tiny;                       /* its last build has few primitives */
+    struct input_repeats repeats;
+    uint64_t advised;         /* bits 1 << enum advice: given about the input data */
+    bool is_tiny;             /* its last build has few primitives */
     VkDeviceSize needed_size; /* of its last build, in bytes; 0: unknown, or it has none */
 };
 
@@ -217,16 +219,17 @@ enum structure_written structures_were_written(const struct structures *structur
 bool structures_find_uses(const struct structures *structures, uint64_t id,
                           struct structure_uses *uses);
 
-/* Counts a build whose input data is read. So that data which is built again and again costs
- * little: it is judged if all builds before it were hollow, or if its number is a power of two; and
- * its input is compared with the one before if that one was repeated, or one of both numbers is a
- * power of two. */
+/* Counts a build whose input data is read. Data that is built again and again costs little: it is
+ * judged if all builds before it were hollow, or if its number is a power of two. Its input is
+ * compared with that of the next one if it is one of the first, or if its number is a power of two
+ * or a multiple of 31. */
 struct reading_wanted {
     bool is_judged, is_compared;
 };
 struct reading_wanted structures_begin_read(const struct structures *structures, uint64_t id);
-/* What the build has read. NULL: that is not known. Returns true at some repetitions: then the
- * caller calls structures_note_shared() if the structure may share its memory. */
+/* What a build that is to be compared has read. NULL: that is not known. Returns true for some that
+ * repeat the input before: then the caller calls structures_note_shared() if the structure may
+ * share its memory. */
 bool structures_note_input(const struct structures *structures, uint64_t id,
                            const struct input_digest *digest);
 void structures_note_shared(const struct structures *structures, uint64_t id);
