@@ -330,6 +330,13 @@ void advice_judge_destroyed(struct device_advice *advice, VkAccelerationStructur
                      structures_note_tiny(advice->device->structures, facts.id, false));
 }
 
+void advice_send_certain(const struct device_advice *advice)
+{
+    if (advice)
+        advice_list_send_certain(advice->list, advice->device->instance->reporter,
+                                 advice->device->handle);
+}
+
 void advice_send(struct device_advice *advice)
 {
     uint32_t count = 0;

@@ -517,6 +517,7 @@ void input_checks_read(const struct ran_execution *ran, const char *when,
     }
     float_environment_leave(&of_application);
     report_findings(&reading);
+    advice_send_certain(ran->device->advice);
     guard_results_end(&reading.guarded, ran->device);
     missed->device_lost += reading.lacks_marks;
     if (reading.lacks_copies && !when)
