@@ -2,7 +2,12 @@
 #include "vuid-tables/advice.h"
 
 const struct advice_info advice_infos[ADVICE_COUNT] = {
-#define ADVICE(subject, name, kind, id, hint) [ADVICE_##name] = {id, hint, ADVICE_IS_##kind},
+#define CERTAIN_mesh true
+#define CERTAIN_placing true
+#define CERTAIN_use false
+#define CERTAIN_crowd false
+#define ADVICE(subject, name, kind, id, hint)                                                      \
+    [ADVICE_##name] = {id, hint, ADVICE_IS_##kind, CERTAIN_##subject},
 #include "vuid-tables/advice.def"
 };
 

@@ -32,6 +32,7 @@ struct advice_info {
     const char *id;
     const char *hint; /* what to do: the last sentence of the message */
     enum advice_kind kind;
+    bool is_certain; /* as soon as the input of one build was read */
 };
 
 extern const struct advice_info advice_infos[ADVICE_COUNT];

@@ -16,6 +16,8 @@ struct device_advice {
     struct advice_list *list;
     atomic_uint submissions; /* executed batches with command buffers */
     atomic_uint outstanding; /* batches that were submitted and did not execute yet */
+    atomic_uint tiny;        /* structures with few primitives that are alive */
+    uint32_t most_tiny;      /* at a time; read when all work has executed */
     atomic_bool is_unknown;  /* uses of structures may be missing */
     /* The last id of an object after each of the last submissions, by their number: a ring. */
     uint32_t ring_size; /* as many as the limit; 0: none */
@@ -56,6 +58,7 @@ struct noting {
     struct device_advice *advice;
     struct structures *structures;
     VkDeviceSize needed_size; /* of the next build; 0: unknown */
+    bool is_tiny;             /* the next build has few primitives */
     bool has_memory;
 };
 
@@ -64,12 +67,42 @@ static void note(struct noting *noting, uint64_t id, enum structure_use use)
     noting->has_memory &= structures_note_use(noting->structures, id, use);
 }
 
+static void note_figures(struct noting *noting, const struct journal_entry *entry)
+{
+    const uint32_t few = noting->advice->limits->of[ADVICE_LIMIT_few_primitives];
+    noting->needed_size = entry->src;
+    noting->is_tiny = entry->info && entry->number && entry->number <= few;
+}
+
+static bool is_bottom(const struct journal_entry *entry)
+{
+    return entry->built.type == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR;
+}
+
+static void note_tiny(struct noting *noting, uint64_t id, bool is_tiny)
+{
+    struct device_advice *advice = noting->advice;
+    const bool was_tiny = structures_note_tiny(noting->structures, id, is_tiny);
+    const uint32_t tiny = atomic_fetch_add(&advice->tiny, is_tiny - was_tiny) + is_tiny - was_tiny;
+    advice->most_tiny = tiny > advice->most_tiny ? tiny : advice->most_tiny;
+}
+
 static void note_build(struct noting *noting, const struct journal_entry *entry)
 {
     noting->has_memory &=
         structures_note_build(noting->structures, entry->dst_id, noting->advice->submissions,
                               entry->built.flags, noting->needed_size);
+    note_tiny(noting, entry->dst_id, noting->is_tiny && is_bottom(entry));
     noting->needed_size = 0;
+    noting->is_tiny = false;
+}
+
+static void note_copy(struct noting *noting, const struct journal_entry *entry)
+{
+    struct structure_uses of_src;
+    note(noting, entry->dst_id, USE_FILLED);
+    note_tiny(noting, entry->dst_id,
+              structures_find_uses(noting->structures, entry->src_id, &of_src) && of_src.is_tiny);
 }
 
 static void note_read(struct noting *noting, const struct journal_entry *entry)
@@ -100,26 +133,28 @@ static void note_entry(struct noting *noting, const struct journal_entry *entry)
 {
     switch ((enum journal_kind)entry->kind) {
     case JOURNAL_PRIMITIVES:
-        noting->needed_size = entry->src;
+        note_figures(noting, entry);
         break;
     case JOURNAL_BUILD:
         note_build(noting, entry);
         break;
     case JOURNAL_UPDATE:
         noting->needed_size = 0;
+        noting->is_tiny = false;
         note(noting, entry->dst_id, USE_UPDATED);
         note(noting, entry->src_id, USE_UPDATE_SOURCE);
         break;
     case JOURNAL_COPY:
         note(noting, entry->src_id, USE_COPIED);
-        note(noting, entry->dst_id, USE_FILLED);
+        note_copy(noting, entry);
         break;
     case JOURNAL_COMPACT:
         note(noting, entry->src_id, USE_COMPACTED);
-        note(noting, entry->dst_id, USE_FILLED);
+        note_copy(noting, entry);
         break;
     case JOURNAL_FILL:
         note(noting, entry->dst_id, USE_FILLED);
+        note_tiny(noting, entry->dst_id, false);
         break;
     case JOURNAL_READ:
         note_read(noting, entry);
@@ -245,14 +280,14 @@ static bool is_old(const struct device_advice *advice, uint64_t id)
 
 struct judging {
     struct device_advice *advice;
-    VkAccelerationStructureKHR accel;
+    VkObjectType type;
+    uint64_t object;
 };
 
 static void found(void *user, enum advice id, const struct finding *finding, uint64_t weight)
 {
     const struct judging *judging = user;
-    advice_add(judging->advice, id, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-               (uint64_t)(uintptr_t)judging->accel, finding, weight);
+    advice_add(judging->advice, id, judging->type, judging->object, finding, weight);
 }
 
 /* Batches that did not execute yet may hold the use that is missing. */
@@ -270,7 +305,18 @@ static void judge(struct device_advice *advice, const struct accel_facts *accel,
         .is_left = is_left,
         .limits = advice->limits,
     };
-    advice_judge_use(&view, found, &(struct judging){advice, accel->handle});
+    const struct judging judging = {advice, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                                    (uint64_t)(uintptr_t)accel->handle};
+    advice_judge_use(&view, found, (void *)&judging);
+}
+
+static void judge_all(struct device_advice *advice)
+{
+    const struct crowd_view view = {.tiny = advice->most_tiny, .limits = advice->limits};
+    const struct judging judging = {advice, VK_OBJECT_TYPE_DEVICE,
+                                    (uint64_t)(uintptr_t)advice->device->handle};
+    if (!advice->is_unknown)
+        advice_judge_crowd(&view, found, (void *)&judging);
 }
 
 void advice_judge_destroyed(struct device_advice *advice, VkAccelerationStructureKHR accel)
@@ -280,6 +326,15 @@ void advice_judge_destroyed(struct device_advice *advice, VkAccelerationStructur
         return;
     resources_look_up_accel(advice->device->resources, accel, &facts);
     judge(advice, &facts, false);
+    atomic_fetch_sub(&advice->tiny,
+                     structures_note_tiny(advice->device->structures, facts.id, false));
+}
+
+void advice_send_certain(const struct device_advice *advice)
+{
+    if (advice)
+        advice_list_send_certain(advice->list, advice->device->instance->reporter,
+                                 advice->device->handle);
 }
 
 void advice_send(struct device_advice *advice)
@@ -291,5 +346,6 @@ void advice_send(struct device_advice *advice)
     for (uint32_t i = 0; i < count; i++)
         judge(advice, &accels[i], true);
     free(accels);
+    judge_all(advice);
     advice_list_send(advice->list, advice->device->instance->reporter, advice->device->handle);
 }

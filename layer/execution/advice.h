@@ -23,6 +23,9 @@ void advice_judge_destroyed(struct device_advice *advice, VkAccelerationStructur
  * complete and its input data was read. `advice` may be NULL. */
 void advice_send(struct device_advice *advice);
 
+/* Sends what is certain by now. Call without a lock. `advice` may be NULL. */
+void advice_send_certain(const struct device_advice *advice);
+
 /* Adds an advice about a live object to the list, with its name. Any thread. */
 void advice_add(struct device_advice *advice, enum advice id, VkObjectType type, uint64_t object,
                 const struct finding *finding, uint64_t weight);

@@ -237,10 +237,19 @@ static void advised(void *user, const struct content_advice *advice,
                        advice->kept[id].weight);
 }
 
+static void digested(void *user, const struct input_digest *digest)
+{
+    const struct read_call *call = user;
+    const struct layer_device *device = call->reading->ran->device;
+    if (structures_note_input(device->structures, call->dst_id, digest) &&
+        !resources_accel_is_alone(device->resources, call->dst))
+        structures_note_shared(device->structures, call->dst_id);
+}
+
 #define HOOKS                                                                                      \
     .found = found, .find_sizes = find_sizes, .query_addresses = query_addresses,                  \
     .of_another_device = of_another_device, .refers_to_destroyed = refers_to_destroyed,            \
-    .is_compatible = is_compatible, .advised = advised
+    .is_compatible = is_compatible, .advised = advised, .digested = digested
 
 static const struct check_hooks hooks = {HOOKS};
 static const struct check_hooks hazard_hooks = {HOOKS, .refers = refers, .indexes = indexes,
@@ -343,14 +352,19 @@ static struct found_notes take_notes(struct read_buffer *buffer, const struct jo
     return found;
 }
 
-/* Returns NULL for a build that gets no advice, as those of VK_NV_ray_tracing. */
-static const struct advice_limits *find_limits(const struct read_call *call)
+/* Builds of VK_NV_ray_tracing get no advice. After the device was lost, several threads may read,
+ * so the builds may be out of order. */
+static void begin_advice(const struct read_call *call, struct executed_build *executed)
 {
     const struct layer_device *device = call->reading->ran->device;
-    return device->advice && call->dst_id && call->command != COMMAND_NV &&
-                   structures_begin_read(device->structures, call->dst_id)
-               ? &reporter_settings(device->instance->reporter)->advice_limits
-               : NULL;
+    if (!device->advice || !call->dst_id || call->command == COMMAND_NV)
+        return;
+    const struct reading_wanted wanted = structures_begin_read(device->structures, call->dst_id);
+    executed->wants_digest = wanted.is_compared && !call->reading->when;
+    if (wanted.is_compared && !executed->wants_digest)
+        structures_note_input(device->structures, call->dst_id, NULL);
+    if (wanted.is_judged)
+        executed->limits = &reporter_settings(device->instance->reporter)->advice_limits;
 }
 
 static void read_build(struct read_buffer *buffer, const struct journal_entry *entry,
@@ -388,7 +402,7 @@ static void read_build(struct read_buffer *buffer, const struct journal_entry *e
     buffer->call->geometry_by_pointer = build->place.geometry_by_pointer;
     buffer->call->dst_id = entry->dst_id;
     buffer->call->dst = recorded_build_given(build)->info.dstAccelerationStructure;
-    executed.limits = find_limits(buffer->call);
+    begin_advice(buffer->call, &executed);
     executed_call_read(buffer->call->executed, &executed);
     guard_results_add(&reading->guarded, buffer->journal, build, buffer->execution->bases);
     const struct executed_input input = {buffer->journal, known, build, &executed.memory,
@@ -503,6 +517,7 @@ void input_checks_read(const struct ran_execution *ran, const char *when,
     }
     float_environment_leave(&of_application);
     report_findings(&reading);
+    advice_send_certain(ran->device->advice);
     guard_results_end(&reading.guarded, ran->device);
     missed->device_lost += reading.lacks_marks;
     if (reading.lacks_copies && !when)

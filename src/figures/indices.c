@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "src/figures/indices.h"
 
+#include <stdlib.h>
+
 #include "src/bvh/input/source.h"
 
 /* Fewer triangles, or vertices, prove nothing. */
@@ -103,4 +105,20 @@ bool indices_suit_another_size(const uint8_t *indices, uint32_t size, uint64_t c
             return true;
     other->size = sizeof(uint16_t);
     return size == sizeof(uint32_t) && suit_narrower(indices, size, count, limit, other);
+}
+
+bool indices_find_used(const uint8_t *indices, uint32_t size, uint64_t count, uint32_t largest,
+                       struct used_vertices *used)
+{
+    uint64_t *seen = calloc((size_t)largest / 64 + 1, sizeof(*seen));
+    *used = (struct used_vertices){.smallest = largest, .largest = largest};
+    for (uint64_t i = 0; seen && i < count; i++) {
+        const uint32_t index = index_at(indices, size, i);
+        const uint64_t bit = UINT64_C(1) << index % 64;
+        used->count += !(seen[index / 64] & bit);
+        used->smallest = index < used->smallest ? index : used->smallest;
+        seen[index / 64] |= bit;
+    }
+    free(seen);
+    return seen;
 }

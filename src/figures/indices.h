@@ -23,4 +23,13 @@ struct other_indices {
 bool indices_suit_another_size(const uint8_t *indices, uint32_t size, uint64_t count,
                                uint64_t limit, struct other_indices *other);
 
+/* Which vertices indices use. */
+struct used_vertices {
+    uint32_t smallest, largest;
+    uint64_t count; /* of different ones */
+};
+/* There is at least one index. Returns false if there is no memory for a bit for each vertex. */
+bool indices_find_used(const uint8_t *indices, uint32_t size, uint64_t count, uint32_t largest,
+                       struct used_vertices *used);
+
 #endif

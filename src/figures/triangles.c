@@ -8,6 +8,11 @@
 enum {
     COARSE_PARTS = 1000, /* a step of more than one of these parts of a triangle is coarse */
     STRAY_PARTS = 1000,  /* without its stray vertex, a geometry has at most one of these parts */
+    JUMPING_PARTS = 4,   /* of a geometry: larger triangles jump across it */
+    SMALL_PARTS = 32,    /* of a geometry: smaller triangles do not */
+    SAMPLES_MIN = 256,   /* fewer triangles prove nothing */
+    SAMPLES_MAX = 4096,
+    STRIDE_MAX = 128,
 };
 
 /* ---- the median. Extents are counted by their binary exponent, so it is known up to 2. */
@@ -255,6 +260,66 @@ bool stray_vertex_find(const struct source *source, const struct triangle_figure
             *stray = suspects[i].vertex;
             return true;
         }
+    }
+    return false;
+}
+
+/* ---- another stride */
+
+/* Reads the first triangles. Returns how many of them are in the data. */
+static uint64_t sample(const struct source *source, struct triangle_reading *reading)
+{
+    uint64_t count = 0;
+    for (uint32_t i = 0; i < source->count && count < SAMPLES_MAX; i++) {
+        struct triangle_record triangle;
+        const enum source_state state = source_triangle(source, i, &triangle);
+        if (state != SOURCE_OUT_OF_RANGE)
+            count++;
+        if (state == SOURCE_ACTIVE)
+            read_triangle(reading, i, state, &triangle);
+    }
+    return count;
+}
+
+/* How many extents are within a power of two, at most. */
+static uint64_t count_within(const struct extents *extents, double most)
+{
+    uint64_t within = 0;
+    for (int i = 0; i < EXPONENTS && ldexp(1, i + EXPONENT_MIN + 1) <= most; i++)
+        within += extents->of[i];
+    return within;
+}
+
+/* Nine of ten triangles are small, and no more than one of ten is degenerate or no triangle. */
+static bool is_smooth(const struct source *source, struct other_stride *other)
+{
+    struct triangle_figures figures = {0};
+    struct triangle_reading reading = {.figures = &figures};
+    const uint64_t count = sample(source, &reading);
+    other->extent = extent_of(figures.lower, figures.upper);
+    other->small = other->extent / SMALL_PARTS;
+    return count >= SAMPLES_MIN && count_within(&reading.extents, other->small) * 10 >= count * 9;
+}
+
+/* Of a mesh that is wide on purpose, every second vertex may be close to the one before. */
+static bool may_be_meant(uint64_t stride, uint64_t other)
+{
+    return stride % other && other % stride;
+}
+
+bool other_stride_find(const struct source *source, const struct triangle_figures *figures,
+                       uint64_t size, struct other_stride *other)
+{
+    const uint32_t step = source->format->size % sizeof(float) ? 2 : sizeof(float);
+    struct source read = *source;
+    if (!source->stride || figures->measured < SAMPLES_MIN ||
+        figures->median < figures->extent / JUMPING_PARTS * 2)
+        return false;
+    for (read.stride = source->format->size; read.stride <= STRIDE_MAX; read.stride += step) {
+        read.index_limit = source_elements_in(size, source->format->size, read.stride);
+        other->stride = read.stride;
+        if (may_be_meant(source->stride, read.stride) && is_smooth(&read, other))
+            return true;
     }
     return false;
 }

@@ -43,4 +43,14 @@ struct stray_vertex {
 bool stray_vertex_find(const struct source *source, const struct triangle_figures *figures,
                        struct stray_vertex *stray);
 
+/* Another stride of the vertices, with which triangles that jump across the geometry are small. */
+struct other_stride {
+    uint64_t stride;
+    double extent, small; /* of all triangles that were read so, and what nearly all are within */
+};
+/* `figures` are those of the same source, and `size` the bytes of its vertices that can be read.
+ * Returns false if there is no such stride, or if the triangles do not jump. */
+bool other_stride_find(const struct source *source, const struct triangle_figures *figures,
+                       uint64_t size, struct other_stride *other);
+
 #endif

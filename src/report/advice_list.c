@@ -16,7 +16,8 @@ struct advice_line {
 struct advice_lines {
     struct advice_line *items; /* the heaviest first; NULL: none yet, or no memory */
     uint32_t used;             /* at most `lines` of the list */
-    uint32_t count;            /* of all that were added */
+    uint32_t count;            /* of all that were added since the list was sent */
+    uint32_t sent;             /* lines that were sent before the end */
 };
 
 struct advice_list {
@@ -78,24 +79,47 @@ void advice_list_add(struct advice_list *list, const struct advice_report *repor
     pthread_mutex_unlock(&list->lock);
 }
 
+/* Removes the lines. */
 static struct advice_lines take(struct advice_list *list, enum advice advice)
 {
+    struct advice_lines *of = &list->of[advice];
     pthread_mutex_lock(&list->lock);
-    const struct advice_lines lines = list->of[advice];
-    list->of[advice] = (struct advice_lines){0};
+    const struct advice_lines lines = *of;
+    *of = (struct advice_lines){.sent = lines.sent + lines.used};
     pthread_mutex_unlock(&list->lock);
     return lines;
 }
 
+static void send_lines(struct advice_list *list, enum advice advice, struct reporter *reporter,
+                       VkDevice device)
+{
+    const struct advice_lines lines = take(list, advice);
+    for (uint32_t i = 0; i < lines.used; i++) {
+        const bool is_last = i + 1 == lines.used;
+        lines.items[i].report.more = is_last ? lines.count - lines.used : 0;
+        reporter_send_advice(reporter, &lines.items[i].report, device);
+    }
+    free(lines.items);
+}
+
+static bool is_sent_now(struct advice_list *list, enum advice advice)
+{
+    const struct advice_lines *lines = &list->of[advice];
+    pthread_mutex_lock(&list->lock);
+    const bool is_now = advice_infos[advice].is_certain && lines->used && lines->sent < list->lines;
+    pthread_mutex_unlock(&list->lock);
+    return is_now;
+}
+
+void advice_list_send_certain(struct advice_list *list, struct reporter *reporter, VkDevice device)
+{
+    for (enum advice advice = 0; advice < ADVICE_COUNT; advice++)
+        if (is_sent_now(list, advice))
+            send_lines(list, advice, reporter, device);
+}
+
 void advice_list_send(struct advice_list *list, struct reporter *reporter, VkDevice device)
 {
-    for (enum advice advice = 0; advice < ADVICE_COUNT; advice++) {
-        const struct advice_lines lines = take(list, advice);
-        for (uint32_t i = 0; i < lines.used; i++) {
-            const bool is_last = i + 1 == lines.used;
-            lines.items[i].report.more = is_last ? lines.count - lines.used : 0;
-            reporter_send_advice(reporter, &lines.items[i].report, device);
-        }
-        free(lines.items);
-    }
+    for (enum advice advice = 0; advice < ADVICE_COUNT; advice++)
+        send_lines(list, advice, reporter, device);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The list of advice of a device (setting advice), which is sent at the end of a run. Of each id it
- * keeps the worst few pieces of advice, and counts the others. Has a lock. */
+/* The list of advice of a device (setting advice), which is sent at the end of a run, except what
+ * is sent before. Of each id it keeps the worst few pieces of advice, and counts the others. Has a
+ * lock. */
 #ifndef ASSAY_REPORT_ADVICE_LIST_H
 #define ASSAY_REPORT_ADVICE_LIST_H
 
@@ -17,7 +18,12 @@ void advice_list_destroy(struct advice_list *list); /* accepts NULL */
  * of its id: a number of bytes, or of builds. Without memory the list only counts it. */
 void advice_list_add(struct advice_list *list, const struct advice_report *report, uint64_t weight);
 
-/* Sends the list, the worst advice first, and empties it. Holds no lock while a message is sent. */
+/* Sends of each advice that is certain at once what was added since, the worst first, and removes
+ * it from the list: until as many lines as the list may have were sent of an id. */
+void advice_list_send_certain(struct advice_list *list, struct reporter *reporter, VkDevice device);
+/* Sends the list, the worst advice first, and empties it. Both hold no lock while a message is
+ * sent.
+ */
 void advice_list_send(struct advice_list *list, struct reporter *reporter, VkDevice device);
 
 #endif

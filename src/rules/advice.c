@@ -119,12 +119,46 @@ bool structure_can_be_hit(const struct use_view *use, struct finding *finding, u
                      text(contents->is_top ? "have mask 0" : "are degenerate"));
 }
 
+enum { COMPARED_MIN = 2 }; /* builds of which none had another input than the one before */
+
+static uint32_t builds_of(const struct use_view *use)
+{
+    return count(use, USE_BUILT) + count(use, USE_UPDATED);
+}
+
+/* A build restores what other writes have overwritten. Input that rests for a while is no waste if
+ * it changes as long. */
+static bool repeats_its_input(const struct use_view *use)
+{
+    const struct input_repeats *repeats = &use->uses->repeats;
+    const uint32_t builds = builds_of(use), same = builds - repeats->since + 1;
+    return builds == use->uses->read_builds && use->uses->hollow_builds != builds &&
+           !count(use, USE_FILLED) && !repeats->is_shared && repeats->equal_ones >= COMPARED_MIN &&
+           same >= use->limits->of[ADVICE_LIMIT_builds] && (uint64_t)2 * same >= builds;
+}
+
+bool structure_is_built_from_new_input(const struct use_view *use, struct finding *finding,
+                                       uint64_t *weight)
+{
+    const struct input_repeats *repeats = &use->uses->repeats;
+    const uint32_t same = builds_of(use) - repeats->since + 1;
+    *weight = same;
+    return !repeats_its_input(use) ||
+           violated(finding, "",
+                    "was built {} and updated {}, the last {} of these from the same input: {} "
+                    "that the layer has compared had the bytes and parameters of the one before",
+                    count_of(count(use, USE_BUILT), "time"),
+                    count_of(count(use, USE_UPDATED), "time"), number(same),
+                    number(repeats->equal_ones));
+}
+
 /* ---- flags */
 
 static bool is_rebuilt(const struct use_view *use)
 {
     const uint32_t builds = count(use, USE_BUILT);
-    return builds >= use->limits->of[ADVICE_LIMIT_builds] && (uint64_t)4 * builds > use->lived;
+    return builds >= use->limits->of[ADVICE_LIMIT_builds] && (uint64_t)4 * builds > use->lived &&
+           !repeats_its_input(use);
 }
 
 /* Top-level structures are better built for tracing, even each frame. */
@@ -165,17 +199,44 @@ bool allowed_updates_are_made(const struct use_view *use, struct finding *findin
                     count_of(count(use, USE_BUILT), "time"), count_of(use->lived, "submission"));
 }
 
+/* ---- all structures */
+
+bool few_structures_are_small(const struct crowd_view *crowd, struct finding *finding,
+                              uint64_t *weight)
+{
+    *weight = crowd->tiny;
+    return !crowd->tiny || crowd->tiny < crowd->limits->of[ADVICE_LIMIT_structures] ||
+           violated(finding, "", "had {} of at most {} at a time",
+                    count_of(crowd->tiny, "bottom-level structure"),
+                    count_of(crowd->limits->of[ADVICE_LIMIT_few_primitives], "primitive"));
+}
+
 /* ---- all rows */
+
+#define JUDGE(subject, name)                                                                       \
+    if (!name(subject, &finding, &weight))                                                         \
+        found(user, ADVICE_##name, &finding, weight);
+#define JUDGE_mesh(name)
+#define JUDGE_placing(name)
 
 void advice_judge_use(const struct use_view *use, advice_found *found, void *user)
 {
     struct finding finding;
     uint64_t weight;
-#define JUDGE_mesh(name)
-#define JUDGE_placing(name)
-#define JUDGE_use(name)                                                                            \
-    if (!name(use, &finding, &weight))                                                             \
-        found(user, ADVICE_##name, &finding, weight);
+#define JUDGE_crowd(name)
+#define JUDGE_use(name) JUDGE(use, name)
+#define ADVICE(subject, name, kind, id, hint) JUDGE_##subject(name)
+#include "vuid-tables/advice.def"
+#undef JUDGE_crowd
+#undef JUDGE_use
+}
+
+void advice_judge_crowd(const struct crowd_view *crowd, advice_found *found, void *user)
+{
+    struct finding finding;
+    uint64_t weight;
+#define JUDGE_crowd(name) JUDGE(crowd, name)
+#define JUDGE_use(name)
 #define ADVICE(subject, name, kind, id, hint) JUDGE_##subject(name)
 #include "vuid-tables/advice.def"
 }

@@ -17,6 +17,7 @@
 typedef void advice_found(void *user, enum advice advice, const struct finding *finding,
                           uint64_t weight);
 void advice_judge_use(const struct use_view *use, advice_found *found, void *user);
+void advice_judge_crowd(const struct crowd_view *crowd, advice_found *found, void *user);
 void advice_judge_mesh(const struct mesh_view *mesh, advice_found *found, void *user);
 void advice_judge_placing(const struct placing_view *placing, advice_found *found, void *user);
 

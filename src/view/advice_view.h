@@ -18,4 +18,11 @@ struct use_view {
     const struct advice_limits *limits;
 };
 
+/* All structures of a device. */
+struct crowd_view {
+    /* The most structures with few primitives (a limit) that were there at a time. */
+    uint32_t tiny;
+    const struct advice_limits *limits;
+};
+
 #endif

@@ -5,6 +5,7 @@
 
 #include "src/figures/indices.h"
 #include "src/figures/instances.h"
+#include "src/figures/layouts.h"
 #include "src/figures/triangles.h"
 #include "src/view/view.h"
 #include "vuid-tables/advice.h"
@@ -17,6 +18,8 @@ struct mesh_view {
     uint32_t index_size;               /* in bytes; 0: no indices */
     const struct other_indices *other; /* another size suits the indices; or NULL */
     const struct stray_vertex *stray;  /* or NULL */
+    const struct other_stride *smooth; /* or NULL */
+    const struct vertex_layout *layout, *contradicting; /* its own, and one before; or both NULL */
 };
 
 /* The instances of a build without motion. */

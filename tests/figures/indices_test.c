@@ -134,3 +134,17 @@ TEST(test_random_meshes)
         assert_false(suit(shorts, 2, COUNT, UINT64_C(1) << 16, &other));
     }
 }
+
+TEST(test_used_vertices)
+{
+    static const uint32_t some[] = {70, 3, 3, 5, 70, 64};
+    static const uint8_t bytes[] = {0, 0, 0};
+    struct used_vertices used;
+    assert_true(indices_find_used((const void *)some, 4, 6, 70, &used));
+    assert_int_equal(used.smallest, 3);
+    assert_int_equal(used.largest, 70);
+    assert_int_equal(used.count, 4);
+    assert_true(indices_find_used(bytes, 1, 3, 0, &used));
+    assert_int_equal(used.smallest, 0);
+    assert_int_equal(used.count, 1);
+}

@@ -5,6 +5,7 @@
  *         [scratch PLACE] [indirect PLACE] [update] [src NAME] [primitives COUNT] [and NAME ...]
  *         [opacity-indices PLACE] [flags FLAG|FLAG] [geometries COUNT] [opaque]
  *         [first VERTEX] [max VERTEX] [format rgba16] [stride BYTES]     of vertices
+ *         [last-format rgba16] [last-stride BYTES]                       of the last geometry
  *         [plain]                  with indices I0 and transform X0; what follows may change it
  *         [short-indices PLACE] [no-transform]
  *         [instances PLACE]        on the bottom level, too: it becomes a top-level build
@@ -33,6 +34,8 @@ enum { PRIMITIVES = 2, GEOMETRIES = 2, SCRATCH_SIZE = 64 * 1024, INSTANCES_SIZE 
 struct one_build {
     VkAccelerationStructureBuildGeometryInfoKHR info;
     VkAccelerationStructureGeometryKHR geometry; /* all are alike */
+    VkFormat last_format;                        /* but for these two of the last one; or 0 */
+    VkDeviceSize last_stride;
     VkAccelerationStructureGeometryKHR geometries[GEOMETRIES];
     VkAccelerationStructureTrianglesOpacityMicromapEXT micromap;
     VkMicromapUsageEXT usage;
@@ -195,6 +198,10 @@ static bool read_triangles(struct build_line *line, struct one_build *build, con
         triangles->vertexFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
     } else if (play_is(option, "stride")) {
         triangles->vertexStride = (VkDeviceSize)atoi(word);
+    } else if (play_is(option, "last-format")) {
+        build->last_format = VK_FORMAT_R16G16B16A16_SFLOAT;
+    } else if (play_is(option, "last-stride")) {
+        build->last_stride = (VkDeviceSize)atoi(word);
     } else if (play_is(option, "opacity-indices")) {
         build->micromap.indexType = VK_INDEX_TYPE_UINT16;
         build->micromap.indexStride = sizeof(uint16_t);
@@ -306,6 +313,16 @@ static void read_operand(struct build_line *line, struct one_build *build, const
     }
 }
 
+static void set_last(struct one_build *build)
+{
+    VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        &build->geometries[GEOMETRIES - 1].geometry.triangles;
+    if (build->last_format)
+        triangles->vertexFormat = build->last_format;
+    if (build->last_stride)
+        triangles->vertexStride = build->last_stride;
+}
+
 /* Fills in what the line did not say. */
 static void finish(struct build_line *line, struct one_build *build, char **references)
 {
@@ -334,6 +351,7 @@ static void finish(struct build_line *line, struct one_build *build, char **refe
         build->ranges[i] = build->range;
         build->counts[i] = build->range.primitiveCount;
     }
+    set_last(build);
     if (build->indirect_place)
         play_write(play, build->indirect_place, build->ranges, sizeof(build->ranges));
 }

@@ -63,6 +63,45 @@ TEST_OPENED(worst_first, surrounding_set_up)
     reporter_destroy(reporter);
 }
 
+static const char *send_certain(struct advice_list *list, struct reporter *reporter)
+{
+    capture_begin(STDERR_FILENO);
+    advice_list_send_certain(list, reporter, VK_NULL_HANDLE);
+    return capture_end();
+}
+
+/* Until the lines of an id are full; the others come at the end. */
+TEST_OPENED(certain_ones_come_at_once, surrounding_set_up)
+{
+    struct reporter *reporter = reporter_of(NULL);
+    struct advice_list *list = advice_list_create(LINES);
+    assert_non_null(list);
+    const enum advice certain = ADVICE_indices_have_their_type;
+    assert_string_equal(send_certain(list, reporter), "");
+    advise(list, ADVICE_created_structure_is_built, 9, 1);
+    advise(list, certain, 1, 1);
+    const char *text = send_certain(list, reporter);
+    assert_has(text, "rock 1");
+    assert_null(strstr(text, "rock 9"));
+    assert_string_equal(send_certain(list, reporter), "");
+    for (uint64_t i = 2; i < 5; i++)
+        advise(list, certain, i, i);
+    text = send_certain(list, reporter);
+    assert_has(text, "rock 4");
+    assert_has(strstr(text, "rock 4"), "rock 3");
+    assert_has(text, "The list leaves out 1 more object");
+    advise(list, certain, 5, 1);
+    assert_string_equal(send_certain(list, reporter), "");
+    capture_begin(STDERR_FILENO);
+    advice_list_send(list, reporter, VK_NULL_HANDLE);
+    text = capture_end();
+    assert_has(text, "rock 5");
+    assert_has(text, "rock 9");
+    assert_null(strstr(text, "rock 4"));
+    advice_list_destroy(list);
+    reporter_destroy(reporter);
+}
+
 TEST_OPENED(no_lines, surrounding_set_up)
 {
     struct reporter *reporter = reporter_of(NULL);

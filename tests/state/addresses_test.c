@@ -48,6 +48,35 @@ RESOURCES_TEST(a_buffer_at_the_end_of_the_address_space)
     assert_int_equal(address_facts(resources, UINT64_MAX).status, ADDRESS_UNKNOWN);
 }
 
+static bool is_alone(struct resources *resources, uint64_t handle)
+{
+    return resources_accel_is_alone(resources, accel(handle));
+}
+
+RESOURCES_TEST(a_structure_may_share_its_memory)
+{
+    have_memory(resources, 1);
+    have_bound_buffer(resources, 2, 0x1000, 0, 1, 0x1000);
+    have_accel(resources, 3, 2, 0x100, 0x200);
+    have_accel(resources, 4, 2, 0x300, 0x200);
+    assert_true(is_alone(resources, 3));
+    assert_true(is_alone(resources, 4));
+    have_accel(resources, 5, 2, 0x2ff, 1);
+    assert_false(is_alone(resources, 3));
+    assert_true(is_alone(resources, 4));
+    resources_remove_accel(resources, accel(5));
+    have_bound_buffer(resources, 6, 0x100, 0, 1, 0x1400);
+    assert_true(is_alone(resources, 3));
+    assert_false(is_alone(resources, 4));
+    have_memory(resources, 7);
+    have_bound_buffer(resources, 8, 0x1000, 0, 7, 0x1000); /* of other memory */
+    assert_true(is_alone(resources, 3));
+    have_buffer(resources, 9, 0x1000, 0);
+    have_accel(resources, 10, 9, 0, 0x100);
+    assert_false(is_alone(resources, 10)); /* bound to nothing that is known */
+    assert_false(is_alone(resources, 11));
+}
+
 TEST(resources_need_memory)
 {
     struct resources *resources;

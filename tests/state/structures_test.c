@@ -262,12 +262,12 @@ INPUTS_TEST(test_inputs_of_destroyed_structures)
 FLAGS_TEST(test_builds_that_are_judged)
 {
     const struct structure_contents solid = {.primitives = 2, .inactive = 1};
-    assert_false(structures_begin_read(structures, ID)); /* no record */
+    assert_false(structures_begin_read(structures, ID).is_judged); /* no record */
     write_flag(structures, false, batch(1));
     assert_true(structures_note_build(structures, ID, 0, 0, 0));
     for (unsigned i = 1; i <= 70; i++) {
         const bool is_power = (i & (i - 1)) == 0;
-        assert_int_equal(structures_begin_read(structures, ID), is_power);
+        assert_int_equal(structures_begin_read(structures, ID).is_judged, is_power);
         structures_note_contents(structures, ID, &solid);
     }
 }
@@ -281,15 +281,114 @@ FLAGS_TEST(test_hollow_builds)
     write_flag(structures, false, batch(1));
     assert_true(structures_note_build(structures, ID, 0, 0, 0));
     for (unsigned i = 0; i < 5; i++) {
-        assert_true(structures_begin_read(structures, ID));
+        assert_true(structures_begin_read(structures, ID).is_judged);
         structures_note_contents(structures, ID, i == 4 ? &hollow : &nothing);
     }
     assert_true(structures_find_uses(structures, ID, &uses));
     assert_int_equal(uses.hollow_builds, 5);
     assert_int_equal(uses.contents.primitives, 3);
-    assert_true(structures_begin_read(structures, ID)); /* whose contents stay unknown */
-    assert_false(structures_begin_read(structures, ID));
-    assert_true(structures_begin_read(structures, ID)); /* the eighth */
+    assert_true(structures_begin_read(structures, ID).is_judged); /* whose contents stay unknown */
+    assert_false(structures_begin_read(structures, ID).is_judged);
+    assert_true(structures_begin_read(structures, ID).is_judged); /* the eighth */
+}
+
+static struct structure_uses note_input(struct structures *structures,
+                                        const struct input_digest *digest)
+{
+    struct structure_uses uses = {0};
+    structures_note_input(structures, ID, digest);
+    structures_find_uses(structures, ID, &uses);
+    return uses;
+}
+
+/* As if the builds between were not compared. */
+static void skip_builds(struct structures *structures, unsigned count)
+{
+    while (count--)
+        structures_begin_read(structures, ID);
+}
+
+static void next_input(struct structures *structures, const struct input_digest *digest,
+                       uint32_t since, uint32_t equal_ones)
+{
+    skip_builds(structures, 1);
+    const struct structure_uses uses = note_input(structures, digest);
+    assert_int_equal(uses.repeats.since, since);
+    assert_int_equal(uses.repeats.equal_ones, equal_ones);
+}
+
+FLAGS_TEST(test_repeated_input)
+{
+    const struct input_digest one = {.words = {1, 2}}, two = {.words = {1, 3}},
+                              three = {.words = {2, 3}};
+    assert_false(structures_note_input(structures, ID, &one)); /* no record */
+    write_flag(structures, false, batch(1));
+    assert_true(structures_note_build(structures, ID, 0, 0, 0));
+    next_input(structures, &one, 1, 0);
+    next_input(structures, &one, 1, 1);
+    skip_builds(structures, 2);
+    next_input(structures, &one, 1, 1); /* not just before */
+    next_input(structures, &one, 1, 2);
+    next_input(structures, &two, 7, 0);
+    next_input(structures, &three, 8, 0);
+    next_input(structures, &three, 8, 1);
+    next_input(structures, NULL, 10, 0);
+    next_input(structures, &three, 11, 0);
+    next_input(structures, &three, 11, 1);
+}
+
+FLAGS_TEST(test_memory_that_is_shared)
+{
+    const struct input_digest digest = {.words = {1, 2}};
+    unsigned asked = 0;
+    write_flag(structures, false, batch(1));
+    assert_true(structures_note_build(structures, ID, 0, 0, 0));
+    for (int i = 0; i < 10; i++) {
+        skip_builds(structures, 1);
+        asked += structures_note_input(structures, ID, &digest);
+    }
+    assert_int_equal(asked, 4); /* when 1, 2, 4 and 8 were equal */
+    structures_note_shared(structures, OTHER_ID);
+    assert_false(note_input(structures, &digest).repeats.is_shared);
+    structures_note_shared(structures, ID);
+    assert_true(note_input(structures, &digest).repeats.is_shared);
+}
+
+/* Only between two writes that follow each other do the structures that it refers to stay. */
+FLAGS_TEST(test_repeated_input_of_a_top_level)
+{
+    struct input_digest digest = {.words = {1, 2}, .serial = 7, .is_top = true};
+    write_flag(structures, false, batch(1));
+    assert_true(structures_note_build(structures, ID, 0, 0, 0));
+    next_input(structures, &digest, 1, 0);
+    digest.serial = 8;
+    next_input(structures, &digest, 1, 1);
+    digest.serial = 10;
+    next_input(structures, &digest, 3, 0);
+    digest.serial = 13;
+    skip_builds(structures, 2);
+    next_input(structures, &digest, 3, 0);
+    digest.serial = 14;
+    next_input(structures, &digest, 3, 1);
+    digest.serial = 17;
+    skip_builds(structures, 1);
+    next_input(structures, &digest, 9, 0);
+    digest.is_top = false;
+    next_input(structures, &digest, 10, 0);
+}
+
+FLAGS_TEST(test_builds_that_are_compared)
+{
+    static const unsigned numbers[] = {1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 12, 13,
+                                       14, 15, 16, 17, 31, 32, 33, 62, 63, 64, 65, 93, 94};
+    const size_t count = sizeof(numbers) / sizeof(numbers[0]);
+    size_t compared = 0;
+    write_flag(structures, false, batch(1));
+    assert_true(structures_note_build(structures, ID, 0, 0, 0));
+    for (unsigned i = 1; i < 100; i++)
+        if (structures_begin_read(structures, ID).is_compared)
+            assert_int_equal(numbers[compared++ % count], i);
+    assert_int_equal(compared, count);
 }
 
 FLAGS_TEST(test_advice_is_given_once)

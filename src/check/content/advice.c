@@ -3,6 +3,7 @@
 
 #include "src/bvh/input/source.h"
 #include "src/rules/advice.h"
+#include "src/view/formats.h"
 #include "src/view/geometry_data.h"
 
 /* ---- rows */
@@ -26,12 +27,61 @@ static bool find_other(const struct content *content, struct other_indices *othe
            indices_suit_another_size(indices->bytes, indices->size, indices->count, limit, other);
 }
 
+/* With another stride, firstVertex would be elsewhere. */
+static bool find_stride(const struct content *content, const struct source *source,
+                        const struct triangle_figures *figures, struct other_stride *other)
+{
+    struct builder_geometry described;
+    return !content->range->range->firstVertex && content_describe(content, &described) &&
+           other_stride_find(source, figures, described.triangles.vertices_size, other);
+}
+
+/* Nearly all vertices from the first one to the last one are used. */
+static bool find_used(const struct content *content, struct used_vertices *used)
+{
+    const struct content_indices *indices = &content->indices;
+    if (!indices->size) {
+        *used = (struct used_vertices){0, (uint32_t)indices->count - 1, indices->count};
+        return indices->count;
+    }
+    return indices_find_used(indices->bytes, indices->size, indices->count, indices->max, used) &&
+           used->count * 10 >= ((uint64_t)used->largest - used->smallest + 1) * 9;
+}
+
+/* Geometries of data that is not there yet may share it. */
+static bool find_layout(const struct content *content, const struct source *source,
+                        const struct triangle_figures *figures, struct vertex_layout *layout)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(content->range->geometry->geometry);
+    const uint64_t stride = triangles->vertexStride;
+    struct used_vertices used;
+    if (content->range->geometry->build->geometry_count < 2 ||
+        figures->measured * 2 < figures->count || !find_used(content, &used))
+        return false;
+    *layout = (struct vertex_layout){
+        .begin = triangles->vertexData.deviceAddress +
+                 content_vertex_offset(content->range->range, content->indices.size, stride) +
+                 used.smallest * stride,
+        .count = (uint64_t)used.largest - used.smallest + 1,
+        .stride = stride,
+        .geometry = content->range->geometry->index,
+        .format = triangles->vertexFormat,
+        .component = format_smallest_component(triangles->vertexFormat),
+        .is_float = source->format->has_nan,
+    };
+    return true;
+}
+
 static void judge_mesh(struct content *content, const struct source *source,
                        const struct triangle_figures *figures)
 {
+    struct vertex_layout layout;
+    struct other_stride smooth;
     struct content_advice *advice = content->walk->advice;
     struct other_indices other;
     struct stray_vertex stray;
+    const bool has_layout = find_layout(content, source, figures, &layout);
     const double bounds = advice->limits->of[ADVICE_LIMIT_stray_times];
     const bool is_large = figures->measured && figures->extent >= bounds * figures->median;
     const struct mesh_view view = {
@@ -41,8 +91,13 @@ static void judge_mesh(struct content *content, const struct source *source,
         .index_size = content->indices.size,
         .other = find_other(content, &other) ? &other : NULL,
         .stray = is_large && stray_vertex_find(source, figures, &stray) ? &stray : NULL,
+        .smooth = find_stride(content, source, figures, &smooth) ? &smooth : NULL,
+        .layout = has_layout ? &layout : NULL,
+        .contradicting = has_layout ? vertex_layouts_find_other(&advice->layouts, &layout) : NULL,
     };
     advice_judge_mesh(&view, keep, advice);
+    if (has_layout)
+        vertex_layouts_add(&advice->layouts, &layout);
 }
 
 /* Every index is within maxVertex, or the figures are unknown. */
@@ -124,10 +179,24 @@ void content_advise(struct content *content)
         advice->is_unknown |= !advise_primitives(content);
 }
 
+/* Of two geometries that read the same bytes, one is misread: then what else is odd about their
+ * triangles has that reason, and a stride that is known to be wrong is the reason for both. */
+static void leave_reason(struct kept_advice *kept)
+{
+    if (kept[ADVICE_triangles_do_not_jump].weight)
+        kept[ADVICE_vertices_have_one_layout].weight = 0;
+    if (!kept[ADVICE_vertices_have_one_layout].weight)
+        return;
+    kept[ADVICE_no_vertex_is_far_from_all_others].weight = 0;
+    kept[ADVICE_coordinates_are_fine_enough].weight = 0;
+    kept[ADVICE_most_triangles_can_be_hit].weight = 0;
+}
+
 /* If no ray can hit anything, that is one advice, about the structure. A geometry whose range is in
  * a buffer that could not be copied was not read. */
 bool content_advice_end(struct content_advice *advice, uint32_t geometry_count)
 {
+    leave_reason(advice->kept);
     if (structure_is_hollow(&advice->contents))
         advice->kept[ADVICE_most_triangles_can_be_hit].weight = 0;
     return !advice->is_unknown && advice->geometry_count == geometry_count;

@@ -6,6 +6,7 @@
 
 #include "src/check/content/content.h"
 #include "src/figures/instances.h"
+#include "src/figures/layouts.h"
 #include "src/state/builds/structures.h"
 #include "src/view/finding.h"
 #include "vuid-tables/advice.h"
@@ -21,6 +22,7 @@ struct content_advice {
         struct finding finding;
     } kept[ADVICE_COUNT];              /* of the geometry that weighs most */
     struct instance_figures instances; /* of the geometry that is read */
+    struct vertex_layouts layouts;     /* of the geometries before it */
 };
 
 /* Call before the instances of a geometry are read. */

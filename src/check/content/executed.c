@@ -9,6 +9,7 @@
 #include "src/base/array.h"
 #include "src/check/assemble/views.h"
 #include "src/check/content/advice.h"
+#include "src/check/content/digest.h"
 #include "src/check/content/micromap.h"
 #include "src/check/content/unbuilt.h"
 #include "src/check/life/life.h"
@@ -298,6 +299,29 @@ static void end_advice(struct executed_call *call, const struct executed_build *
     call->walk.advice = NULL;
 }
 
+static void read_geometries(struct executed_call *call, const struct executed_build *build)
+{
+    begin_advice(call, build);
+    if (build->build->is_indirect)
+        read_indirect(call, build);
+    else
+        read_direct(call, build);
+    end_advice(call, build);
+}
+
+static void read_and_digest(struct executed_call *call, const struct executed_build *build)
+{
+    const struct build_parameters *given = recorded_build_given(build->build);
+    const struct check_context *context = call->walk.context;
+    struct input_digesting digesting;
+    content_begin_digest(&digesting, given);
+    call->walk.digesting = &digesting;
+    read_geometries(call, build);
+    call->walk.digesting = NULL;
+    const bool is_known = content_end_digest(&digesting, given, build->point);
+    context->hooks->digested(context->user, is_known ? &digesting.digest : NULL);
+}
+
 void executed_call_read(struct executed_call *call, const struct executed_build *build)
 {
     if (build->build->deserialization) {
@@ -311,15 +335,13 @@ void executed_call_read(struct executed_call *call, const struct executed_build 
     call->walk.inputs = build->inputs;
     call->walk.source_inputs = build->source_inputs;
     call->walk.point = build->point;
-    begin_advice(call, build);
-    if (build->build->is_indirect)
-        read_indirect(call, build);
+    if (build->wants_digest)
+        read_and_digest(call, build);
     else
-        read_direct(call, build);
+        read_geometries(call, build);
     build_inputs_mark_known(build->inputs);
     call->walk.inputs = NULL;
     call->walk.source_inputs = NULL;
-    end_advice(call, build);
     collect_instances(call, build->build);
     call->walk.point = NULL;
     retain_build(call, build);

@@ -10,6 +10,7 @@
 #include "src/base/recording_path.h"
 #include "src/bvh/input/formats.h"
 #include "src/check/content/advice.h"
+#include "src/check/content/digest.h"
 #include "src/check/content/micromap.h"
 #include "src/check/walk/rows.h"
 #include "src/rules/input.h"
@@ -348,6 +349,8 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
                                                .size = sizeof(VkAccelerationStructureInstanceKHR)});
     if (walk->advice)
         content_advise(&content);
+    if (walk->digesting)
+        content_add_to_digest(&content);
 }
 
 /* Addresses are host pointers. If probing is disabled, all memory counts as readable; the limit

@@ -15,6 +15,7 @@
 #include "src/view/view.h"
 
 struct content_advice;
+struct input_digest;
 struct query_pools;
 struct pending_use;
 struct structure_contents;
@@ -65,6 +66,8 @@ struct check_hooks {
      * NULL if they are not all known. NULL: not needed. */
     void (*advised)(void *user, const struct content_advice *advice,
                     const struct structure_contents *contents);
+    /* What an executed build has read of which the digest is wanted. NULL: that is not known. */
+    void (*digested)(void *user, const struct input_digest *digest);
     /* Returns whether another device of the process has such an object with that handle. */
     bool (*of_another_device)(void *user, enum resource_kind kind, uint64_t handle);
     /* Returns whether the physical device can read serialized data of this version: two UUIDs. */

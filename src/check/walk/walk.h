@@ -9,6 +9,7 @@
 #include "src/view/micromap_view.h"
 
 struct content_advice;
+struct input_digesting;
 struct execution_point;
 struct instance_uses;
 
@@ -29,6 +30,7 @@ struct walk {
     struct instance_uses *instances;          /* structures that its instances refer to, see
                                                * check_host_inputs; NULL: none */
     struct content_advice *advice;            /* of the current build; NULL: not wanted */
+    struct input_digesting *digesting;        /* of the current build; NULL: not wanted */
     struct chained_inputs chained;            /* of the geometry that was checked last, if it has
                                                * any */
 };

@@ -4,6 +4,7 @@
 #include "src/rules/advice.h"
 #include "src/view/formats.h"
 #include "src/view/geometry_data.h"
+#include "src/view/names.h"
 
 static uint32_t limit_of(const struct advice_limits *limits, enum advice_limit limit)
 {
@@ -30,7 +31,7 @@ static bool overlap(const struct mesh_view *mesh)
 /* The triangles that are read are not those of the mesh, whatever else they are. */
 static bool is_misread(const struct mesh_view *mesh)
 {
-    return mesh->other || overlap(mesh);
+    return mesh->other || overlap(mesh) || mesh->smooth;
 }
 
 /* ---- triangles */
@@ -72,6 +73,39 @@ bool vertices_do_not_overlap(const struct mesh_view *mesh, struct finding *findi
                "the position of a vertex has: the vertices overlap",
                number(mesh->geometry->index), number(triangles->vertexStride),
                count_of(format_position_size(triangles->vertexFormat), "byte"));
+}
+
+bool triangles_do_not_jump(const struct mesh_view *mesh, struct finding *finding, uint64_t *weight)
+{
+    const struct other_stride *smooth = mesh->smooth;
+    *weight = mesh->figures->count;
+    return mesh->other || overlap(mesh) || !smooth ||
+           violated(
+               finding, "",
+               "was built from pGeometries[{}], whose triangles jump across it with vertexStride "
+               "{}. With {}, nine of ten are smaller than {}, and all together than {}",
+               number(mesh->geometry->index), number(triangles_of(mesh)->vertexStride),
+               number(smooth->stride), real(smooth->small), real(smooth->extent));
+}
+
+bool vertices_have_one_layout(const struct mesh_view *mesh, struct finding *finding,
+                              uint64_t *weight)
+{
+    const struct vertex_layout *other = mesh->contradicting;
+    *weight = mesh->figures->count;
+    if (is_misread(mesh) || !other)
+        return true;
+    return other->stride != mesh->layout->stride
+               ? violated(finding, "",
+                          "was built from pGeometries[{}] and pGeometries[{}], which read the same "
+                          "bytes as vertices with vertexStride {} and {}",
+                          number(other->geometry), number(mesh->geometry->index),
+                          number(other->stride), number(mesh->layout->stride))
+               : violated(finding, "",
+                          "was built from pGeometries[{}] and pGeometries[{}], which read the same "
+                          "vertices with vertexFormat {} and {}",
+                          number(other->geometry), number(mesh->geometry->index),
+                          format((VkFormat)other->format), format((VkFormat)mesh->layout->format));
 }
 
 static const char *index_type_of(uint32_t size)
@@ -184,6 +218,7 @@ bool no_instance_repeats_another(const struct placing_view *placing, struct find
     if (!name(subject, &finding, &weight))                                                         \
         found(user, ADVICE_##name, &finding, weight);
 #define JUDGE_use(name)
+#define JUDGE_crowd(name)
 #define ADVICE(subject, name, kind, id, hint) JUDGE_##subject(name)
 
 void advice_judge_mesh(const struct mesh_view *mesh, advice_found *found, void *user)

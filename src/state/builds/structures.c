@@ -281,17 +281,90 @@ static struct structure_uses *lock_known_uses(const struct structures *structure
     return structure && structure->more ? &structure->more->uses : NULL;
 }
 
-bool structures_begin_read(const struct structures *structures, uint64_t id)
+bool structures_note_tiny(const struct structures *structures, uint64_t id, bool is_tiny)
 {
     struct structure_uses *uses = lock_known_uses(structures, id);
-    bool is_wanted = false;
+    const bool was_tiny = uses && uses->is_tiny;
+    if (uses)
+        uses->is_tiny = is_tiny;
+    unlock_shared(structures);
+    return was_tiny;
+}
+
+static bool is_power_of_two(uint32_t number)
+{
+    return !(number & (number - 1));
+}
+
+/* Which builds are compared with the next one, and with those compared before. Input that takes
+ * turns with others would hide at powers of two alone. */
+enum { COMPARED_FIRST = 16, COMPARED_EACH = 31 };
+
+static bool begins_comparison(uint32_t number)
+{
+    return number < COMPARED_FIRST || is_power_of_two(number) || number % COMPARED_EACH == 0;
+}
+
+struct reading_wanted structures_begin_read(const struct structures *structures, uint64_t id)
+{
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    struct reading_wanted wanted = {0};
     if (uses) {
-        is_wanted = uses->hollow_builds == uses->read_builds;
-        uses->read_builds++;
-        is_wanted |= !(uses->read_builds & (uses->read_builds - 1));
+        const uint32_t before = uses->read_builds++, number = uses->read_builds;
+        wanted.is_judged = is_power_of_two(number) || uses->hollow_builds == before;
+        wanted.is_compared = begins_comparison(number) || begins_comparison(before);
     }
     unlock_shared(structures);
-    return is_wanted;
+    return wanted;
+}
+
+static bool is_equal(const struct input_digest *one, const struct input_digest *other)
+{
+    return one->words[0] == other->words[0] && one->words[1] == other->words[1] &&
+           one->is_top == other->is_top;
+}
+
+/* The boxes of a top-level structure are those of other structures. They are as they were if it
+ * alone was written in between. */
+static bool is_repeated(const struct input_repeats *known, uint32_t number,
+                        const struct input_digest *digest)
+{
+    return known->is_known && is_equal(&known->last, digest) &&
+           (!digest->is_top ||
+            digest->serial - known->last.serial == (uint64_t)number - known->number);
+}
+
+/* Returns whether the input is that of the build just before. */
+static bool note_digest(struct input_repeats *known, uint32_t number,
+                        const struct input_digest *digest)
+{
+    const bool is_same = digest && is_repeated(known, number, digest),
+               is_next = is_same && number == known->number + 1;
+    known->since = is_same ? known->since : number;
+    known->equal_ones = is_same ? known->equal_ones + is_next : 0;
+    known->number = number;
+    known->is_known = digest;
+    if (digest)
+        known->last = *digest;
+    return is_next;
+}
+
+bool structures_note_input(const struct structures *structures, uint64_t id,
+                           const struct input_digest *digest)
+{
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    const bool asks = uses && note_digest(&uses->repeats, uses->read_builds, digest) &&
+                      is_power_of_two(uses->repeats.equal_ones);
+    unlock_shared(structures);
+    return asks;
+}
+
+void structures_note_shared(const struct structures *structures, uint64_t id)
+{
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    if (uses)
+        uses->repeats.is_shared = true;
+    unlock_shared(structures);
 }
 
 void structures_note_contents(const struct structures *structures, uint64_t id,

@@ -66,6 +66,25 @@ static inline bool structure_is_hollow(const struct structure_contents *contents
     return contents->inactive + contents->invisible == contents->primitives;
 }
 
+/* What a build has read: a hash of its parameters and of the bytes. */
+struct input_digest {
+    uint64_t words[2];
+    /* Of a top-level build: structures_find_serial() when it executed. */
+    uint64_t serial;
+    bool is_top;
+};
+
+/* Since when a structure is built and updated from the same input, as far as it was compared.
+ * Numbers are those of read_builds. */
+struct input_repeats {
+    struct input_digest last;
+    bool is_known;       /* `last` is */
+    bool is_shared;      /* its memory may be */
+    uint32_t number;     /* of the build that `last` is of */
+    uint32_t since;      /* the first build with this input */
+    uint32_t equal_ones; /* how many had, since then, the input of the build just before */
+};
+
 struct structure_uses {
     uint32_t counts[STRUCTURE_USES]; /* by enum structure_use */
     uint32_t first_build; /* number of executed submissions up to its first build, if it has one */
@@ -75,7 +94,9 @@ struct structure_uses {
      * can hit anything in hollow_builds of these. */
     uint32_t read_builds, hollow_builds;
     struct structure_contents contents; /* of the last hollow one */
-    uint64_t advised;                   /* bits 1 << enum advice: given about the input data */
+    struct input_repeats repeats;
+    uint64_t advised;         /* bits 1 << enum advice: given about the input data */
+    bool is_tiny;             /* its last build has few primitives */
     VkDeviceSize needed_size; /* of its last build, in bytes; 0: unknown, or it has none */
 };
 
@@ -135,6 +156,9 @@ void structures_copy_input(struct structures *structures, uint64_t dst_id, uint6
 bool structures_note_use(struct structures *structures, uint64_t id, enum structure_use use);
 bool structures_note_build(struct structures *structures, uint64_t id, uint32_t submission,
                            VkBuildAccelerationStructureFlagsKHR flags, VkDeviceSize needed);
+/* Notes whether a structure is tiny, and returns whether it was; with false, when it is destroyed.
+ */
+bool structures_note_tiny(const struct structures *structures, uint64_t id, bool is_tiny);
 /* The host has read the compacted size of a structure that has a record. */
 bool structures_note_compacted_size(struct structures *structures, uint64_t id, VkDeviceSize size);
 
@@ -195,10 +219,20 @@ enum structure_written structures_were_written(const struct structures *structur
 bool structures_find_uses(const struct structures *structures, uint64_t id,
                           struct structure_uses *uses);
 
-/* Counts a build whose input data is read. Returns whether it is to be judged: if all before it
- * were hollow, or its number is a power of two. So data that is built again and again costs little.
- */
-bool structures_begin_read(const struct structures *structures, uint64_t id);
+/* Counts a build whose input data is read. Data that is built again and again costs little: it is
+ * judged if all builds before it were hollow, or if its number is a power of two. Its input is
+ * compared with that of the next one if it is one of the first, or if its number is a power of two
+ * or a multiple of 31. */
+struct reading_wanted {
+    bool is_judged, is_compared;
+};
+struct reading_wanted structures_begin_read(const struct structures *structures, uint64_t id);
+/* What a build that is to be compared has read. NULL: that is not known. Returns true for some that
+ * repeat the input before: then the caller calls structures_note_shared() if the structure may
+ * share its memory. */
+bool structures_note_input(const struct structures *structures, uint64_t id,
+                           const struct input_digest *digest);
+void structures_note_shared(const struct structures *structures, uint64_t id);
 /* That build has these contents. */
 void structures_note_contents(const struct structures *structures, uint64_t id,
                               const struct structure_contents *contents);

@@ -173,6 +173,44 @@ struct accel_facts *resources_list_accels(struct resources *resources, uint32_t 
     return listing.items;
 }
 
+static bool overlaps(VkDeviceSize a, VkDeviceSize size_a, VkDeviceSize b, VkDeviceSize size_b)
+{
+    return a < b + size_b && b < a + size_a;
+}
+
+static bool is_alone_in_buffer(const struct accel_record *accel)
+{
+    for (const struct accel_record *other = accel->buffer->accels; other; other = other->next)
+        if (other != accel &&
+            overlaps(accel->offset, accel->facts.size, other->offset, other->facts.size))
+            return false;
+    return true;
+}
+
+/* Other buffers that alias its memory may hold anything. */
+static bool is_alone_in_memory(const struct accel_record *accel)
+{
+    const struct buffer_record *buffer = accel->buffer->memory->buffers;
+    for (; buffer; buffer = buffer->next)
+        if (buffer != accel->buffer && overlaps(accel->facts.begin, accel->facts.size,
+                                                buffer->memory_offset, buffer->where.bytes_left))
+            return false;
+    return true;
+}
+
+bool resources_accel_is_alone(struct resources *resources, VkAccelerationStructureKHR handle)
+{
+    unsigned token = resources_begin_reading(resources);
+    const struct accel_record *accel =
+        handle_table_find(&resources->accels, (uint64_t)(uintptr_t)handle);
+    const bool is_alone = accel && accel->buffer && !accel->facts.is_external &&
+                          !accel->facts.is_sparse && accel->buffer->bound == YES &&
+                          accel->buffer->memory && is_alone_in_buffer(accel) &&
+                          is_alone_in_memory(accel);
+    resources_end_reading(resources, token);
+    return is_alone;
+}
+
 /* ---- the records of micromaps of VK_EXT_opacity_micromap */
 
 /* Returns the id of the removed record, or 0. */

@@ -153,6 +153,9 @@ uint64_t resources_last_id(struct resources *resources);
 /* Returns the facts of all live structures as an array that the caller frees; NULL: there are none,
  * or no memory. */
 struct accel_facts *resources_list_accels(struct resources *resources, uint32_t *count);
+/* Returns whether a live structure certainly shares no memory with another buffer or structure that
+ * is alive. */
+bool resources_accel_is_alone(struct resources *resources, VkAccelerationStructureKHR handle);
 void resources_look_up_address(struct resources *resources, VkDeviceAddress address,
                                struct address_facts *facts);
 void resources_ask_buffer(struct resources *resources, VkBuffer handle, struct buffer_facts *facts);

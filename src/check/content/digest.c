@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "src/check/content/digest.h"
+
+#include <string.h>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "src/check/content/content.h"
+#include "src/state/builds/build_info.h"
+#include "src/view/formats.h"
+#include "src/view/geometry_data.h"
+
+/* ---- the hash: each step is one of the hash before it, with a hash of the bytes. */
+
+static void add_bytes(struct input_digest *digest, const void *bytes, uint64_t size)
+{
+    const XXH128_hash_t hash = XXH3_128bits(bytes, size);
+    const uint64_t step[] = {digest->words[0], digest->words[1], hash.low64, hash.high64, size};
+    const XXH128_hash_t next = XXH3_128bits(step, sizeof(step));
+    digest->words[0] = next.low64;
+    digest->words[1] = next.high64;
+}
+
+/* Adds the elements of an array. Returns false if they are not all known. */
+static bool add_array(const struct content *content, VkDeviceOrHostAddressConstKHR address,
+                      uint64_t offset, uint64_t count, uint64_t stride, uint64_t size)
+{
+    if (!count)
+        return true;
+    const uint8_t *bytes = content_find(content, address, offset, count, stride, size);
+    if (bytes)
+        add_bytes(&content->walk->digesting->digest, bytes, (count - 1) * stride + size);
+    return bytes;
+}
+
+/* ---- geometries */
+
+/* The vertices up to that of the largest index. */
+static bool add_vertices(const struct content *content,
+                         const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
+{
+    const struct content_indices *indices = &content->indices;
+    const uint64_t size = format_position_size(triangles->vertexFormat),
+                   offset = content_vertex_offset(content->range->range, indices->size,
+                                                  triangles->vertexStride),
+                   count = indices->size && indices->count ? (uint64_t)indices->max + 1
+                                                           : indices->count;
+    return size && offset != UINT64_MAX &&
+           add_array(content, triangles->vertexData, offset, count, triangles->vertexStride, size);
+}
+
+static bool add_triangles(const struct content *content,
+                          const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    const struct content_indices *indices = &content->indices;
+    const bool has_transform = triangles->transformData.deviceAddress;
+    const uint64_t parameters[] = {triangles->vertexFormat, triangles->vertexStride,
+                                   triangles->maxVertex, triangles->indexType, has_transform};
+    if (indices->size ? indices->count && !indices->bytes
+                      : triangles->indexType != VK_INDEX_TYPE_NONE_KHR)
+        return false;
+    add_bytes(&content->walk->digesting->digest, parameters, sizeof(parameters));
+    if (indices->bytes)
+        add_bytes(&content->walk->digesting->digest, indices->bytes,
+                  indices->count * indices->size);
+    return add_vertices(content, triangles) &&
+           (!has_transform ||
+            add_array(content, triangles->transformData, range->transformOffset,
+                      range->primitiveCount ? 1 : 0, 0, sizeof(VkTransformMatrixKHR)));
+}
+
+static bool add_elements(const struct content *content)
+{
+    const VkAccelerationStructureGeometryKHR *geometry = content->range->geometry->geometry;
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
+    const VkAccelerationStructureGeometryAabbsDataKHR *boxes = aabbs_in(geometry);
+    const VkAccelerationStructureGeometryInstancesDataKHR *instances = instances_in(geometry);
+    const uint64_t size = sizeof(VkAccelerationStructureInstanceKHR);
+    if (triangles)
+        return add_triangles(content, triangles);
+    if (boxes)
+        return add_array(content, boxes->data, range->primitiveOffset, range->primitiveCount,
+                         boxes->stride, sizeof(VkAabbPositionsKHR));
+    return instances && !instances->arrayOfPointers &&
+           add_array(content, instances->data, range->primitiveOffset, range->primitiveCount, size,
+                     size);
+}
+
+void content_add_to_digest(const struct content *content)
+{
+    const VkAccelerationStructureGeometryKHR *geometry = content->range->geometry->geometry;
+    struct input_digesting *digesting = content->walk->digesting;
+    const uint64_t parameters[] = {geometry->geometryType, geometry->flags,
+                                   content->range->range->primitiveCount};
+    add_bytes(&digesting->digest, parameters, sizeof(parameters));
+    digesting->geometries += add_elements(content);
+}
+
+/* ---- builds */
+
+void content_begin_digest(struct input_digesting *digesting, const struct build_parameters *given)
+{
+    const uint64_t parameters[] = {given->info.type, given->info.flags, given->info.mode,
+                                   given->info.geometryCount};
+    *digesting = (struct input_digesting){0};
+    add_bytes(&digesting->digest, parameters, sizeof(parameters));
+}
+
+bool content_end_digest(struct input_digesting *digesting, const struct build_parameters *given,
+                        const struct execution_point *point)
+{
+    const VkAccelerationStructureBuildGeometryInfoKHR *info = &given->info;
+    const bool is_moved =
+        build_is_update(info) && info->srcAccelerationStructure != info->dstAccelerationStructure;
+    digesting->digest.is_top = info->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
+    digesting->digest.serial = point ? point->serial : 0;
+    return digesting->geometries == info->geometryCount && !is_moved && !given->had_chains &&
+           !(info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV) &&
+           (point || !digesting->digest.is_top);
+}

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Setting advice: whether two builds have read the same input. A digest is a hash of the parameters
+ * of a build and of the bytes that it reads, without addresses and offsets. It also has bytes that
+ * the build skips between two elements: if these differ, so do the digests. */
+#ifndef ASSAY_CHECK_CONTENT_DIGEST_H
+#define ASSAY_CHECK_CONTENT_DIGEST_H
+
+#include "src/snapshots/recorded_build.h"
+#include "src/state/builds/structures.h"
+
+struct content;
+
+/* Of a build while its geometries are read. */
+struct input_digesting {
+    struct input_digest digest;
+    uint32_t geometries; /* whose data is in the digest */
+};
+
+/* Call before the first geometry of a build is read. */
+void content_begin_digest(struct input_digesting *digesting, const struct build_parameters *given);
+/* Adds a geometry that was read. */
+void content_add_to_digest(const struct content *content);
+/* Returns whether the digest has all that the build has read. An update reads its source, too: it
+ * is known in place only. `point`: when the build executed; NULL: unknown. */
+bool content_end_digest(struct input_digesting *digesting, const struct build_parameters *given,
+                        const struct execution_point *point);
+
+#endif
