@@ -144,12 +144,12 @@ bool structure_is_built_from_new_input(const struct use_view *use, struct findin
     const uint32_t same = builds_of(use) - repeats->since + 1;
     *weight = same;
     return !repeats_its_input(use) ||
-           violated(finding, "",
-                    "was built {} and updated {}, the last {} of these from the same input: {} "
-                    "that the layer has compared had the bytes and parameters of the one before",
-                    count_of(count(use, USE_BUILT), "time"),
-                    count_of(count(use, USE_UPDATED), "time"), number(same),
-                    number(repeats->equal_ones));
+           violated(
+               finding, "",
+               "was built {} and updated {}. Of the last {} of these the layer has compared {} "
+               "with the one before: all had its bytes and parameters",
+               count_of(count(use, USE_BUILT), "time"), count_of(count(use, USE_UPDATED), "time"),
+               number(same), number(repeats->equal_ones));
 }
 
 /* ---- flags */
