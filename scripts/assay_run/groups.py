@@ -34,7 +34,7 @@ def identity(finding):
     """Returns what findings of one mistake have in common in a run."""
     site = tuple((os.path.basename(frame["module"]), frame["offset"])
                  for frame in finding.get("call_site", []))
-    return subject(finding), site, skeleton(finding["MainMessage"])
+    return subject(finding), site, skeleton(finding["MainMessage"]), finding.get("Layer")
 
 
 class Group:
@@ -50,6 +50,17 @@ class Group:
     @property
     def count(self):
         return len(self.findings)
+
+    @property
+    def layers(self):
+        """Returns which layers have reported it, if it is not Assay alone."""
+        if self.first.get("Layer"):
+            return f"{self.first['Layer']} layer"
+        return "both layers" if any(one.get("LayerToo") for one in self.findings) else ""
+
+    @property
+    def title(self):
+        return self.first["VUID"] + (f" ({self.layers})" if self.layers else "")
 
     def submissions(self):
         """Returns the numbers of the first and the last submission; None if no finding has one."""

@@ -73,6 +73,9 @@ def make_parser():
     layer.add_argument("--lavapipe", action="store_true", help="run on Mesa's CPU driver")
     layer.add_argument("--with-khronos", action="store_true",
                        help="also enable the Khronos validation layer; its messages do not count")
+    layer.add_argument("--count-khronos", action="store_true",
+                       help="also enable it, and count its errors as findings; those that both layers "
+                            "report count once")
     layer.add_argument("--stop-at-first", action="store_true",
                        help="end the application at the first finding that the baseline does not have")
     reports = parser.add_argument_group("reports")
@@ -118,6 +121,7 @@ def parse_arguments(words):
         check_settings(arguments.settings)
     except SettingFailure as failure:
         parser.error(str(failure))
+    arguments.with_khronos |= arguments.count_khronos
     if arguments.strict_baseline and not arguments.baseline:
         parser.error("--strict-baseline needs --baseline")
     if arguments.write_baseline and arguments.strict_baseline:

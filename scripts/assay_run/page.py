@@ -33,7 +33,7 @@ def finding_data(group, processes, recorded):
     """A mistake that was reported several times is one finding with several places."""
     finding = group.first
     return {"id": finding["VUID"], "severity": finding["Severity"],
-            "message": finding["MainMessage"], "spec": finding.get("SpecText", ""),
+            "message": finding["MainMessage"], "layers": group.layers, "spec": finding.get("SpecText", ""),
             "url": finding.get("SpecUrl", ""), "labels": finding.get("DebugRegion", ""),
             "also": finding.get("also", []),
             "objects": [f"{item['type']} {item['handle']}" +
