@@ -11,13 +11,14 @@ CARRIERS = ("VkInstance", "VkDevice", "VkQueue", "VkCommandBuffer")
 CARRIER_NAMES = re.compile(r"\b(%s) 0x[0-9a-f]+(\[\"[^\"]*\"\])?" % "|".join(CARRIERS))
 HANDLES = re.compile(r"\b0x[0-9a-f]{5,}\b")
 NUMBERS = re.compile(r"\b(submissions?|age) [\d,]+")
+MORE = re.compile(r" \(and \d+ more \w+\)")  # of the same kind in a build: each frame may have other ones
 NAMES_SHOWN = 3
 
 
 def skeleton(message):
     """Returns the message without what differs from frame to frame."""
     text = CARRIER_NAMES.sub(r"\1", message)
-    return NUMBERS.sub(r"\1", HANDLES.sub("0x", text))
+    return NUMBERS.sub(r"\1", HANDLES.sub("0x", MORE.sub("", text)))
 
 
 def subject(finding):

@@ -205,6 +205,12 @@ class Repetition(Runs):
                                  for label in ("terrain", "figure", "terrain"))),
                     99, "2 findings (reported 3 times)")
 
+    def test_number_of_elements_does_not_count(self):
+        messages = [f"It leads to instance 0, which is wrong{more}." for more in (
+            "", " (and 1 more instance)", " (and 99 more instances)", " (and 12)")]
+        self.expect(self.merge(*(frame_finding(0, MainMessage=text) for text in messages)),
+                    99, "2 findings (reported 4 times)")
+
     def test_values_count(self):
         messages = [f"It is {value} bytes, more than 0x5." for value in (12, 16, 12)]
         self.expect(self.merge(*(frame_finding(0, MainMessage=text) for text in messages)),

@@ -213,19 +213,20 @@ static bool was_checked(const struct content *content, uint32_t index,
 static void check_new_instance(struct content *content, uint32_t index,
                                const VkAccelerationStructureInstanceKHR *instance)
 {
+    const uint64_t violations = content->violations;
     check_flags_and_reference(content, index, false, instance);
     struct instance_use *use = find_use(content, instance->accelerationStructureReference);
     if (!use)
         return;
-    use->checked = checked_mark(content, instance);
+    if (content->violations == violations)
+        use->checked = checked_mark(content, instance);
     count_use(use, index);
 }
 
 /* If the estimate of a determinant has a sign, the transform is invertible.
  *
  * Most instances refer to a structure that an earlier instance of the geometry refers to, with the
- * same flags. Except for their transforms, they cannot add a finding, because each rule reports one
- * finding at most. */
+ * same flags. If that one was valid, they are, except for their transforms. */
 static void check_plain_instance(struct content *content, uint32_t index,
                                  const VkAccelerationStructureInstanceKHR *instance)
 {
