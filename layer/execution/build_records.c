@@ -96,6 +96,7 @@ static void add_build(struct writer *writer, const struct journal_entry *entry)
         record.type = type_name(entry->built.type);
         record.has_geometries = true;
         record.geometries = entry->built.geometry_count;
+        record.flags = entry->built.flags;
     }
     if (writer->primitives) {
         record.has_primitives = true;
@@ -235,4 +236,17 @@ void build_records_add_size(const struct layer_device *device, VkAccelerationStr
                         .dst = (uint64_t)(uintptr_t)structure,
                         .compacted_size = compacted_size,
                     });
+}
+
+void build_records_add_destroyed(const struct layer_device *device, VkObjectType type,
+                                 uint64_t structure)
+{
+    if (device->records_builds && structure)
+        reporter_record(device->instance->reporter, &(struct log_record){
+                                                        .kind = RECORD_DESTROYED,
+                                                        .device = device->handle,
+                                                        .names = device->names,
+                                                        .object_type = type,
+                                                        .dst = structure,
+                                                    });
 }

@@ -359,8 +359,10 @@ static void write_command(struct json *json, const struct log_record *record)
     json_text(json, "mode", record->mode);
     json_text(json, "type", record->type);
     write_structure(json, record);
-    if (record->has_geometries)
+    if (record->has_geometries) {
         json_number(json, "geometries", record->geometries);
+        json_hex(json, "flags", record->flags);
+    }
     if (record->has_primitives)
         json_number(json, "primitives", record->primitives);
     if (record->size)
@@ -378,6 +380,7 @@ bool line_of_record(struct json *json, const struct log_record *record)
         [RECORD_BUILD] = "Build",
         [RECORD_COPY] = "Copy",
         [RECORD_SIZE] = "CompactedSize",
+        [RECORD_DESTROYED] = "Destroyed",
         [RECORD_EXPECTATION] = "Expectation",
     };
     line_begin(json, types[record->kind]);
@@ -393,6 +396,9 @@ bool line_of_record(struct json *json, const struct log_record *record)
     case RECORD_SIZE:
         write_structure(json, record);
         json_number(json, "compacted_size", record->compacted_size);
+        break;
+    case RECORD_DESTROYED:
+        write_structure(json, record);
         break;
     case RECORD_EXPECTATION:
         json_text_of_size(json, "label", record->label, label_length(record->label));
