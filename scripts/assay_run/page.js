@@ -79,7 +79,9 @@ function groupBy(findings, keysOf) {
 
 function placeItems(finding, structures) {
   const [report] = finding.reports;
-  const items = finding.objects.map(object => itemElement(objectLink(object, report.process, structures)));
+  const links = finding.objects.map(object => objectLink(object, report.process, structures));
+  const isNew = (link, i) => typeof link !== "string" || !finding.message.includes(finding.objects[i].handle);
+  const items = links.filter(isNew).map(link => itemElement(link));
   if (finding.labels) items.push(element("li", `labels: ${finding.labels.replaceAll("::", " › ")}`));
   if (report.submission !== null)
     items.push(itemElement(report.isRecorded ? "recorded in a command buffer of " : "",

@@ -8,7 +8,7 @@ import pathlib
 import re
 
 from .call_sites import frames_of_application, place_of
-from .groups import group_findings, repetition_lines
+from .groups import Group, identity, repetition_lines
 from .verdict import describe_exit, mistake_lines
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -110,6 +110,16 @@ def submissions_of_findings(lines):
     return places
 
 
+def advice_groups(record, processes):
+    """Advice is about one structure each, and handles tell those without debug names apart."""
+    groups = {}
+    for finding in record.advice():
+        unnamed = [item["handle"] for item in finding.get("Objects", []) if not item.get("name")]
+        key = identity(finding), (processes[id(finding)], *unnamed) if unnamed else ()
+        groups.setdefault(key, Group()).findings.append(finding)
+    return groups.values()
+
+
 def describe_driver(device):
     return " ".join(filter(None, (device.get("Driver"), device.get("DriverInfo"))))
 
@@ -132,7 +142,7 @@ def page_data(verdict, command):
             "drivers": sorted({describe_driver(device) for device in record.devices}),
             "new": show(verdict.new_groups),
             "known": show(verdict.known_groups + verdict.expected_groups),
-            "advice": show(group_findings(record.advice())),
+            "advice": show(advice_groups(record, processes)),
             "warnings": list(dict.fromkeys(line["MainMessage"] for line in record.warnings())),
             "heldBack": dict(record.held_back()),
             "unchecked": list(dict.fromkeys(reason for summary in record.summaries

@@ -193,7 +193,7 @@ function structureRow(one) {
   cell("builds", [number(one.builds)], true), cell("updates", [number(one.updates), chain], true),
   cell("primitives", [number(one.primitives)], true),
   cell("size", [number(one.size),
-    one.compacted_size === undefined ? "" : `compacted: ${number(one.compacted_size)}`], true),
+    one.compacted_size === undefined ? "" : `compacted:\u00a0${number(one.compacted_size)}`], true),
   cell("memory", one.memory ? [one.memory, `+ ${number(one.memory_offset)}`] : []));
   return row;
 }

@@ -6,6 +6,7 @@ from collections import Counter
 
 from .call_sites import frames_of_application, place_of
 from .groups import group_findings, identity, repetition_lines
+from .records import is_advice
 
 NOT_LOADED = 98  # exit status if a run has not loaded the layer in any process
 DAMAGED = 97     # exit status if a record is damaged, so that it may miss findings
@@ -76,7 +77,8 @@ def total_line(verdict):
     khronos = sum(bool(group.first.get("Layer")) for group in verdict.new_groups)
     if khronos:
         notes.append(f"{khronos:,} by the Khronos layer only")
-    held_back = sum(record.held_back().values())
+    held_back = sum(count for name, count in record.held_back().items()
+                    if record.advice_is_error or not is_advice({"VUID": name}))
     if held_back:
         notes.append(f"{plural(held_back, 'duplicate')} not reported")
     if notes:

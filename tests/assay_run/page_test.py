@@ -157,6 +157,11 @@ class Page(Runs):
         self.open(header(), build(0))
         self.assertTrue(self.browser.run("document.querySelector('#advice-section').hidden"))
 
+    def test_advice_about_structures_without_names(self):
+        self.open(header(), *(finding("ASSAY-advice-leaked", Severity="Warning", MainMessage="It leaks.", Objects=[
+            {"type": "VkAccelerationStructureKHR", "handle": handle}]) for handle in ("0x1", "0x2", "0x2")))
+        self.assertEqual(self.count("#advice .finding"), 2)
+
     def test_links(self):
         """From a finding to its structure and to its submission."""
         structure = [{"type": "VkAccelerationStructureKHR", "handle": "0x7f0000000003", "name": "mesh 3"}]
@@ -236,7 +241,7 @@ class Page(Runs):
         self.browser.type("mesh 42")
         self.assertEqual(self.count("#structures tr"), 1)
         row = self.text("#structures tr")
-        for part in ("mesh 42", "65,578", "32,810", "1,128", "0x7f0000000000", "+ 2,752,512", "alive",
+        for part in ("mesh 42", "65,578", "32,810", "1,128", "compacted:", "0x7f0000000000", "+ 2,752,512", "alive",
                      "bottom level"):
             self.assertIn(part, row)
 

@@ -14,7 +14,7 @@ import sys
 import unittest
 import xml.etree.ElementTree as ElementTree
 
-from runs import NASTY, VUID, Runs, finding, header, jsonschema, main, needs_jsonschema
+from runs import NASTY, TIME, VUID, Runs, finding, header, jsonschema, main, needs_jsonschema
 from sarif import SARIF
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -94,6 +94,13 @@ class Reports(Runs):
                           ("ASSAY-advice-never-built", ["skipped"])])
         self.assertEqual(len(self.load("a.json")["advice"]), 2)
         self.assertEqual(self.load("a.json")["warnings"], [])
+
+    def test_advice_that_the_list_leaves_out(self):
+        """The line of the advice says how much it is."""
+        self.write_record(*RECORDS["advice"], {"Type": "Summary", "pid": 7, "time": TIME, "Findings": {},
+                                               "HeldBack": {"ASSAY-advice-leaked": 3}, "Unchecked": []})
+        self.assertNotIn("duplicate", self.run_words("--merge", "7.jsonl").err)
+        self.expect(self.run_words("--merge", "7.jsonl", "--advice-is-error"), 99, "3 duplicates not reported")
 
     def test_advice_is_a_failure_if_asked_for(self):
         self.write_record(*RECORDS["advice"])
