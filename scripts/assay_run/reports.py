@@ -12,7 +12,7 @@ import xml.etree.ElementTree as ElementTree
 
 from .call_sites import first_place, frames_of_application, place_of
 from .groups import group_data, group_findings, repetition_lines, subject
-from .verdict import call_site_lines, describe_exit, mistake_lines
+from .verdict import call_site_lines, command_lines, describe_exit, mistake_lines
 
 # XML 1.0 allows no other control characters, escaped or not.
 NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -31,7 +31,7 @@ def full_text(group):
         text += f"\nThe Vulkan spec states: {finding['SpecText']}"
     if finding.get("SpecUrl"):
         text += f" ({finding['SpecUrl']})"
-    return "\n".join([text, *call_site_lines(finding), *repetition_lines(group)])
+    return "\n".join([text, *command_lines(finding), *call_site_lines(finding), *repetition_lines(group)])
 
 
 def marked_message(group):

@@ -59,11 +59,26 @@ def call_site_lines(finding):
             for i, frame in enumerate(frames_of_application(finding)[:FRAMES_SHOWN])]
 
 
+def command_lines(finding):
+    """Returns a line that says which command a finding is about, and where it was recorded and submitted."""
+    function = finding.get("Function", "")
+    parts = [] if not function or finding["MainMessage"].startswith(function) else [f"{function}()"]
+    buffers = [item for item in finding.get("Objects", []) if item["type"] == "VkCommandBuffer"]
+    if buffers:
+        name = f" \"{buffers[0]['name']}\"" if buffers[0].get("name") else ""
+        parts.append(f"VkCommandBuffer {buffers[0]['handle']}{name}")
+    parts += [f"{word} {finding[word]}" for word in ("build", "submission") if word in finding]
+    if finding.get("DebugRegion"):
+        parts.append(f"labels {finding['DebugRegion']}")
+    return [f"in {', '.join(parts)}"] if function and parts else []
+
+
 def group_lines(group):
     """Returns the lines that describe a mistake."""
     finding = group.first
     return [f"{finding['Severity']}: {group.title}",
             *(f"  {line}" for line in finding["MainMessage"].splitlines()),
+            *(f"  {line}" for line in command_lines(finding)),
             *(f"  {line}" for line in call_site_lines(finding)),
             *(f"  {line}" for line in repetition_lines(group))]
 
@@ -101,7 +116,8 @@ def mistake_lines(verdict):
     lines = [f"{folder}: the layer was not loaded" for folder in record.runs_without_layer()
              if len(record.runs) > 1]
     if not record.is_loaded and not lines:
-        lines = ["the layer was not loaded"]
+        lines = ["the layer was not loaded: no process has created a VkInstance, or the loader has not found "
+                 "the layer (VK_LOADER_DEBUG=layer shows what it does)"]
     lines += [f"{folder + ': ' if len(record.runs) > 1 else ''}the Khronos layer was not loaded, or has not "
               "written to its log" for folder in record.runs_without_khronos()]
     if len(record.runs) > 1 or not record.headers:

@@ -144,6 +144,23 @@ class Reports(Runs):
         invocation = self.load("a.sarif")["runs"][0]["invocations"][0]
         self.assertFalse(invocation["executionSuccessful"])
 
+    def test_command(self):
+        """A finding says which command it is about: the ids of structures do not."""
+        buffer = {"type": "VkCommandBuffer", "handle": "0x5", "name": "frame"}
+        for members, line in (
+                ({"Function": "vkCmdFoo"}, "in vkCmdFoo()"),
+                ({"Function": "vkCmdFoo", "Objects": [buffer], "build": 3, "submission": 0,
+                  "DebugRegion": "a::b"},
+                 'in vkCmdFoo(), VkCommandBuffer 0x5 "frame", build 3, submission 0, labels a::b'),
+                ({"Function": "vkFoo", "MainMessage": "vkFoo(): wrong.", "build": 1}, "in build 1")):
+            self.write_record(header(), finding(**members))
+            result = self.run_words("--merge", "7.jsonl", "--junit", "a.xml", "--github")
+            self.assertIn(f"assay-run:   {line}\n", result.err)
+            self.assertIn(f"{line}\n", result.out.replace("%0A", "\n"))
+            self.assertIn(line, self.read("a.xml").replace("&quot;", '"'))
+        self.write_record(header(), finding(build=3))
+        self.assertNotIn("  in ", self.run_words("--merge", "7.jsonl").err)
+
     def test_json(self):
         self.run_script("load(); find(); end()", "--json", "a.json")
         report = self.load("a.json")
