@@ -4,6 +4,7 @@
 #include "layer/execution/build_records.h"
 
 #include "layer/layer.h"
+#include "src/check/content/content.h"
 #include "src/report/log/lines.h"
 #include "src/state/resources/nv_shape.h"
 
@@ -249,4 +250,36 @@ void build_records_add_destroyed(const struct layer_device *device, VkObjectType
                                                         .object_type = type,
                                                         .dst = structure,
                                                     });
+}
+
+/* More do not fit into a line for certain. */
+enum { REFERENCES_SHOWN = 128 };
+
+void build_records_add_instances(const struct recorded_instances *instances,
+                                 const struct instance_uses *uses)
+{
+    const struct layer_device *device = instances->device;
+    struct log_reference references[REFERENCES_SHOWN];
+    struct log_record record = {
+        .kind = RECORD_INSTANCES,
+        .device = device->handle,
+        .queue = instances->batch->queue,
+        .submission = instances->batch->number,
+        .names = device->names,
+        .object_type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+        .dst = (uint64_t)(uintptr_t)instances->dst,
+        .command_buffer = instances->command_buffer,
+        .position = instances->position,
+        .references = references,
+    };
+    for (uint32_t i = 0; i < uses->count; i++) {
+        const struct instance_use *use = &uses->items[i];
+        if (!use->count)
+            continue;
+        if (record.reference_total++ < REFERENCES_SHOWN)
+            references[record.reference_count++] =
+                (struct log_reference){(uint64_t)(uintptr_t)use->referenced.handle, use->count};
+    }
+    if (record.reference_total)
+        reporter_record(device->instance->reporter, &record);
 }

@@ -16,12 +16,13 @@ HERE = pathlib.Path(__file__).resolve().parent
 # The members of the lines of record_builds that the page shows: words, then numbers. The record's lines
 # name each member; for thousands of builds the names would take most of the page.
 WORDS = ("Type", "mode", "type", "queue", "dst", "dst_name", "src", "command_buffer",
-         "command_buffer_name", "device", "memory", "flags")
-NUMBERS = ("submission", "build", "primitives", "size", "compacted_size", "memory_offset")
+         "command_buffer_name", "device", "memory", "flags", "references")
+NUMBERS = ("submission", "build", "primitives", "size", "compacted_size", "memory_offset", "referring")
 SCRIPTS = ("page_builds.js", "page_structures.js", "page.js")
 MISSING = -1
 MOST_ROWS = 100_000  # about 8 MB
-RECORDED = ("Submission", "Build", "Copy", "CompactedSize", "Destroyed")
+RECORDED = ("Submission", "Build", "Copy", "CompactedSize", "Destroyed", "Instances")
+REFERENCES_SHOWN = 8
 
 
 class Clock:
@@ -70,6 +71,18 @@ def finding_data(group, processes, recorded, clock):
             "reports": [place_data(one, processes[id(one)], recorded, clock) for one in group.findings]}
 
 
+def with_references(line):
+    """Adds what the instances refer to, as text, and how many do, if that is known."""
+    structures = line.get("structures", [])
+    texts = [f"{one['instances']:,} × {'“' + one['name'] + '”' if one.get('name') else one['handle']}"
+             for one in structures[:REFERENCES_SHOWN]]
+    total = line.get("structure_count", 0)
+    if total > REFERENCES_SHOWN:
+        texts.append(f"{total - REFERENCES_SHOWN:,} structures more")
+    known = {"referring": sum(one["instances"] for one in structures)} if total == len(structures) else {}
+    return {**line, "references": ", ".join(texts), **known}
+
+
 def build_data(lines, clock):
     """Returns the distinct words once, and each line as a list: the places of its words, and numbers."""
     words, rows, left_out = {}, [], 0
@@ -79,6 +92,8 @@ def build_data(lines, clock):
         if len(rows) == MOST_ROWS:
             left_out += 1
             continue
+        if line["Type"] == "Instances":
+            line = with_references(line)
         row = [words.setdefault(str(line[member]), len(words)) if member in line else MISSING
                for member in WORDS]
         time = clock.at(process, line)

@@ -49,7 +49,8 @@ function addLine(one, line, names) {
     Object.assign(one, { by: describeOrigin(line, names), updates: 0, chain: [], builds: one.builds + 1,
       compacted_size: undefined });
   }
-  for (const member of ["primitives", "size", "compacted_size", "memory", "memory_offset", "flags"])
+  for (const member of ["primitives", "size", "compacted_size", "memory", "memory_offset", "flags",
+    "references", "referring"])
     if (line[member] !== undefined) one[member] = line[member];
 }
 
@@ -77,6 +78,7 @@ function structuresOf(builds, names) {
       note(line, 0);
       continue;
     }
+    if (line.Type === "Instances" && !one) continue; // destroyed before they were read
     if (!one || !isSame(one, line)) {
       if (one) note(line, -(one.size || 0));
       one = { handle: line.dst, process: line.process, name: "", type: "", by: "", chain: [], updates: 0,
@@ -176,6 +178,13 @@ function stateOf(one) {
   return one.destroyed ? `destroyed after submission ${one.destroyed}` : "destroyed";
 }
 
+/* Instances with reference 0 are inactive, and other references may lead nowhere. */
+function describeReferences(one) {
+  if (!one.references) return "";
+  const others = one.referring === undefined ? 0 : one.primitives - one.referring;
+  return `instances: ${one.references}${others > 0 ? `, ${others.toLocaleString("en")} × no live structure` : ""}`;
+}
+
 function countOf(one) {
   const counts = [one.findings && plural(one.findings, "finding"),
     one.advice && plural(one.advice, "piece of advice", "pieces of advice")].filter(Boolean);
@@ -189,7 +198,8 @@ function structureRow(one) {
   const chain = one.chain.length ? `from ${one.chain.slice(0, CHAIN_SHOWN).join(", ")}${more}` : "";
   row.append(cell("structure", [one.name ? `“${one.name}”` : one.handle, one.name ? one.handle : "",
     `${one.type ? `${one.type}, ` : ""}${stateOf(one)}`, countOf(one)]),
-  cell("last built by", [one.by, one.flags === undefined ? "" : describeFlags(one.flags)]),
+  cell("last built by", [one.by, one.flags === undefined ? "" : describeFlags(one.flags),
+    describeReferences(one)]),
   cell("builds", [number(one.builds)], true), cell("updates", [number(one.updates), chain], true),
   cell("primitives", [number(one.primitives)], true),
   cell("size", [number(one.size),

@@ -219,6 +219,24 @@ class Page(Runs):
         self.assertIn("ALLOW_UPDATE, PREFER_FAST_TRACE, 0x1000", self.text("#structures tr"))
         self.assertIn("no flags", self.text("#structures tr:nth-child(2)"))
 
+    def test_instances(self):
+        """What they refer to, and how many refer to nothing; none of a structure that is gone."""
+        line = {"Type": "Instances", "pid": 7, "time": TIME, "device": "0x7f0000000001", "queue": QUEUE,
+                "submission": 0, "build": 0, "dst": "0x7f0000000000", "structure_count": 2,
+                "structures": [{"handle": "0x1", "name": "rock", "instances": 1000},
+                               {"handle": "0x2", "instances": 1}]}
+        self.open(header(), build(0, primitives=1003), line)
+        self.assertIn("instances: 1,000 × “rock”, 1 × 0x2, 2 × no live structure", self.text("#structures tr"))
+        self.open(header(), build(0, primitives=1001), line)
+        self.assertNotIn("no live", self.text("#structures tr"))
+        many = [{"handle": f"0x{i}", "instances": 1} for i in range(20)]
+        self.open(header(), build(0), {**line, "structures": many, "structure_count": 21})
+        self.assertIn("1 × 0x7, 13 structures more", self.text("#structures tr"))
+        self.assertNotIn("no live", self.text("#structures tr"))
+        self.open(header(), build(0), self.destroyed(0), line)
+        self.assertEqual(self.count("#structures tr"), 1)
+        self.assertNotIn("instances:", self.text("#structures tr"))
+
     def test_columns_are_wider_than_their_words(self):
         for width in (1400, 800):
             self.open_example(width=width)

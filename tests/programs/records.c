@@ -4,7 +4,7 @@
  *
  *     submit q0 c0                   build c0.1 B1 2           update c0.2 B1>B2 2
  *     clone host B1>B2               deserialize c0 B1         size B1 as read | wrong
- *     destroy B1
+ *     destroy B1                     instances c0.1 T0 B1*3 B2*1
  *
  * A build has its position in the command buffer and its primitives; ` 0x7` behind them are its
  * flags, if they are not those of most programs. `nowhere` is behind a
@@ -105,6 +105,16 @@ static void append_command(const struct play *play, char *text, const char *line
         append(text, " nowhere");
 }
 
+static void append_instances(const struct play *play, char *text, const char *line)
+{
+    append(text, "instances %s.%u %s", name_of(play, number(line, "command_buffer"), "c"),
+           (unsigned)number(line, "build"), name_of(play, number(line, "dst"), "BT"));
+    const char *const structures = member(line, "structures");
+    for (const char *at = structures; at && (at = strstr(at, "{\"handle\":")); at = strchr(at, '}'))
+        append(text, " %s*%u", name_of(play, number(at, "handle"), "BT"),
+               (unsigned)number(at, "instances"));
+}
+
 static void append_line(const struct play *play, char *text, const char *line)
 {
     static const char *const ignored[] = {"Header", "Device", "Finding", "Summary"};
@@ -118,6 +128,8 @@ static void append_line(const struct play *play, char *text, const char *line)
     else if (strncmp(type, "CompactedSize", 13) == 0)
         append(text, "size %s %s", name_of(play, number(line, "dst"), "BT"),
                number(line, "compacted_size") == play->compacted ? "as read" : "wrong");
+    else if (strncmp(type, "Instances", 9) == 0)
+        append_instances(play, text, line);
     else if (strncmp(type, "Destroyed", 9) == 0)
         append(text, "destroy %s", name_of(play, number(line, "dst"), "BT"));
     else

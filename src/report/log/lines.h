@@ -37,7 +37,8 @@ bool log_filename_expand(const char *pattern, char path[LOG_PATH_SIZE]);
 
 /* ---- What setting record_builds adds to the log: one record, and one line, for each submission,
  * build and copy when it executes, for each compacted size that the application reads, and for each
- * structure that it destroys. Labels that announce findings are records, too. */
+ * structure that it destroys; at level content also for the instances of each build. Labels that
+ * announce findings are records, too. */
 
 /* What such labels begin with. */
 #define EXPECTATION_PREFIX "assay:expect"
@@ -51,8 +52,15 @@ enum record_kind {
     RECORD_COPY,       /* a clone, a compacting copy, or a deserialization */
     RECORD_SIZE,       /* the application has read a compacted size */
     RECORD_DESTROYED,  /* it destroys a structure */
+    RECORD_INSTANCES,  /* what the instances of a build refer to, once they have been read */
     /* Whatever record_builds is: a label that announces findings was opened. */
     RECORD_EXPECTATION,
+};
+
+/* A structure, and how many instances refer to it. */
+struct log_reference {
+    uint64_t structure;
+    uint32_t instances;
 };
 
 /* Members that do not apply are null or 0. */
@@ -78,6 +86,10 @@ struct log_record {
     VkDeviceSize size; /* of the structure `dst`; 0: unknown */
     VkDeviceMemory memory;
     VkDeviceSize memory_offset;
+
+    /* RECORD_INSTANCES: some of `reference_total` structures. */
+    const struct log_reference *references;
+    uint32_t reference_count, reference_total;
 
     /* RECORD_EXPECTATION. */
     const char *label;
