@@ -43,11 +43,12 @@ function addLine(one, line, names) {
   if (line.type) one.type = line.type;
   if (line.mode === "update") {
     one.updates++;
+    one.by = one.by || `update, ${describeOrigin(line, names)}`;
     const source = line.src && line.src !== line.dst ? named(line.src, names.get(line.src)) : "";
     if (source && !one.chain.includes(source)) one.chain.push(source);
   } else if (line.mode) {
-    Object.assign(one, { by: describeOrigin(line, names), updates: 0, chain: [], builds: one.builds + 1,
-      compacted_size: undefined });
+    Object.assign(one, { by: describeOrigin(line, names), updates: 0, chain: [],
+      builds: one.builds + (line.Type === "Build" ? 1 : 0), compacted_size: undefined });
   }
   for (const member of ["primitives", "size", "compacted_size", "memory", "memory_offset", "flags",
     "references", "referring"])

@@ -214,6 +214,14 @@ class Page(Runs):
         self.assertIn("2 structures", self.text("#totals"))
         self.assertIn("1 alive at the end", self.text("#totals"))
 
+    def test_written_by_no_build(self):
+        copy = {**build(3), "Type": "Copy", "mode": "clone"}
+        self.open(header(), build(1), copy)
+        for row, part in ((1, "update, command buffer 0x7f0000000000, build 1, submission 0"), (2, "clone of")):
+            text = self.text(f"#structures tr:nth-child({row})")
+            self.assertIn(part, text)
+            self.assertEqual(text.split("\t")[2].strip(), "0")  # builds
+
     def test_flags(self):
         self.open(header(), build(0, flags="0x1005"), build(3, flags="0x0"))
         self.assertIn("ALLOW_UPDATE, PREFER_FAST_TRACE, 0x1000", self.text("#structures tr"))
