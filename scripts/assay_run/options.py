@@ -75,8 +75,8 @@ def make_parser():
     layer.add_argument("--with-khronos", action="store_true",
                        help="also enable the Khronos validation layer; its messages do not count")
     layer.add_argument("--count-khronos", action="store_true",
-                       help="also enable it, and count its errors as findings; those that both layers "
-                            "report count once")
+                       help="also enable the Khronos validation layer, and count its errors as findings; "
+                            "what both layers report counts once")
     layer.add_argument("--stop-at-first", action="store_true",
                        help="end the application at the first finding that the baseline does not have")
     reports = parser.add_argument_group("reports")
