@@ -217,8 +217,8 @@ class CountKhronos(Runs):
 
     def test_live(self):
         script = """
-            load(); say(NEW.format(OTHER)); time.sleep(0.5); say(NEW.format(SCRATCH))
-            find(SCRATCH, Function='vkCmdDraw'); time.sleep(0.5); end()"""
+            load(); say(NEW.format(OTHER)); time.sleep(0.5); find(SCRATCH, Function='vkCmdDraw')
+            say(NEW.format(SCRATCH)); time.sleep(0.5); end()"""
         result = self.expect(self.run_log(script, "--live"), 99, f"Error: {OTHER} (Khronos layer)",
                              "2 findings (1 by the Khronos layer only)")
         self.assertEqual(result.err.count(f"Error: {SCRATCH}"), 1)
