@@ -4,6 +4,7 @@
 #include "layer/execution/build_records.h"
 
 #include "layer/layer.h"
+#include "src/check/content/content.h"
 #include "src/report/log/lines.h"
 #include "src/state/resources/nv_shape.h"
 
@@ -96,6 +97,7 @@ static void add_build(struct writer *writer, const struct journal_entry *entry)
         record.type = type_name(entry->built.type);
         record.has_geometries = true;
         record.geometries = entry->built.geometry_count;
+        record.flags = entry->built.flags;
     }
     if (writer->primitives) {
         record.has_primitives = true;
@@ -235,4 +237,49 @@ void build_records_add_size(const struct layer_device *device, VkAccelerationStr
                         .dst = (uint64_t)(uintptr_t)structure,
                         .compacted_size = compacted_size,
                     });
+}
+
+void build_records_add_destroyed(const struct layer_device *device, VkObjectType type,
+                                 uint64_t structure)
+{
+    if (device->records_builds && structure)
+        reporter_record(device->instance->reporter, &(struct log_record){
+                                                        .kind = RECORD_DESTROYED,
+                                                        .device = device->handle,
+                                                        .names = device->names,
+                                                        .object_type = type,
+                                                        .dst = structure,
+                                                    });
+}
+
+/* More do not fit into a line for certain. */
+enum { REFERENCES_SHOWN = 128 };
+
+void build_records_add_instances(const struct recorded_instances *instances,
+                                 const struct instance_uses *uses)
+{
+    const struct layer_device *device = instances->device;
+    struct log_reference references[REFERENCES_SHOWN];
+    struct log_record record = {
+        .kind = RECORD_INSTANCES,
+        .device = device->handle,
+        .queue = instances->batch->queue,
+        .submission = instances->batch->number,
+        .names = device->names,
+        .object_type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+        .dst = (uint64_t)(uintptr_t)instances->dst,
+        .command_buffer = instances->command_buffer,
+        .position = instances->position,
+        .references = references,
+    };
+    for (uint32_t i = 0; i < uses->count; i++) {
+        const struct instance_use *use = &uses->items[i];
+        if (!use->count)
+            continue;
+        if (record.reference_total++ < REFERENCES_SHOWN)
+            references[record.reference_count++] =
+                (struct log_reference){(uint64_t)(uintptr_t)use->referenced.handle, use->count};
+    }
+    if (record.reference_total)
+        reporter_record(device->instance->reporter, &record);
 }

@@ -6,6 +6,7 @@
 
 #include "layer/compare/comparer.h"
 #include "layer/execution/advice.h"
+#include "layer/execution/build_records.h"
 #include "layer/execution/hazards/checks.h"
 #include "layer/physical_device.h"
 #include "layer/snapshots/coverage_warnings.h"
@@ -152,6 +153,16 @@ static void refers(void *user, uint32_t position, const struct accel_facts *refe
                         referenced);
 }
 
+static void instances(void *user, uint32_t position, const struct instance_uses *uses)
+{
+    const struct read_call *call = user;
+    const struct ran_execution *ran = call->reading->ran;
+    const struct recorded_instances recorded = {ran->device, ran->batch,
+                                                call->journal->command_buffer, position, call->dst};
+    if (ran->device->records_builds)
+        build_records_add_instances(&recorded, uses);
+}
+
 static void indexes(void *user, uint32_t build, uint32_t geometry, uint32_t smallest,
                     uint32_t largest)
 {
@@ -249,7 +260,8 @@ static void digested(void *user, const struct input_digest *digest)
 #define HOOKS                                                                                      \
     .found = found, .find_sizes = find_sizes, .query_addresses = query_addresses,                  \
     .of_another_device = of_another_device, .refers_to_destroyed = refers_to_destroyed,            \
-    .is_compatible = is_compatible, .advised = advised, .digested = digested
+    .is_compatible = is_compatible, .advised = advised, .digested = digested,                      \
+    .instances = instances
 
 static const struct check_hooks hooks = {HOOKS};
 static const struct check_hooks hazard_hooks = {HOOKS, .refers = refers, .indexes = indexes,

@@ -2,6 +2,7 @@
 /* Observes micromaps of VK_EXT_opacity_micromap. A command that writes a micromap is recorded
  * in the command buffer's journal, in its order among the builds that use micromaps, or as work of
  * the host. */
+#include "layer/execution/build_records.h"
 #include "layer/intercepts/host_work.h"
 #include "layer/intercepts/journal_access.h"
 #include "observers.h"
@@ -14,6 +15,7 @@ void note_micromap(struct layer_device *device, VkMicromapEXT micromap,
 
 void forget_micromap(struct layer_device *device, VkMicromapEXT micromap)
 {
+    build_records_add_destroyed(device, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)(uintptr_t)micromap);
     structures_note_destroyed(device->structures,
                               resources_remove_micromap(device->resources, micromap), 1);
     object_names_set(device->names, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)(uintptr_t)micromap,

@@ -2,6 +2,7 @@
 /* VK_NV_ray_tracing: observes its structures, and intercepts the command that builds them. */
 #include <string.h>
 
+#include "layer/execution/build_records.h"
 #include "layer/intercepts/build_call.h"
 #include "layer/intercepts/build_notes.h"
 #include "layer/snapshots/guard/references.h"
@@ -59,6 +60,8 @@ void note_nv_accel(struct layer_device *device, VkAccelerationStructureNV accel,
 
 void forget_nv_accel(struct layer_device *device, VkAccelerationStructureNV accel)
 {
+    build_records_add_destroyed(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
+                                (uint64_t)(uintptr_t)accel);
     structures_note_destroyed(device->structures,
                               resources_remove_nv_accel(device->resources, accel), 1);
     object_names_set(device->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,

@@ -3,6 +3,7 @@
 #include "src/state/resources/resources.h"
 
 #include "layer/execution/advice.h"
+#include "layer/execution/build_records.h"
 #include "layer/execution/hazards/checks.h"
 #include "layer/execution/submitted_builds.h"
 #include "layer/intercepts/journal_access.h"
@@ -225,6 +226,8 @@ void forget_accel(struct layer_device *device, VkAccelerationStructureKHR accel)
 {
     hazard_checks_forget(device->hazard_checks, STRUCTURE_DESTROYED, (uint64_t)(uintptr_t)accel);
     advice_judge_destroyed(device->advice, accel);
+    build_records_add_destroyed(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                                (uint64_t)(uintptr_t)accel);
     note_destroyed_accel(device, accel);
     structures_note_destroyed(device->structures, resources_remove_accel(device->resources, accel),
                               1);

@@ -105,7 +105,9 @@ def read_baseline(path):
     entries = []
     try:
         lines = pathlib.Path(path).read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
+    except OSError as error:
+        raise BaselineFailure(f"{path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
         raise BaselineFailure(f"{path}: {error}") from error
     for number, line in enumerate(lines, 1):
         text = line.split("#", 1)[0].strip()

@@ -75,7 +75,7 @@ def places_of_lines(lines):
     for function, place in zip(lines[::2], lines[1::2]):
         file, _, line = DISCRIMINATOR.sub("", place).rpartition(":")
         if function != "??" or file != "??":
-            places.append((function, None if file == "??" else file,
+            places.append((function, None if file == "??" else os.path.normpath(file),
                            int(line) if line.isdigit() else 0))
     return places
 

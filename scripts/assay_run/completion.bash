@@ -19,7 +19,7 @@ _assay_run() {
     --record) mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;
     --set | --error-exitcode) ;;
     *)
-        mapfile -t COMPREPLY < <(compgen -W "--level --backend --everything --set --lavapipe --with-khronos
+        mapfile -t COMPREPLY < <(compgen -W "--level --backend --everything --set --lavapipe --with-khronos --count-khronos
             --stop-at-first --live --no-live --junit
             --sarif --json --html --github --record --quiet --error-exitcode --baseline
             --strict-baseline --advice-is-error --write-baseline --merge --help --" -- "$word")

@@ -153,8 +153,9 @@ def layer_settings(arguments, records, environment):
     return settings
 
 
-def application_environment(arguments, records, base=os.environ):
-    """Returns the environment for the application. Each process writes its record into `records`."""
+def application_environment(arguments, records, base=os.environ, khronos=None):
+    """Returns the environment for the application. Each process writes its record into `records`.
+    `khronos` is the log of the Khronos layer, if its findings count."""
     environment = dict(base)
     folder = find_manifest_folder(pathlib.Path(__file__).resolve().parent.parent)
     if folder and str(folder) not in search_folders(environment, "explicit_layer.d"):
@@ -162,6 +163,8 @@ def application_environment(arguments, records, base=os.environ):
     if arguments.with_khronos:
         add_khronos_path(environment)
     enable_layers(environment, arguments.with_khronos)
+    if khronos:
+        khronos.change(environment)
     if arguments.lavapipe:
         environment["VK_DRIVER_FILES"] = environment["VK_ICD_FILENAMES"] = find_lavapipe(base)
         for name in ("VK_LOADER_DRIVERS_SELECT", "VK_LOADER_DRIVERS_DISABLE"):

@@ -11,13 +11,14 @@ CARRIERS = ("VkInstance", "VkDevice", "VkQueue", "VkCommandBuffer")
 CARRIER_NAMES = re.compile(r"\b(%s) 0x[0-9a-f]+(\[\"[^\"]*\"\])?" % "|".join(CARRIERS))
 HANDLES = re.compile(r"\b0x[0-9a-f]{5,}\b")
 NUMBERS = re.compile(r"\b(submissions?|age) [\d,]+")
+MORE = re.compile(r" \(and \d+ more \w+\)")  # of the same kind in a build: each frame may have other ones
 NAMES_SHOWN = 3
 
 
 def skeleton(message):
     """Returns the message without what differs from frame to frame."""
     text = CARRIER_NAMES.sub(r"\1", message)
-    return NUMBERS.sub(r"\1", HANDLES.sub("0x", text))
+    return NUMBERS.sub(r"\1", HANDLES.sub("0x", MORE.sub("", text)))
 
 
 def subject(finding):
@@ -34,7 +35,7 @@ def identity(finding):
     """Returns what findings of one mistake have in common in a run."""
     site = tuple((os.path.basename(frame["module"]), frame["offset"])
                  for frame in finding.get("call_site", []))
-    return subject(finding), site, skeleton(finding["MainMessage"])
+    return subject(finding), site, skeleton(finding["MainMessage"]), finding.get("Layer")
 
 
 class Group:
@@ -50,6 +51,17 @@ class Group:
     @property
     def count(self):
         return len(self.findings)
+
+    @property
+    def layers(self):
+        """Returns which layers have reported it, if it is not Assay alone."""
+        if self.first.get("Layer"):
+            return f"{self.first['Layer']} layer"
+        return "both layers" if any(one.get("LayerToo") for one in self.findings) else ""
+
+    @property
+    def title(self):
+        return self.first["VUID"] + (f" ({self.layers})" if self.layers else "")
 
     def submissions(self):
         """Returns the numbers of the first and the last submission; None if no finding has one."""

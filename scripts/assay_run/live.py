@@ -5,6 +5,7 @@ from .baseline import split_known
 from .call_sites import resolve_call_sites
 from .expectations import split_expected
 from .groups import group_findings, identity
+from .khronos import Doubles, is_khronos
 from .records import is_mistake, parse_line
 from .verdict import group_lines
 
@@ -38,11 +39,12 @@ class Observer:
         """`say` prints a line; None: nothing is printed. `stops`: the first finding ends the run."""
         self.tail, self.entries, self.say, self.stops = RecordTail(records), entries, say, stops
         self.printed = set()  # identities
+        self.doubles, self.waiting = Doubles(), []
         self.is_stopped = False
 
     def observe(self):
         """Returns whether the application is to be ended."""
-        _, findings = split_expected(self.tail.new_mistakes())
+        _, findings = split_expected(self.new_findings())
         if any(entry.needs_call_sites for entry in self.entries):
             resolve_call_sites(findings)
         findings, _ = split_known(findings, self.entries)
@@ -50,6 +52,16 @@ class Observer:
             self.show(group)
         self.is_stopped = self.is_stopped or (self.stops and bool(findings))
         return self.is_stopped
+
+    def new_findings(self):
+        """The Khronos layer's come one turn later: Assay may report the same, and is farther from the
+        application."""
+        found = self.tail.new_mistakes()
+        own = [finding for finding in found if not is_khronos(finding)]
+        for finding in own:
+            self.doubles.note(finding)
+        waiting, self.waiting = self.waiting, list(filter(is_khronos, found))
+        return own + [finding for finding in waiting if not self.doubles.find(finding)]
 
     def show(self, group):
         name = identity(group.first)

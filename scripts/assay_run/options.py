@@ -3,8 +3,9 @@
 
 import argparse
 import os
+import shlex
 
-from .settings import SettingFailure, check_settings
+from .settings import SettingFailure, check_settings, did_you_mean
 
 DESCRIPTION = """\
 Runs an application with the Assay validation layer enabled, in it and in its child processes. Then
@@ -73,6 +74,9 @@ def make_parser():
     layer.add_argument("--lavapipe", action="store_true", help="run on Mesa's CPU driver")
     layer.add_argument("--with-khronos", action="store_true",
                        help="also enable the Khronos validation layer; its messages do not count")
+    layer.add_argument("--count-khronos", action="store_true",
+                       help="also enable the Khronos validation layer, and count its errors as findings; "
+                            "what both layers report counts once")
     layer.add_argument("--stop-at-first", action="store_true",
                        help="end the application at the first finding that the baseline does not have")
     reports = parser.add_argument_group("reports")
@@ -103,6 +107,16 @@ def make_parser():
     return parser
 
 
+def explain_unknown(parser, words, has_command):
+    """Returns what to do about words that are no options: mostly an application without -- before it."""
+    first = words[0]
+    if not first.startswith("-"):
+        return f"no option: {first}" if has_command else \
+            f"write -- before the application: -- {shlex.join(words)}"
+    known = [name for action in parser._actions for name in action.option_strings]  # pylint: disable=protected-access
+    return f"unknown option: {first}{did_you_mean(first, known)}"
+
+
 def parse_arguments(words):
     """Splits at --, because the application has options of its own."""
     parser = make_parser()
@@ -110,7 +124,9 @@ def parse_arguments(words):
     if "--" in words:
         place = words.index("--")
         words, command = words[:place], words[place + 1:]
-    arguments = parser.parse_args(words)
+    arguments, unknown = parser.parse_known_args(words)
+    if unknown:
+        parser.error(explain_unknown(parser, unknown, bool(command)))
     arguments.command = command
     if bool(command) == bool(arguments.merge):
         parser.error("name an application after --, or records after --merge")
@@ -118,6 +134,7 @@ def parse_arguments(words):
         check_settings(arguments.settings)
     except SettingFailure as failure:
         parser.error(str(failure))
+    arguments.with_khronos |= arguments.count_khronos
     if arguments.strict_baseline and not arguments.baseline:
         parser.error("--strict-baseline needs --baseline")
     if arguments.write_baseline and arguments.strict_baseline:

@@ -1,10 +1,7 @@
+/* The head of the page, findings, advice and notes. */
 "use strict";
 const data = JSON.parse(document.getElementById("data").textContent);
 const get = id => document.getElementById(id);
-const MOST_COLUMNS = 100;
-const ROWS_AT_ONCE = 100;
-const COMMANDS_SHOWN = 20;
-const CHAIN_SHOWN = 5;
 
 function element(name, text, className) {
   const made = document.createElement(name);
@@ -17,13 +14,29 @@ function plural(count, noun, nouns = noun + "s") {
   return `${count.toLocaleString("en")} ${count === 1 ? noun : nouns}`;
 }
 
+/* A button that looks like a link: it leads to another part of the page. */
+function linkButton(text, act) {
+  const made = element("button", text, "link");
+  made.type = "button";
+  made.addEventListener("click", act);
+  return made;
+}
+
+function itemElement(...parts) {
+  const made = element("li");
+  made.append(...parts);
+  return made;
+}
+
 /* ---- head ---- */
 
 function showHead() {
   const bad = data.new.length > 0 || data.mistakes.length > 0;
   get("version").textContent = data.version;
   const count = data.new.length === 0 ? "No findings" : plural(data.new.length, "finding");
-  get("verdict").textContent = [count, ...data.mistakes].join("; ") + ".";
+  const advice = data.advice.length === 0 ? []
+    : [plural(data.advice.length, "piece of advice", "pieces of advice")];
+  get("verdict").textContent = [count, ...data.mistakes, ...advice].join("; ") + ".";
   get("verdict").className = bad ? "bad" : "good";
   const settings = Object.entries(data.settings).map(([key, value]) => `${key} = ${value}`);
   const isShown = line => line.startsWith("level =") || line.startsWith("backend =");
@@ -33,287 +46,133 @@ function showHead() {
   get("settings").append(...settings.map(line => element("div", line)));
 }
 
+/* Links to the sections that have something to show. */
+function showSections() {
+  for (const title of document.querySelectorAll("section:not([hidden]) h2")) {
+    const link = element("a", title.textContent);
+    link.href = `#${title.id}`;
+    get("sections").append(link);
+  }
+}
+
 /* ---- findings ---- */
 
-function groupById(findings) {
+const GROUPS = {
+  id: finding => [finding.id],
+  structure: finding => {
+    const found = finding.objects.filter(object => object.type.startsWith("VkAccelerationStructure"));
+    return found.length ? found.map(object => named(object.handle, object.name)) : ["no structure"];
+  },
+  submission: finding => [finding.reports[0].submission === null ? "no submission"
+    : `submission ${finding.reports[0].submission} to queue ${finding.reports[0].queue}`],
+};
+
+function groupBy(findings, keysOf) {
   const groups = new Map();
-  for (const finding of findings) {
-    if (!groups.has(finding.id)) groups.set(finding.id, []);
-    groups.get(finding.id).push(finding);
-  }
+  for (const finding of findings)
+    for (const key of new Set(keysOf(finding))) {
+      if (!groups.has(key)) groups.set(key, []);
+      groups.get(key).push(finding);
+    }
   return groups;
 }
 
-function findingElement(finding) {
+function placeItems(finding, structures) {
+  const [report] = finding.reports;
+  const links = finding.objects.map(object => objectLink(object, report.process, structures));
+  const isNew = (link, i) => typeof link !== "string" || !finding.message.includes(finding.objects[i].handle);
+  const items = links.filter(isNew).map(link => itemElement(link));
+  if (finding.labels) items.push(element("li", `labels: ${finding.labels.replaceAll("::", " › ")}`));
+  if (report.submission !== null)
+    items.push(itemElement(report.isRecorded ? "recorded in a command buffer of " : "",
+      submissionLink(report), report.ms === null ? "" : `, ${seconds(report.ms)} after the start`));
+  return items;
+}
+
+function findingElement(finding, structures, hasId) {
   const article = element("article", undefined, "finding");
-  article.append(element("p", finding.message));
+  if (hasId) article.append(element("h3", finding.id));
+  article.append(element("p", (finding.layers ? `${finding.layers}: ` : "") + finding.message));
   const list = element("ul");
   for (const id of finding.also) list.append(element("li", `also violates ${id}`));
-  for (const object of finding.objects) list.append(element("li", object));
-  if (finding.labels) list.append(element("li", `labels: ${finding.labels.replaceAll("::", " › ")}`));
-  const [report] = finding.reports;
-  if (report.submission !== null) {
-    const how = report.isRecorded ? "recorded in a command buffer of " : "";
-    list.append(element("li", `${how}submission ${report.submission} to queue ${report.queue}`));
-  }
+  list.append(...placeItems(finding, structures));
   for (const line of finding.repetition) list.append(element("li", line));
   for (const frame of finding.place) list.append(element("li", frame));
   if (list.childElementCount) article.append(list);
   return article;
 }
 
-function groupElement(id, findings) {
+function specificationElement({ spec, url }) {
+  const quote = element("p", spec, "specification");
+  if (url && url.startsWith("https://")) {
+    const link = element("a", "specification");
+    link.href = url;
+    quote.append(" ", link);
+  }
+  return quote;
+}
+
+function groupElement(title, findings, structures, isById) {
   const group = element("details", undefined, "group");
   group.open = true;
-  const heldBack = data.heldBack[id] ? `, ${data.heldBack[id]} more not reported` : "";
-  group.append(element("summary", `${id} (${findings.length}${heldBack})`));
-  const { spec, url } = findings[0];
-  if (spec || url) {
-    const quote = element("p", spec, "specification");
-    if (url && url.startsWith("https://")) {
-      const link = element("a", "specification");
-      link.href = url;
-      quote.append(" ", link);
-    }
-    group.append(quote);
-  }
-  for (const finding of findings) group.append(findingElement(finding));
+  const heldBack = isById && data.heldBack[title] ? `, ${data.heldBack[title]} more not reported` : "";
+  group.append(element("summary", `${title} (${findings.length}${heldBack})`));
+  if (isById && (findings[0].spec || findings[0].url)) group.append(specificationElement(findings[0]));
+  for (const finding of findings) group.append(findingElement(finding, structures, !isById));
   return group;
 }
 
 function matchesText(finding, words) {
-  const all = [finding.id, ...finding.also, finding.message, finding.labels, ...finding.objects,
+  const objects = finding.objects.flatMap(({ type, handle, name }) => [type, handle, name]);
+  const all = [finding.id, ...finding.also, finding.message, finding.labels, finding.layers, ...objects,
     ...finding.place].join("\n").toLowerCase();
   return words.every(word => all.includes(word));
 }
 
-function showFindings() {
+function showFindings(structures) {
   const words = get("text").value.toLowerCase().split(/\s+/).filter(Boolean);
   const id = get("id").value;
   const findings = [...data.new, ...(get("known").checked ? data.known : [])]
     .filter(finding => !id || finding.id === id || finding.also.includes(id))
     .filter(finding => matchesText(finding, words));
-  const groups = [...groupById(findings)].sort((a, b) => b[1].length - a[1].length);
-  get("groups").replaceChildren(...groups.map(([name, group]) => groupElement(name, group)));
+  const kind = get("group").value;
+  get("fold").textContent = "Fold all";
+  const groups = [...groupBy(findings, GROUPS[kind])].sort((a, b) => b[1].length - a[1].length);
+  get("groups").replaceChildren(...groups.map(
+    ([title, group]) => groupElement(title, group, structures, kind === "id")));
   get("count").textContent = plural(findings.length, "finding");
+  showAdvice(words, structures);
 }
 
-function showFilters() {
+/* The worst first, as the layer lists it. */
+function showAdvice(words, structures) {
+  const groups = groupBy(data.advice.filter(finding => matchesText(finding, words)), GROUPS.id);
+  get("advice-section").hidden = data.advice.length === 0;
+  get("advice").replaceChildren(...[...groups].map(
+    ([title, group]) => groupElement(title, group, structures, true)));
+}
+
+/* Shows what is about a structure. */
+function filterFindings(word) {
+  get("text").value = word;
+  get("id").value = "";
+  get("text").dispatchEvent(new Event("input", { bubbles: true }));
+  get("text").focus();
+}
+
+function showFilters(structures) {
+  for (const kind of Object.keys(GROUPS)) get("group").append(element("option", kind));
   const ids = [...new Set([...data.new, ...data.known]
     .flatMap(finding => [finding.id, ...finding.also]))].sort();
   for (const id of ids) get("id").append(element("option", id));
-  get("filters").addEventListener("input", showFindings);
-  get("filters").addEventListener("submit", event => event.preventDefault());
-}
-
-/* ---- what executed ---- */
-
-function readBuilds() {
-  const { words, wordMembers, numberMembers, rows } = data.builds;
-  return rows.map(row => {
-    const line = {};
-    wordMembers.forEach((member, i) => { if (row[i] >= 0) line[member] = words[row[i]]; });
-    numberMembers.forEach((member, i) => {
-      const number = row[wordMembers.length + i];
-      if (number >= 0) line[member] = number;
-    });
-    return line;
+  get("filters").addEventListener("input", () => showFindings(structures));
+  get("fold").addEventListener("click", () => {
+    const groups = [...document.querySelectorAll("#groups .group, #advice .group")];
+    const isOpen = groups.some(group => group.open);
+    for (const group of groups) group.open = !isOpen;
+    get("fold").textContent = isOpen ? "Unfold all" : "Fold all";
   });
-}
-
-function named(handle, name) {
-  return name ? `“${name}” ${handle}` : handle;
-}
-
-const COPIES = { clone: "clone", compact: "compacted copy", deserialize: "deserialization" };
-
-/* What a build or copy did, such as: update of “rock” 0x12 from “rock 2” 0x13, 12 primitives. */
-function describeCommand(line, names) {
-  const source = line.src && line.src !== line.dst ? ` from ${named(line.src, names.get(line.src))}` : "";
-  const primitives = line.primitives === undefined ? "" : `, ${plural(line.primitives, "primitive")}`;
-  const buffer = line.command_buffer
-    ? `, command buffer ${named(line.command_buffer, line.command_buffer_name)}` : "";
-  const position = line.build === undefined ? "" : `, build ${line.build}`;
-  const what = COPIES[line.mode] ? `${COPIES[line.mode]} in` : `${line.mode} of`;
-  return `${what} ${named(line.dst, line.dst_name)}${source}${primitives}${buffer}${position}`;
-}
-
-function namesOf(builds) {
-  return new Map(builds.filter(line => line.dst_name).map(line => [line.dst, line.dst_name]));
-}
-
-/* ---- submissions ---- */
-
-/* The submissions of each queue in their order, with their builds and findings; each command of the host
-   counts as one. Handles may be the same in several processes. */
-function submissionsByQueue(builds) {
-  const queues = new Map();
-  const submission = ({ queue, process, submission: number }) => {
-    const of = data.processes.length > 1 ? `, process ${data.processes[process]}` : "";
-    const title = (queue ? `Queue ${queue}` : "Host") + of;
-    if (!queues.has(title)) queues.set(title, new Map());
-    const submissions = queues.get(title);
-    if (number === undefined) number = submissions.size + 1;
-    if (!submissions.has(number)) submissions.set(number, { number, builds: [], findings: 0 });
-    return submissions.get(number);
-  };
-  for (const line of builds)
-    if (line.Type === "Submission") submission(line);
-    else if (line.Type !== "CompactedSize") submission(line).builds.push(line);
-  for (const report of data.new.flatMap(finding => finding.reports))
-    if (report.queue && report.submission !== null) submission(report).findings++;
-  return queues;
-}
-
-function columnsOf(submissions) {
-  const sorted = [...submissions.values()].sort((a, b) => a.number - b.number);
-  const each = Math.ceil(sorted.length / MOST_COLUMNS);
-  const columns = [];
-  for (let i = 0; i < sorted.length; i += each) {
-    const part = sorted.slice(i, i + each);
-    columns.push({ first: part[0].number, last: part[part.length - 1].number,
-      builds: part.flatMap(one => one.builds),
-      findings: part.reduce((sum, one) => sum + one.findings, 0) });
-  }
-  return columns;
-}
-
-function describe(column, title) {
-  const noun = title.startsWith("Host") ? "Command" : "Submission";
-  const which = column.first === column.last ? `${noun} ${column.first}`
-    : `${noun}s ${column.first} to ${column.last}`;
-  return `${which}: ${plural(column.builds.length, "build or copy", "builds and copies")}, ` +
-    plural(column.findings, "finding");
-}
-
-function barElement(column, title, most, names) {
-  const bar = element("button", undefined, column.findings ? "bad" : "");
-  bar.type = "button";
-  bar.style.height = `${100 * column.builds.length / most}%`;
-  bar.title = describe(column, title);
-  bar.setAttribute("aria-label", bar.title);
-  const select = () => {
-    get("selected").textContent = `${title}. ${bar.title}.`;
-    const shown = column.builds.slice(0, COMMANDS_SHOWN)
-      .map(line => element("li", describeCommand(line, names)));
-    const rest = column.builds.length - shown.length;
-    if (rest > 0) shown.push(element("li", `and ${rest.toLocaleString("en")} more`));
-    get("commands").replaceChildren(...shown);
-  };
-  bar.addEventListener("focus", select);
-  bar.addEventListener("click", select);
-  return bar;
-}
-
-function showTimeline(builds, names) {
-  const queues = submissionsByQueue(builds);
-  get("timeline-section").hidden = queues.size === 0;
-  for (const [title, submissions] of queues) {
-    const columns = columnsOf(submissions);
-    const most = Math.max(1, ...columns.map(column => column.builds.length));
-    const bars = element("div", undefined, "columns");
-    bars.append(...columns.map(column => barElement(column, title, most, names)));
-    const part = element("div", undefined, "queue");
-    part.append(element("h3", title), bars);
-    get("timeline").append(part);
-  }
-}
-
-/* ---- structures ---- */
-
-/* A handle may be used again: a structure never changes its size, nor its memory. */
-function isSame(one, line) {
-  return ["size", "memory", "memory_offset"].every(
-    member => one[member] === undefined || line[member] === undefined || one[member] === line[member]);
-}
-
-function describeOrigin(line, names) {
-  if (line.Type === "Copy")
-    return line.src ? `${COPIES[line.mode]} of ${named(line.src, names.get(line.src))}` : COPIES[line.mode];
-  const where = line.command_buffer
-    ? `command buffer ${named(line.command_buffer, line.command_buffer_name)}` : "the host";
-  const position = line.build === undefined ? "" : `, build ${line.build}`;
-  const submission = line.submission === undefined ? "" : `, submission ${line.submission}`;
-  return `${line.type}, ${where}${position}${submission}`;
-}
-
-function structuresOf(builds, names) {
-  const structures = [], current = new Map();
-  for (const line of builds) {
-    if (!line.dst) continue;
-    const key = `${line.process} ${line.device} ${line.dst}`;
-    let one = current.get(key);
-    if (!one || !isSame(one, line)) {
-      one = { handle: line.dst, name: "", by: "", chain: [], updates: 0 };
-      current.set(key, one);
-      structures.push(one);
-    }
-    if (line.dst_name) one.name = line.dst_name;
-    if (line.mode === "update") {
-      one.updates++;
-      const source = line.src && line.src !== line.dst ? named(line.src, names.get(line.src)) : "";
-      if (source && !one.chain.includes(source)) one.chain.push(source);
-    } else if (line.mode) {
-      Object.assign(one, { by: describeOrigin(line, names), updates: 0, chain: [],
-        compacted_size: undefined });
-    }
-    for (const member of ["primitives", "size", "compacted_size", "memory", "memory_offset"])
-      if (line[member] !== undefined) one[member] = line[member];
-  }
-  return structures;
-}
-
-function cell(title, text, isNumber) {
-  const made = element("td", text, isNumber ? "number" : "");
-  made.dataset.title = title;
-  return made;
-}
-
-function structureRow(one) {
-  const number = value => value === undefined ? "" : value.toLocaleString("en");
-  const row = element("tr");
-  const more = one.chain.length > CHAIN_SHOWN ? `, and ${one.chain.length - CHAIN_SHOWN} more` : "";
-  const chain = one.chain.length ? ` from ${one.chain.slice(0, CHAIN_SHOWN).join(", ")}${more}` : "";
-  row.append(cell("structure", named(one.handle, one.name)), cell("built by", one.by),
-    cell("updates", one.updates + chain, true),
-    cell("primitives", number(one.primitives), true), cell("size", number(one.size), true),
-    cell("compacted", number(one.compacted_size), true),
-    cell("memory", one.memory ? `${one.memory} + ${number(one.memory_offset)}` : ""));
-  return row;
-}
-
-/* Totals count each structure once, however often it was built. */
-function showTotals(builds, structures) {
-  const sum = (list, member) => list.reduce((total, one) => total + (one[member] || 0), 0);
-  const count = (type, filter) => builds.filter(line => line.Type === type && filter(line)).length;
-  const measured = structures.filter(one => one.compacted_size !== undefined);
-  const lines = [plural(structures.length, "structure"), plural(sum(structures, "size"), "byte"),
-    plural(count("Build", line => line.mode !== "update"), "build"),
-    plural(count("Build", line => line.mode === "update"), "update"),
-    plural(count("Copy", () => true), "copy", "copies"),
-    plural(count("Submission", () => true), "submission"),
-    plural(sum(builds, "primitives"), "primitive") + " built"];
-  if (measured.length)
-    lines.push(`compacted sizes of ${plural(measured.length, "structure")}: ` +
-      `${sum(measured, "compacted_size").toLocaleString("en")} of ${plural(sum(measured, "size"), "byte")}`);
-  get("totals").textContent = lines.join(", ");
-}
-
-function showStructures(builds, names) {
-  const structures = structuresOf(builds, names);
-  let shown = ROWS_AT_ONCE;
-  const show = () => {
-    const word = get("structure").value.toLowerCase();
-    const matches = one => `${named(one.handle, one.name)} ${one.by}`.toLowerCase().includes(word);
-    const found = structures.filter(matches);
-    get("structures").replaceChildren(...found.slice(0, shown).map(structureRow));
-    get("more").hidden = found.length <= shown;
-  };
-  get("structures-section").hidden = structures.length === 0;
-  showTotals(builds, structures);
-  get("structure").addEventListener("input", () => { shown = ROWS_AT_ONCE; show(); });
-  get("more").addEventListener("click", () => { shown += ROWS_AT_ONCE; show(); });
-  show();
+  get("filters").addEventListener("submit", event => event.preventDefault());
 }
 
 function recordNotes() {
@@ -334,12 +193,16 @@ function showNotes() {
 
 const builds = readBuilds();
 const names = namesOf(builds);
+const { structures, curves } = structuresOf(builds, names);
+countFindings(structures);
 showHead();
-showFilters();
-showFindings();
 showTimeline(builds, names);
-showStructures(builds, names);
+showFilters(structures);
+showFindings(structures);
+showMemory(curves);
+showStructures(builds, structures);
 showNotes();
+showSections();
 window.addEventListener("beforeprint", () => {
   for (const group of document.querySelectorAll("details")) group.open = true;
 });

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of --html: one file, made from the record alone."""
 
+import datetime
 import html
 import json
 import pathlib
 import re
 
 from .call_sites import frames_of_application, place_of
-from .groups import repetition_lines
+from .groups import Group, identity, repetition_lines
 from .verdict import describe_exit, mistake_lines
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -15,36 +16,74 @@ HERE = pathlib.Path(__file__).resolve().parent
 # The members of the lines of record_builds that the page shows: words, then numbers. The record's lines
 # name each member; for thousands of builds the names would take most of the page.
 WORDS = ("Type", "mode", "type", "queue", "dst", "dst_name", "src", "command_buffer",
-         "command_buffer_name", "device", "memory")
-NUMBERS = ("submission", "build", "primitives", "size", "compacted_size", "memory_offset")
+         "command_buffer_name", "device", "memory", "flags", "references")
+NUMBERS = ("submission", "build", "primitives", "size", "compacted_size", "memory_offset", "referring")
+SCRIPTS = ("page_builds.js", "page_structures.js", "page.js")
 MISSING = -1
 MOST_ROWS = 100_000  # about 8 MB
-RECORDED = ("Submission", "Build", "Copy", "CompactedSize")
+RECORDED = ("Submission", "Build", "Copy", "CompactedSize", "Destroyed", "Instances")
+REFERENCES_SHOWN = 8
 
 
-def place_data(finding, process, recorded):
+class Clock:
+    """Milliseconds since the first line of a process."""
+
+    def __init__(self, lines):
+        self.starts = {}
+        for process, line in lines:
+            if process not in self.starts and parse_time(line):
+                self.starts[process] = parse_time(line)
+
+    def at(self, process, line):
+        """Returns None if the line has no time, or no process."""
+        time = parse_time(line)
+        if process is None or not time:
+            return None
+        return max(0, round((time - self.starts[process]).total_seconds() * 1000))
+
+
+def parse_time(line):
+    try:
+        return datetime.datetime.strptime(str(line.get("time")), "%Y-%m-%dT%H:%M:%S.%fZ")
+    except ValueError:
+        return None
+
+
+def place_data(finding, process, recorded, clock):
     """`recorded` has the submissions of findings that the record does not tie to one."""
     place = recorded.get(id(finding))
     queue, submission = place or (finding.get("queue"), finding.get("submission"))
-    return {"queue": queue, "submission": submission, "isRecorded": bool(place), "process": process}
+    return {"queue": queue, "submission": submission, "isRecorded": bool(place), "process": process,
+            "ms": clock.at(process, finding)}
 
 
-def finding_data(group, processes, recorded):
+def finding_data(group, processes, recorded, clock):
     """A mistake that was reported several times is one finding with several places."""
     finding = group.first
     return {"id": finding["VUID"], "severity": finding["Severity"],
-            "message": finding["MainMessage"], "spec": finding.get("SpecText", ""),
+            "message": finding["MainMessage"], "layers": group.layers, "spec": finding.get("SpecText", ""),
             "url": finding.get("SpecUrl", ""), "labels": finding.get("DebugRegion", ""),
             "also": finding.get("also", []),
-            "objects": [f"{item['type']} {item['handle']}" +
-                        (f" “{item['name']}”" if item.get("name") else "")
+            "objects": [{"type": item["type"], "handle": item["handle"], "name": item.get("name", "")}
                         for item in finding.get("Objects", [])],
             "place": list(map(place_of, frames_of_application(finding))),
             "repetition": repetition_lines(group),
-            "reports": [place_data(one, processes[id(one)], recorded) for one in group.findings]}
+            "reports": [place_data(one, processes[id(one)], recorded, clock) for one in group.findings]}
 
 
-def build_data(lines):
+def with_references(line):
+    """Adds what the instances refer to, as text, and how many do, if that is known."""
+    structures = line.get("structures", [])
+    texts = [f"{one['instances']:,} × {'“' + one['name'] + '”' if one.get('name') else one['handle']}"
+             for one in structures[:REFERENCES_SHOWN]]
+    total = line.get("structure_count", 0)
+    if total > REFERENCES_SHOWN:
+        texts.append(f"{total - REFERENCES_SHOWN:,} structures more")
+    known = {"referring": sum(one["instances"] for one in structures)} if total == len(structures) else {}
+    return {**line, "references": ", ".join(texts), **known}
+
+
+def build_data(lines, clock):
     """Returns the distinct words once, and each line as a list: the places of its words, and numbers."""
     words, rows, left_out = {}, [], 0
     for process, line in lines:
@@ -53,10 +92,14 @@ def build_data(lines):
         if len(rows) == MOST_ROWS:
             left_out += 1
             continue
+        if line["Type"] == "Instances":
+            line = with_references(line)
         row = [words.setdefault(str(line[member]), len(words)) if member in line else MISSING
                for member in WORDS]
-        rows.append(row + [line.get(member, MISSING) for member in NUMBERS] + [process])
-    return {"words": list(words), "wordMembers": WORDS, "numberMembers": [*NUMBERS, "process"],
+        time = clock.at(process, line)
+        rows.append(row + [line.get(member, MISSING) for member in NUMBERS] +
+                    [process, MISSING if time is None else time])
+    return {"words": list(words), "wordMembers": WORDS, "numberMembers": [*NUMBERS, "process", "ms"],
             "rows": rows, "leftOut": left_out}
 
 
@@ -82,6 +125,16 @@ def submissions_of_findings(lines):
     return places
 
 
+def advice_groups(record, processes):
+    """Advice is about one structure each, and handles tell those without debug names apart."""
+    groups = {}
+    for finding in record.advice():
+        unnamed = [item["handle"] for item in finding.get("Objects", []) if not item.get("name")]
+        key = identity(finding), (processes[id(finding)], *unnamed) if unnamed else ()
+        groups.setdefault(key, Group()).findings.append(finding)
+    return groups.values()
+
+
 def describe_driver(device):
     return " ".join(filter(None, (device.get("Driver"), device.get("DriverInfo"))))
 
@@ -91,9 +144,10 @@ def page_data(verdict, command):
     header = record.headers[0] if record.headers else {}
     processes = {id(line): process for process, line in record.lines}
     recorded = submissions_of_findings(record.lines)
+    clock = Clock(record.lines)
 
     def show(groups):
-        return [finding_data(group, processes, recorded) for group in groups]
+        return [finding_data(group, processes, recorded, clock) for group in groups]
 
     return {"command": " ".join(command) if command else "merged records",
             "mistakes": mistake_lines(verdict) + [one.text for one in verdict.absent] +
@@ -103,21 +157,21 @@ def page_data(verdict, command):
             "drivers": sorted({describe_driver(device) for device in record.devices}),
             "new": show(verdict.new_groups),
             "known": show(verdict.known_groups + verdict.expected_groups),
-            "warnings": list(dict.fromkeys(line["MainMessage"]
-                                           for line in record.warnings() + record.advice())),
+            "advice": show(advice_groups(record, processes)),
+            "warnings": list(dict.fromkeys(line["MainMessage"] for line in record.warnings())),
             "heldBack": dict(record.held_back()),
             "unchecked": list(dict.fromkeys(reason for summary in record.summaries
                                             for reason in summary.get("Unchecked", []))),
             "unused": [f"{entry.text} ({entry.path}:{entry.line})"
                        for entry in verdict.unused_entries],
-            "builds": build_data(record.lines)}
+            "builds": build_data(record.lines, clock)}
 
 
 def write_page(path, verdict, command):
     data = json.dumps(page_data(verdict, command), ensure_ascii=False, separators=(",", ":"))
     parts = {"title": html.escape(f"Assay: {' '.join(command) if command else 'merged records'}"),
              "style": (HERE / "page.css").read_text(encoding="utf-8"),
-             "script": (HERE / "page.js").read_text(encoding="utf-8"),
+             "script": "\n".join((HERE / name).read_text(encoding="utf-8") for name in SCRIPTS),
              # Nothing within a script may look like its end.
              "data": data.replace("<", "\\u003c").replace("\u2028", "\\u2028")}
     template = (HERE / "page.html").read_text(encoding="utf-8")

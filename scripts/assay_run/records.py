@@ -7,6 +7,8 @@ import pathlib
 import tempfile
 from collections import Counter
 
+from .khronos import is_khronos, without_doubles
+
 RUN = "run.json"  # beside the records of a run's processes: its command, and the status at the end
 LONGEST_LINE = 1 << 16
 STRINGS = {"Finding": ("VUID", "Severity", "MainMessage"), "Header": ("LayerVersion",)}
@@ -18,8 +20,9 @@ class RecordFailure(Exception):
 
 def is_mistake(finding):
     """Returns whether a finding counts: an error, or a warning about a call (docs/warnings.md). Other
-    warnings are about the layer, a lost device, or what the driver built."""
-    is_of_call = finding.get("Function") and not finding["VUID"].startswith("ASSAY-compare-")
+    warnings are about the layer, a lost device, or what the driver built. Those of the Khronos layer are
+    about habits."""
+    is_of_call = finding.get("Function") and not is_khronos(finding) and not finding["VUID"].startswith("ASSAY-compare-")
     return finding["Severity"] == "Error" or bool(finding["Severity"] == "Warning" and is_of_call)
 
 
@@ -44,6 +47,9 @@ class Record:
                  "Summary": self.summaries}
         if line["Type"] in lists:
             lists[line["Type"]].append(line)
+        if is_khronos(line):
+            self.lines.append((None, line))  # its log does not name the process
+            return
         # Several hosts may use the same pid, and several processes the same file.
         process = self.processes.setdefault((str(path), line.get("pid")), len(self.processes))
         self.lines.append((process, line))
@@ -70,8 +76,16 @@ class Record:
             counts.update(summary.get("HeldBack", {}))
         return counts
 
+    @property
+    def is_loaded(self):
+        return bool(self.headers) and not self.runs_without_layer()
+
     def runs_without_layer(self):
         return [folder for folder, run in self.runs.items() if not run["loaded"]]
+
+    def runs_without_khronos(self):
+        """Returns the runs that should have loaded the Khronos layer, too, and have not."""
+        return [folder for folder, run in self.runs.items() if run["khronos"] is False]
 
     def unfinished_runs(self):
         """Returns the runs that ended together with assay-run, before it could judge them."""
@@ -126,15 +140,17 @@ def read_run(path):
     try:
         run = json.loads(path.read_text(encoding="utf-8"))
         return {"command": list(map(str, run["command"])), "status": run["status"],
-                "full": bool(run.get("full")), "loaded": False}
+                "full": bool(run.get("full")), "loaded": False, "khronos": run.get("khronos")}
     except (ValueError, KeyError, TypeError) as error:
         raise RecordFailure(f"{path}: not written by assay-run") from error
 
 
-def write_run(folder, command, status=None):
-    """Says what runs, or ran, so that --merge knows it, too. A full disk may have kept whole lines from
+def write_run(folder, command, status=None, khronos=None):
+    """Says what runs, or ran, so that --merge knows it, too. `khronos`: whether the Khronos layer has been
+    loaded, if its findings count. A full disk may have kept whole lines from
     the records: none of them is damaged then, so the space is tried."""
-    run = {"command": command, "status": status, "full": not has_space(folder)}
+    run = {"command": command, "status": status, "full": not has_space(folder),
+           "khronos": khronos}
     (folder / RUN).write_text(json.dumps(run) + "\n", encoding="utf-8")
 
 
@@ -161,9 +177,17 @@ def find_files(path):
     return sorted(found)
 
 
+def read_process(record, file, folders):
+    """Adds a file, and notes the folder of each of its findings."""
+    count = len(record.findings)
+    if read_lines(record, file) and str(file.parent) in record.runs:
+        record.runs[str(file.parent)]["loaded"] = True
+    folders.update({id(finding): file.parent for finding in record.findings[count:]})
+
+
 def read_records(paths):
     """Reads files, and the records in folders and their folders. What is named twice is read once."""
-    record = Record()
+    record, folders = Record(), {}
     try:
         files = {file.resolve(): None for path in paths for file in find_files(pathlib.Path(path))}
         for file in files:
@@ -172,8 +196,9 @@ def read_records(paths):
                 if run["full"]:
                     record.damaged.append(str(file.parent))
         for file in files:
-            if file.name != RUN and read_lines(record, file) and str(file.parent) in record.runs:
-                record.runs[str(file.parent)]["loaded"] = True
+            if file.name != RUN:
+                read_process(record, file, folders)
     except OSError as error:
         raise RecordFailure(f"{error.filename}: {error.strerror}") from error
+    record.findings = without_doubles(record.findings, lambda finding: folders[id(finding)])
     return record

@@ -12,7 +12,7 @@ import xml.etree.ElementTree as ElementTree
 
 from .call_sites import first_place, frames_of_application, place_of
 from .groups import group_data, group_findings, repetition_lines, subject
-from .verdict import call_site_lines, describe_exit, mistake_lines
+from .verdict import call_site_lines, command_lines, describe_exit, mistake_lines
 
 # XML 1.0 allows no other control characters, escaped or not.
 NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -26,12 +26,18 @@ def full_text(group):
     """Returns the message with the specification's sentence, the place in the source, and how often the
     mistake was reported."""
     finding = group.first
-    text = finding["MainMessage"]
+    text = marked_message(group)
     if finding.get("SpecText"):
         text += f"\nThe Vulkan spec states: {finding['SpecText']}"
     if finding.get("SpecUrl"):
         text += f" ({finding['SpecUrl']})"
-    return "\n".join([text, *call_site_lines(finding), *repetition_lines(group)])
+    return "\n".join([text, *command_lines(finding), *call_site_lines(finding), *repetition_lines(group)])
+
+
+def marked_message(group):
+    """Returns the message, and says if the other layer has reported it."""
+    return f"{group.layers}: {group.first['MainMessage']}" if group.first.get("Layer") else \
+        group.first["MainMessage"]
 
 
 def by_id(groups):
@@ -52,8 +58,8 @@ def junit_cases(verdict):
     yield ("the run", "error" if mistakes else None,
            {"type": "run", "message": "; ".join(mistakes)}, "\n".join(mistakes))
     for name, groups in sorted(new.items()):
-        first = groups[0].first
-        yield (name, "failure", {"type": first["Severity"], "message": first["MainMessage"]},
+        yield (name, "failure",
+               {"type": groups[0].first["Severity"], "message": marked_message(groups[0])},
                "\n\n".join(map(full_text, groups)))
     for name, groups in sorted(known.items()):
         if name not in new:
@@ -136,12 +142,14 @@ def sarif_result(group, application, suppression=None):
     finding = group.first
     result = {"ruleId": finding["VUID"],
               "level": {"Error": "error", "Warning": "warning"}.get(finding["Severity"], "note"),
-              "message": {"text": finding["MainMessage"]},
+              "message": {"text": marked_message(group)},
               "partialFingerprints": {"assay/v2": fingerprint(finding)},
               "occurrenceCount": group.count,
               "locations": [sarif_location(finding, application)]}
     if finding.get("call_site"):
         result["stacks"] = [sarif_stack(finding)]
+    if group.layers:
+        result["properties"] = {"reportedBy": group.layers}
     if suppression:
         kind, reason = suppression
         result["suppressions"] = [{"kind": kind, "justification": reason}]
@@ -227,6 +235,6 @@ def github_lines(verdict):
         if place:
             path = escape_github(os.path.relpath(place["file"]), is_property=True)
             where = f"file={path},line={place['line']},"
-        title = escape_github(group.first["VUID"], is_property=True)
+        title = escape_github(group.title, is_property=True)
         lines.append(f"::error {where}title={title}::{escape_github(full_text(group))}")
     return lines

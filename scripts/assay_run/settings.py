@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The settings of the layer, as its manifest lists them, and the values that it takes."""
 
+import difflib
 import json
 import pathlib
 
@@ -77,6 +78,11 @@ def describe_values(setting):
     return ", ".join(words_of(setting))
 
 
+def did_you_mean(word, known):
+    close = difflib.get_close_matches(word, known, 1)
+    return f" (did you mean {close[0]}?)" if close else ""
+
+
 def check_settings(given):
     """Raises SettingFailure for the first of (key, value) that the layer would only warn about."""
     features = read_features()
@@ -85,7 +91,7 @@ def check_settings(given):
     known = list_settings(features["settings"])
     for key, value in given:
         if key not in known:
-            raise SettingFailure(f"--set {key}: the layer has no such setting; it has "
-                                 f"{', '.join(sorted(known))}")
+            raise SettingFailure(f"--set {key}: the layer has no such setting{did_you_mean(key, known)}; "
+                                 f"it has {', '.join(sorted(known))}")
         if not is_valid(known[key], value):
             raise SettingFailure(f"--set {key}={value}: not {describe_values(known[key])}")

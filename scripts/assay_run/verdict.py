@@ -6,6 +6,7 @@ from collections import Counter
 
 from .call_sites import frames_of_application, place_of
 from .groups import group_findings, identity, repetition_lines
+from .records import is_advice
 
 NOT_LOADED = 98  # exit status if a run has not loaded the layer in any process
 DAMAGED = 97     # exit status if a record is damaged, so that it may miss findings
@@ -31,7 +32,7 @@ class Verdict:
 
     @property
     def is_loaded(self):
-        return bool(self.record.headers) and not self.record.runs_without_layer()
+        return self.record.is_loaded and not self.record.runs_without_khronos()
 
     @property
     def is_whole(self):
@@ -58,11 +59,26 @@ def call_site_lines(finding):
             for i, frame in enumerate(frames_of_application(finding)[:FRAMES_SHOWN])]
 
 
+def command_lines(finding):
+    """Returns a line that says which command a finding is about, and where it was recorded and submitted."""
+    function = finding.get("Function", "")
+    parts = [] if not function or finding["MainMessage"].startswith(function) else [f"{function}()"]
+    buffers = [item for item in finding.get("Objects", []) if item["type"] == "VkCommandBuffer"]
+    if buffers:
+        name = f" \"{buffers[0]['name']}\"" if buffers[0].get("name") else ""
+        parts.append(f"VkCommandBuffer {buffers[0]['handle']}{name}")
+    parts += [f"{word} {finding[word]}" for word in ("build", "submission") if word in finding]
+    if finding.get("DebugRegion"):
+        parts.append(f"labels {finding['DebugRegion']}")
+    return [f"in {', '.join(parts)}"] if function and parts else []
+
+
 def group_lines(group):
     """Returns the lines that describe a mistake."""
     finding = group.first
-    return [f"{finding['Severity']}: {finding['VUID']}",
+    return [f"{finding['Severity']}: {group.title}",
             *(f"  {line}" for line in finding["MainMessage"].splitlines()),
+            *(f"  {line}" for line in command_lines(finding)),
             *(f"  {line}" for line in call_site_lines(finding)),
             *(f"  {line}" for line in repetition_lines(group))]
 
@@ -73,7 +89,11 @@ def total_line(verdict):
     notes = []
     if len(verdict.new) > len(verdict.new_groups):
         notes.append(f"reported {len(verdict.new):,} times")
-    held_back = sum(record.held_back().values())
+    khronos = sum(bool(group.first.get("Layer")) for group in verdict.new_groups)
+    if khronos:
+        notes.append(f"{khronos:,} by the Khronos layer only")
+    held_back = sum(count for name, count in record.held_back().items()
+                    if record.advice_is_error or not is_advice({"VUID": name}))
     if held_back:
         notes.append(f"{plural(held_back, 'duplicate')} not reported")
     if notes:
@@ -95,13 +115,25 @@ def mistake_lines(verdict):
     record = verdict.record
     lines = [f"{folder}: the layer was not loaded" for folder in record.runs_without_layer()
              if len(record.runs) > 1]
-    if not verdict.is_loaded and not lines:
-        lines = ["the layer was not loaded"]
+    if not record.is_loaded and not lines:
+        lines = ["the layer was not loaded: no process has created a VkInstance, or the loader has not found "
+                 "the layer (VK_LOADER_DEBUG=layer shows what it does)"]
+    lines += [f"{folder + ': ' if len(record.runs) > 1 else ''}the Khronos layer was not loaded, or has not "
+              "written to its log" for folder in record.runs_without_khronos()]
     if len(record.runs) > 1 or not record.headers:
         lines += [f"{folder}: the run was cut off" for folder in record.unfinished_runs()]
     if record.damaged:
         lines.append(f"{record.damaged[0]}: this was not written whole: is the disk full? Findings may "
                      "be missing")
+    return lines
+
+
+def note_lines(what, findings):
+    """Returns the messages that do not count, each once."""
+    lines = []
+    for text, layer in dict.fromkeys((finding["MainMessage"], finding.get("Layer")) for finding in findings):
+        first, *others = text.splitlines() or [""]
+        lines += [f"{what}{f' ({layer} layer)' if layer else ''}: {first}", *(f"  {line}" for line in others)]
     return lines
 
 
@@ -119,10 +151,7 @@ def summary_lines(verdict, printed=()):
         lines.append(f"{count:6,}  {name}")
     if record.headers:
         lines.append(total_line(verdict))
-    for what, findings in (("warning", record.warnings()), ("advice", record.advice())):
-        for text in dict.fromkeys(finding["MainMessage"] for finding in findings):
-            first, *others = text.splitlines() or [""]
-            lines += [f"{what}: {first}", *(f"  {line}" for line in others)]
+    lines += note_lines("warning", record.warnings()) + note_lines("advice", record.advice())
     lines += [f"not checked: {reason}" for reason in
               dict.fromkeys(reason for summary in record.summaries
                             for reason in summary.get("Unchecked", []))]

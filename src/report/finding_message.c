@@ -169,6 +169,16 @@ static void append_value(struct text_buffer *text, struct message *message,
     }
 }
 
+/* Appends how many elements more violate the rule, such as: (and 99 more instances). */
+static void append_more(struct text_buffer *text, const struct finding *finding)
+{
+    if (!finding->more)
+        return;
+    text_append(text, " (and ");
+    text_append_count(text, finding->more, finding->element);
+    text_append(text, ")");
+}
+
 /* Appends the finding's sentence, with its values in place of {}. */
 static void append_statement(struct text_buffer *text, struct message *message,
                              enum build_command command, const struct call_origin *origin,
@@ -182,7 +192,10 @@ static void append_statement(struct text_buffer *text, struct message *message,
         rest = gap + 2;
     }
     size_t length = strlen(rest);
-    text_append(text, "%s%s", rest, length && rest[length - 1] == '.' ? "" : ".");
+    length -= length && rest[length - 1] == '.';
+    text_append(text, "%.*s", (int)length, rest);
+    append_more(text, finding);
+    text_append(text, ".");
 }
 
 /* Names the ids that the same mistake violates, too. */

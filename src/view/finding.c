@@ -6,6 +6,7 @@ bool finding_fill(struct finding *finding, const char *field, const char *says,
                   const struct value *values, uint32_t value_count)
 {
     finding->also_count = 0;
+    finding->more = 0;
     finding->reported_with = RULE_COUNT;
     finding->field = field;
     finding->says = says;

@@ -53,6 +53,10 @@ struct finding {
     /* Other rules that the same mistake violates. The message names their ids. */
     uint32_t also_count;
     enum rule also[FINDING_ALSO];
+    /* How many elements of the array violate the rule beside this one, and what they are: "more
+     * instance". */
+    uint64_t more;
+    const char *element;
     /* The rule whose message names this one; if that rule is active, this finding is not reported.
      * RULE_COUNT: none. */
     enum rule reported_with;

@@ -44,9 +44,23 @@ class Arguments(Runs):
 
     def test_refused_settings_are_named(self):
         self.expect(self.run_words("--set", "hazard=true", "--", "true"), 2,
-                    "--set hazard: the layer has no such setting; it has ", "hazards")
+                    "--set hazard: the layer has no such setting (did you mean hazards?); it has advice, ")
         self.expect(self.run_words("--set", "guard=on", "--", "true"), 2,
                     "--set guard=on: not off, references")
+
+    def test_unknown_words(self):
+        for words, said in ((["./app", "--frames", "a b"], "write -- before the application: -- ./app --frames 'a b'"),
+                            (["--junit", "a.xml", "./app"], "write -- before the application: -- ./app"),
+                            (["app", "--", "true"], "no option: app"),
+                            (["--lavpipe", "--", "true"], "unknown option: --lavpipe (did you mean --lavapipe?)"),
+                            (["--leve", "content", "--", "true"], "unknown option: --leve (did you mean --level?)"),
+                            (["--zzz", "--", "true"], "unknown option: --zzz\n")):
+            with self.subTest(words):
+                self.expect(self.run_words(*words), 2, said)
+
+    def test_missing_baseline(self):
+        self.expect(self.run_words("--baseline", "none.txt", "--", "true"), 2,
+                    "none.txt: No such file or directory\n")
 
     def test_everything(self):
         names = ("LEVEL", "HAZARDS", "GUARD", "CALL_SITES", "RECORD_BUILDS", "ADVICE")

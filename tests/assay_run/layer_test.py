@@ -208,6 +208,21 @@ class Layer(Runs):
         stack = stack.partition("<Drivers>")[0]
         self.assertEqual(sorted(re.findall(r"VK_LAYER_(\w+)_validation", stack)), ["ASSAY", "KHRONOS"])
 
+    @unittest.skipUnless((KHRONOS / "VkLayer_khronos_validation.json").exists(),
+                         "the Khronos validation layer is not installed")
+    def test_count_khronos(self):
+        """What both layers find counts once. Khronos layers of 2023 have false alarms of their own."""
+        program = APPLICATION.with_name("assay_run_many_builds")
+        result = self.run_words("--count-khronos", "--json", "a.json", "--", program, 1000)
+        self.expect(result, 99, "-pInfos-03710 (both layers)")
+        found = self.load("a.json")["new"]
+        self.assertEqual([one.get("Layer") for one in found if one["VUID"].endswith("-pInfos-03710")], [None])
+        (self.folder / "known.txt").write_text("".join({
+            f"{one['VUID']}\n" for one in found if one.get("Layer")}))
+        self.expect(self.run_words("--count-khronos", "--baseline", "known.txt", "--", program, 1000), 99,
+                    "1 finding in 1 process")
+        self.expect(self.run_words("--count-khronos", "--baseline", "known.txt", "--", program, 1), 0)
+
     def test_lines_of_readme(self):
         section = (ROOT / "README.md").read_text(encoding="utf-8").partition("\n## In CI\n")[2]
         lines = section.partition("```sh\n")[2].partition("```")[0]

@@ -66,8 +66,8 @@ class ManyBuilds(Runs):
         self.browser.run("structure.focus()")
         self.browser.type("“mesh 7”")
         row = self.text("#structures tr")
-        for part in ("bottom level, command buffer", "build 8", "submission 1", "3 from “mesh 6”",
-                     "16,384", " + 114,688"):
+        for part in ("bottom level, destroyed", "command buffer", "build 8", "submission 1", "from “mesh 6”",
+                     "16,384", "+ 114,688"):
             self.assertIn(part, row)
         self.browser.run("structure.value = ''")
         self.browser.type("“mesh 9”")

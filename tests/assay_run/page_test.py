@@ -8,7 +8,7 @@ import unittest.mock
 
 from browser import CHROMIUM, Browser
 from runs import NASTY, TIME, VUID, Runs, finding, header, main
-from assay_run.page import build_data
+from assay_run.page import Clock, build_data
 
 QUEUE = "0x7f0000000010"
 
@@ -44,8 +44,9 @@ def findings():
 
 class Rows(unittest.TestCase):
     def test_too_many(self):
+        lines = [(0, build(i)) for i in range(5)] + [(0, header())]
         with unittest.mock.patch("assay_run.page.MOST_ROWS", 3):
-            made = build_data([(0, build(i)) for i in range(5)] + [(0, header())])
+            made = build_data(lines, Clock(lines))
         self.assertEqual((len(made["rows"]), made["leftOut"]), (3, 2))
 
 
@@ -108,6 +109,150 @@ class Page(Runs):
         self.browser.run("id.value = ''; known.click()")
         self.assertEqual(self.count(".finding"), 4)
 
+    def choose(self, control, value):
+        self.browser.run(f"{control}.value = {value!r}; "
+                         f"{control}.dispatchEvent(new Event('input', {{bubbles: true}}))")
+
+    def test_grouping(self):
+        """A finding about two structures is in the groups of both."""
+        objects = [{"type": "VkAccelerationStructureKHR", "handle": f"0x{i}"} for i in (1, 2)]
+        self.open(header(), finding(Objects=objects, queue=QUEUE, submission=5), finding("VUID-second"))
+        self.choose("group", "structure")
+        self.assertEqual(self.count("#groups .group"), 3)
+        self.assertIn("0x1 (1)", self.text("#groups"))
+        self.assertIn(VUID, self.text("#groups .finding"))
+        self.choose("group", "submission")
+        self.assertEqual(self.count("#groups .group"), 2)
+        self.assertIn(f"submission 5 to queue {QUEUE} (1)", self.text("#groups"))
+
+    def test_fold(self):
+        self.open_example()
+        self.browser.run("fold.click()")
+        self.assertEqual(self.count("details.group[open]"), 0)
+        self.browser.run("fold.click()")
+        self.assertEqual(self.count("details.group[open]"), 2)
+
+    def test_sections(self):
+        self.open_example()
+        self.assertEqual(self.text("#sections").split("\n"),
+                         ["Findings", "Submissions", "Memory", "Acceleration structures"])
+
+    def test_advice(self):
+        """In the order of the log, which is the list's, and not among the notes."""
+        advice = [finding(f"ASSAY-advice-{name}", Severity="Warning", MainMessage=f"The {name} one.", Objects=[
+            {"type": "VkAccelerationStructureKHR", "handle": "0x7f0000000000", "name": "mesh 0"}])
+            for name in ("worst", "better", "worst")]
+        self.open(header(), *advice, *map(build, range(6)))
+        self.assertIn("No findings; 2 pieces of advice.", self.text("#verdict"))
+        self.assertEqual(self.browser.run("document.querySelector('#verdict').className"), "good")
+        self.assertEqual(self.text("#advice .group summary"), "ASSAY-advice-worst (1)")
+        self.assertEqual(self.count("#advice .group"), 2)
+        self.assertIn("2 times", self.text("#advice .group"))
+        self.assertNotIn("better", self.browser.run("document.querySelector('#notes').textContent"))
+        self.assertIn("2 pieces of advice", self.text("#structures tr"))
+        self.choose("order", "findings")
+        self.browser.run("document.querySelector('#structures .link').click()")
+        self.assertEqual(self.browser.run("text.value"), "0x7f0000000000")
+        self.assertEqual(self.count("#advice .finding"), 2)
+        self.open(header(), build(0))
+        self.assertTrue(self.browser.run("document.querySelector('#advice-section').hidden"))
+
+    def test_advice_about_structures_without_names(self):
+        self.open(header(), *(finding("ASSAY-advice-leaked", Severity="Warning", MainMessage="It leaks.", Objects=[
+            {"type": "VkAccelerationStructureKHR", "handle": handle}]) for handle in ("0x1", "0x2", "0x2")))
+        self.assertEqual(self.count("#advice .finding"), 2)
+
+    def test_links(self):
+        """From a finding to its structure and to its submission."""
+        structure = [{"type": "VkAccelerationStructureKHR", "handle": "0x7f0000000003", "name": "mesh 3"}]
+        self.open(header(), *map(build, range(60)), finding(Objects=structure, queue=QUEUE, submission=2))
+        self.assertEqual(self.count("#groups .link"), 2)
+        self.browser.run("document.querySelectorAll('#groups .link')[0].click()")
+        self.assertEqual(self.count("#structures tr"), 1)
+        self.assertIn("1 finding", self.text("#structures tr"))
+        self.browser.run("document.querySelectorAll('#groups .link')[1].click()")
+        self.assertIn("Submission 2: 10 builds and copies, 1 finding", self.text("#selected"))
+        self.open(header(), finding(Objects=structure, queue=QUEUE, submission=2))
+        self.assertEqual(self.count("#groups .link"), 1)  # no structure is known
+
+    def test_time(self):
+        later = "2026-11-22T18:00:01.250001Z"
+        self.open(header(), build(0), build(10, time=later),
+                  finding(queue=QUEUE, submission=1, time=later))
+        self.assertIn("1.250 s after the start", self.text("#groups .finding"))
+        self.browser.run("document.querySelectorAll('#timeline button')[1].focus()")
+        self.assertIn("1.250 s after the start", self.text("#selected"))
+        self.open(header(time="?"), build(0, time="?"))
+        self.browser.run("document.querySelector('#timeline button').focus()")
+        self.assertNotIn("after the start", self.text("#selected"))
+
+    def destroyed(self, number, **members):
+        return {"Type": "Destroyed", "pid": 7, "time": TIME, "device": "0x7f0000000001",
+                "dst": f"0x7f{number:010x}", **members}
+
+    def submission(self, number):
+        return {"Type": "Submission", "pid": 7, "time": TIME, "device": "0x7f0000000001", "queue": QUEUE,
+                "submission": number, "command_buffers": []}
+
+    def test_memory(self):
+        """The peak is where all are alive; a structure that is built again counts once."""
+        self.open(header(), self.submission(1), build(0, size=1 << 20), self.submission(2),
+                  build(3, size=3 << 20), build(3, size=3 << 20), self.destroyed(0), self.submission(3),
+                  build(6, size=1 << 19))
+        self.assertIn("Peak: submission 2, 0.000 s: 4 MiB. At the end: 3.5 MiB.", self.text("figcaption"))
+        self.assertEqual(self.count("#memory svg path"), 2)
+        self.assertEqual(self.text(".axis").split("\n"), ["submission 1 (0.000 s)", "submission 3 (0.000 s)"])
+        self.assertIn("2 alive at the end", self.text("#totals"))
+        self.choose("structure", "destroyed after submission 2")
+        self.assertEqual(self.count("#structures tr"), 1)
+        self.choose("structure", "")
+        self.choose("order", "size")
+        self.assertIn("mesh 1", self.text("#structures tr"))
+
+    def test_handle_used_again_after_destruction(self):
+        self.open(header(), build(0), self.destroyed(0), build(0), self.destroyed(1))
+        self.assertIn("2 structures", self.text("#totals"))
+        self.assertIn("1 alive at the end", self.text("#totals"))
+
+    def test_written_by_no_build(self):
+        copy = {**build(3), "Type": "Copy", "mode": "clone"}
+        self.open(header(), build(1), copy)
+        for row, part in ((1, "update, command buffer 0x7f0000000000, build 1, submission 0"), (2, "clone of")):
+            text = self.text(f"#structures tr:nth-child({row})")
+            self.assertIn(part, text)
+            self.assertEqual(text.split("\t")[2].strip(), "0")  # builds
+
+    def test_flags(self):
+        self.open(header(), build(0, flags="0x1005"), build(3, flags="0x0"))
+        self.assertIn("ALLOW_UPDATE, PREFER_FAST_TRACE, 0x1000", self.text("#structures tr"))
+        self.assertIn("no flags", self.text("#structures tr:nth-child(2)"))
+
+    def test_instances(self):
+        """What they refer to, and how many refer to nothing; none of a structure that is gone."""
+        line = {"Type": "Instances", "pid": 7, "time": TIME, "device": "0x7f0000000001", "queue": QUEUE,
+                "submission": 0, "build": 0, "dst": "0x7f0000000000", "structure_count": 2,
+                "structures": [{"handle": "0x1", "name": "rock", "instances": 1000},
+                               {"handle": "0x2", "instances": 1}]}
+        self.open(header(), build(0, primitives=1003), line)
+        self.assertIn("instances: 1,000 × “rock”, 1 × 0x2, 2 × no live structure", self.text("#structures tr"))
+        self.open(header(), build(0, primitives=1001), line)
+        self.assertNotIn("no live", self.text("#structures tr"))
+        many = [{"handle": f"0x{i}", "instances": 1} for i in range(20)]
+        self.open(header(), build(0), {**line, "structures": many, "structure_count": 21})
+        self.assertIn("1 × 0x7, 13 structures more", self.text("#structures tr"))
+        self.assertNotIn("no live", self.text("#structures tr"))
+        self.open(header(), build(0), self.destroyed(0), line)
+        self.assertEqual(self.count("#structures tr"), 1)
+        self.assertNotIn("instances:", self.text("#structures tr"))
+
+    def test_columns_are_wider_than_their_words(self):
+        for width in (1400, 800):
+            self.open_example(width=width)
+            cut = self.browser.run("""[...document.querySelectorAll('th')].filter(
+                cell => cell.scrollWidth > cell.clientWidth || cell.clientHeight > 40).length""")
+            self.assertEqual(cut, 0)
+            self.assertLessEqual(self.browser.run("document.documentElement.scrollWidth"), width)
+
     def test_time_line(self):
         self.open_example()
         self.assertEqual(self.count("#timeline .queue"), 1)
@@ -122,7 +267,8 @@ class Page(Runs):
         self.browser.type("mesh 42")
         self.assertEqual(self.count("#structures tr"), 1)
         row = self.text("#structures tr")
-        for part in ("mesh 42", "65,578", "32,810", "1,128", "0x7f0000000000 + 2,752,512"):
+        for part in ("mesh 42", "65,578", "32,810", "1,128", "compacted:", "0x7f0000000000", "+ 2,752,512", "alive",
+                     "bottom level"):
             self.assertIn(part, row)
 
     def test_handle_used_again(self):
@@ -184,11 +330,11 @@ class Page(Runs):
                 break
             self.assertNotEqual(self.browser.run(
                 "getComputedStyle(document.activeElement).outlineStyle"), "none", reached[-1])
-        for control in ("skip", "text", "id", "known", "SUMMARY", "bad", "structure", "scroll",
-                        "more"):
+        for control in ("skip", "text", "id", "known", "fold", "SUMMARY", "link", "bad chosen", "structure", "order",
+                        "scroll", "more"):
             self.assertIn(control, reached)
-        self.assertEqual(sorted(set(reached), key=reached.index)[:5],
-                         ["skip", "SUMMARY", "text", "id", "known"])
+        self.assertEqual(sorted(set(reached), key=reached.index)[:7],
+                         ["skip", "SUMMARY", "A", "text", "id", "group", "known"])
 
     def test_keys_operate(self):
         self.open_example()

@@ -14,7 +14,7 @@ import sys
 import unittest
 import xml.etree.ElementTree as ElementTree
 
-from runs import NASTY, VUID, Runs, finding, header, jsonschema, main, needs_jsonschema
+from runs import NASTY, TIME, VUID, Runs, finding, header, jsonschema, main, needs_jsonschema
 from sarif import SARIF
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -95,6 +95,13 @@ class Reports(Runs):
         self.assertEqual(len(self.load("a.json")["advice"]), 2)
         self.assertEqual(self.load("a.json")["warnings"], [])
 
+    def test_advice_that_the_list_leaves_out(self):
+        """The line of the advice says how much it is."""
+        self.write_record(*RECORDS["advice"], {"Type": "Summary", "pid": 7, "time": TIME, "Findings": {},
+                                               "HeldBack": {"ASSAY-advice-leaked": 3}, "Unchecked": []})
+        self.assertNotIn("duplicate", self.run_words("--merge", "7.jsonl").err)
+        self.expect(self.run_words("--merge", "7.jsonl", "--advice-is-error"), 99, "3 duplicates not reported")
+
     def test_advice_is_a_failure_if_asked_for(self):
         self.write_record(*RECORDS["advice"])
         self.expect(self.run_words("--merge", "7.jsonl", "--advice-is-error", "--junit", "a.xml"), 99,
@@ -136,6 +143,23 @@ class Reports(Runs):
         self.assertEqual(suite.get("errors"), "1")
         invocation = self.load("a.sarif")["runs"][0]["invocations"][0]
         self.assertFalse(invocation["executionSuccessful"])
+
+    def test_command(self):
+        """A finding says which command it is about: the ids of structures do not."""
+        buffer = {"type": "VkCommandBuffer", "handle": "0x5", "name": "frame"}
+        for members, line in (
+                ({"Function": "vkCmdFoo"}, "in vkCmdFoo()"),
+                ({"Function": "vkCmdFoo", "Objects": [buffer], "build": 3, "submission": 0,
+                  "DebugRegion": "a::b"},
+                 'in vkCmdFoo(), VkCommandBuffer 0x5 "frame", build 3, submission 0, labels a::b'),
+                ({"Function": "vkFoo", "MainMessage": "vkFoo(): wrong.", "build": 1}, "in build 1")):
+            self.write_record(header(), finding(**members))
+            result = self.run_words("--merge", "7.jsonl", "--junit", "a.xml", "--github")
+            self.assertIn(f"assay-run:   {line}\n", result.err)
+            self.assertIn(f"{line}\n", result.out.replace("%0A", "\n"))
+            self.assertIn(line, self.read("a.xml").replace("&quot;", '"'))
+        self.write_record(header(), finding(build=3))
+        self.assertNotIn("  in ", self.run_words("--merge", "7.jsonl").err)
 
     def test_json(self):
         self.run_script("load(); find(); end()", "--json", "a.json")
@@ -204,6 +228,12 @@ class Repetition(Runs):
         self.expect(self.merge(*(frame_finding(0, Objects=[], DebugRegion=label)
                                  for label in ("terrain", "figure", "terrain"))),
                     99, "2 findings (reported 3 times)")
+
+    def test_number_of_elements_does_not_count(self):
+        messages = [f"It leads to instance 0, which is wrong{more}." for more in (
+            "", " (and 1 more instance)", " (and 99 more instances)", " (and 12)")]
+        self.expect(self.merge(*(frame_finding(0, MainMessage=text) for text in messages)),
+                    99, "2 findings (reported 4 times)")
 
     def test_values_count(self):
         messages = [f"It is {value} bytes, more than 0x5." for value in (12, 16, 12)]

@@ -4,8 +4,10 @@
  *
  *     submit q0 c0                   build c0.1 B1 2           update c0.2 B1>B2 2
  *     clone host B1>B2               deserialize c0 B1         size B1 as read | wrong
+ *     destroy B1                     instances c0.1 T0 B1*3 B2*1
  *
- * A build has its position in the command buffer and its primitives. `nowhere` is behind a
+ * A build has its position in the command buffer and its primitives; ` 0x7` behind them are its
+ * flags, if they are not those of most programs. `nowhere` is behind a
  * structure that has no memory any more. `records nothing`: there is no line. The program has the
  * lines
  *
@@ -80,6 +82,9 @@ static void append_submission(const struct play *play, char *text, const char *l
         append(text, " %s", name_of(play, strtoull(at + 1, NULL, 0), "c"));
 }
 
+static const uint64_t usual_flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
+                                    VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
+
 static void append_command(const struct play *play, char *text, const char *line)
 {
     const char *mode = member(line, "mode") + 1;
@@ -94,8 +99,20 @@ static void append_command(const struct play *play, char *text, const char *line
     if (member(line, "primitives"))
         append(text, " %u%s", (unsigned)number(line, "primitives"),
                member(line, "geometries") ? "" : " of no geometry");
+    if (number(line, "flags") & ~usual_flags)
+        append(text, " 0x%x", (unsigned)number(line, "flags"));
     if (!member(line, "memory") || !number(line, "size"))
         append(text, " nowhere");
+}
+
+static void append_instances(const struct play *play, char *text, const char *line)
+{
+    append(text, "instances %s.%u %s", name_of(play, number(line, "command_buffer"), "c"),
+           (unsigned)number(line, "build"), name_of(play, number(line, "dst"), "BT"));
+    const char *const structures = member(line, "structures");
+    for (const char *at = structures; at && (at = strstr(at, "{\"handle\":")); at = strchr(at, '}'))
+        append(text, " %s*%u", name_of(play, number(at, "handle"), "BT"),
+               (unsigned)number(at, "instances"));
 }
 
 static void append_line(const struct play *play, char *text, const char *line)
@@ -111,6 +128,10 @@ static void append_line(const struct play *play, char *text, const char *line)
     else if (strncmp(type, "CompactedSize", 13) == 0)
         append(text, "size %s %s", name_of(play, number(line, "dst"), "BT"),
                number(line, "compacted_size") == play->compacted ? "as read" : "wrong");
+    else if (strncmp(type, "Instances", 9) == 0)
+        append_instances(play, text, line);
+    else if (strncmp(type, "Destroyed", 9) == 0)
+        append(text, "destroy %s", name_of(play, number(line, "dst"), "BT"));
     else
         append_command(play, text, line);
 }

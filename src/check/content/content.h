@@ -21,8 +21,19 @@ void check_host_inputs(struct walk *walk, const struct range_view *range);
 void content_check_geometry(struct walk *walk, const struct range_view *range,
                             const struct input_memory *memory, const struct chained_input *chained);
 
-/* The data of one geometry while the rules about it are evaluated. Each rule reports one finding at
- * most. */
+/* The findings about the data of one geometry. Each rule has one at most, which is about the first
+ * element that violates it, and counts the others. */
+struct content_findings {
+    struct content_finding {
+        enum rule rule;
+        struct location location;
+        struct finding finding;
+        uint64_t last; /* the last element that violates the rule */
+    } * items;
+    uint32_t count, capacity;
+};
+
+/* The data of one geometry while the rules about it are evaluated. */
 struct content {
     struct walk *walk;
     const struct range_view *range; /* its build range is known */
@@ -37,8 +48,17 @@ struct content {
         struct kept_indices *same; /* those of the update's source, if they are equal */
     } indices;
     bool has_gaps; /* the data of some instance is unknown */
-    bool active[RULE_COUNT];
+    struct content_findings findings;
+    uint64_t violations;
 };
+
+/* Keeps the finding, or counts the element if the rule has a finding. `number` is that of the
+ * element, which may violate a rule twice; `element` is as in struct finding. */
+__attribute__((cold)) void content_found(struct content *content, enum rule rule,
+                                         struct location location, const struct finding *finding,
+                                         const char *element, uint64_t number);
+/* Reports the findings at the end of the geometry. */
+void content_report(struct content *content);
 
 /* Returns the bytes of `count` elements of `size` bytes with a stride, beginning at an offset from
  * the address. Returns NULL if any byte is unreadable, or if `count` is 0. */

@@ -195,6 +195,8 @@ static void report_references(const struct executed_call *call,
     const struct check_context *context = call->walk.context;
     for (uint32_t i = 0; context->hooks->refers && i < uses->count; i++)
         context->hooks->refers(context->user, recorded->place.position, &uses->items[i].referenced);
+    if (context->hooks->instances)
+        context->hooks->instances(context->user, recorded->place.position, uses);
 }
 
 static void collect_instances(struct executed_call *call, const struct recorded_build *recorded)

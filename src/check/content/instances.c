@@ -206,17 +206,18 @@ static uint64_t checked_mark(const struct content *content,
 /* If the estimate of a determinant has a sign, the transform is invertible.
  *
  * Most instances refer to a structure that an earlier instance of the geometry refers to, with the
- * same flags. Except for their transforms, they cannot add a finding, because each rule reports one
- * finding at most. */
+ * same flags. If that one was valid, they are, except for their transforms. */
 static void check_plain_instance(struct content *content, uint32_t index,
                                  const VkAccelerationStructureInstanceKHR *instance)
 {
     struct instance_use other,
         *use = content_find_use(content, instance->accelerationStructureReference, &other);
     const uint64_t mark = checked_mark(content, instance);
+    const uint64_t violations = content->violations;
     if (use->checked != mark)
         check_flags_and_reference(content, index, false, instance, &use->referenced);
-    use->checked = mark;
+    if (content->violations == violations)
+        use->checked = mark;
     content_count_use(use, index);
     if (!determinant_estimate(&instance->transform))
         content_check_transform(content, index, instance->accelerationStructureReference,

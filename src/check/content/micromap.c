@@ -66,7 +66,6 @@ void content_check_micromaps(struct walk *walk, const struct range_view *range,
 {
     const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
     struct content content = {.walk = walk, .range = range, .memory = memory};
-    memcpy(content.active, walk->active, sizeof(content.active));
     if ((int)geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR)
         read_triangles(&content, chained->micromap.triangles,
                        micromap_parameters_count(&chained->micromap), chained->micromap.stride,
@@ -75,6 +74,7 @@ void content_check_micromaps(struct walk *walk, const struct range_view *range,
         chained->opacity.sType ==
             VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR)
         read_indices(&content, &chained->opacity, used);
+    content_report(&content);
 }
 
 /* ---- host builds */
@@ -96,8 +96,8 @@ void check_host_micromap(struct walk *walk, const struct geometry_view *geometry
     if (!view_micromap_data(walk->context, geometry, &view) ||
         view.usages.count != view.data->usageCountsCount)
         return;
-    memcpy(content.active, walk->active, sizeof(content.active));
     read_triangles(&content,
                    (VkDeviceOrHostAddressConstKHR){.deviceAddress = view.data->triangleArray},
                    usages_sum(&view.usages), view.data->triangleArrayStride, 0);
+    content_report(&content);
 }

@@ -93,12 +93,9 @@ void content_read_radii(struct content *content)
     if (!describe(content, &described) || !content_open_source(content, &described, &source))
         return;
     const uint64_t count = readable_primitive_count(&source);
-    for (; view.primitive < count; view.primitive++) {
-        if (read_radius(&source, &view) != SOURCE_UNDEFINED)
-            continue;
-        content_walk_radius(content, &view);
-        return;
-    }
+    for (; view.primitive < count; view.primitive++)
+        if (read_radius(&source, &view) == SOURCE_UNDEFINED)
+            content_walk_radius(content, &view);
 }
 
 static bool is_not_negative(const struct radius_view *radius, struct finding *finding,

@@ -53,30 +53,29 @@ static struct location location_of(const struct geometry_view *geometry)
     return walk_location(geometry, is_parameter ? SUBJECT_PARAMETER : SUBJECT_GEOMETRY);
 }
 
-/* Reports the first finding of each rule only. */
-#define EVALUATE_ONCE(name, level, view, location)                                                 \
-    if (content->active[RULE_##name] && !name(view, &finding)) {                                   \
-        content->active[RULE_##name] = false;                                                      \
-        walk_report(content->walk, RULE_##name, location, &finding);                               \
-    }
-#define WALK_ONCE(subject, location)                                                               \
+#define EVALUATE_ELEMENT(name, level, view, location, element, number)                             \
+    if (content->walk->active[RULE_##name] && !name(view, &finding))                               \
+        content_found(content, RULE_##name, location, &finding, element, number);
+#define WALK_ELEMENT(subject, location, element, number)                                           \
     void content_walk_##subject(struct content *content, const struct subject##_view *subject)     \
     {                                                                                              \
         struct finding finding;                                                                    \
-        ROWS_OF_##subject(EVALUATE_ONCE, subject, location)                                        \
+        ROWS_OF_##subject(EVALUATE_ELEMENT, subject, location, element, number)                    \
     }
+#define WALK_GEOMETRY(subject, element, number)                                                    \
+    WALK_ELEMENT(subject, walk_location(subject->geometry, SUBJECT_GEOMETRY), element, number)
 
-WALK_ONCE(indices, walk_location(indices->geometry, SUBJECT_RANGE))
-WALK_ONCE(box, walk_location(box->geometry, SUBJECT_GEOMETRY))
-WALK_ONCE(radius, walk_location(radius->geometry, SUBJECT_GEOMETRY))
-WALK_ONCE(transform, location_of(transform->geometry))
-WALK_ONCE(instance, location_of(instance->geometry))
-WALK_ONCE(nv_instance, location_of(nv_instance->geometry))
-WALK_ONCE(instance_pointer, walk_location(instance_pointer->geometry, SUBJECT_GEOMETRY))
-WALK_ONCE(reference, location_of(reference->geometry))
-WALK_ONCE(motion_instance, walk_location(motion_instance->geometry, SUBJECT_GEOMETRY))
-WALK_ONCE(micromap_triangle, walk_location(micromap_triangle->geometry, SUBJECT_GEOMETRY))
-WALK_ONCE(opacity_index, walk_location(opacity_index->geometry, SUBJECT_GEOMETRY))
+WALK_ELEMENT(indices, walk_location(indices->geometry, SUBJECT_RANGE), "more geometry", 0)
+WALK_ELEMENT(transform, location_of(transform->geometry), "more instance", transform->instance)
+WALK_ELEMENT(instance, location_of(instance->geometry), "more instance", instance->index)
+WALK_ELEMENT(nv_instance, location_of(nv_instance->geometry), "more instance", nv_instance->index)
+WALK_ELEMENT(reference, location_of(reference->geometry), "more instance", reference->instance)
+WALK_GEOMETRY(motion_instance, "more instance", motion_instance->index)
+WALK_GEOMETRY(instance_pointer, "more pointer", instance_pointer->index)
+WALK_GEOMETRY(box, "more primitive", box->primitive)
+WALK_GEOMETRY(radius, "more primitive", radius->primitive)
+WALK_GEOMETRY(opacity_index, "more primitive", opacity_index->primitive)
+WALK_GEOMETRY(micromap_triangle, "more triangle", micromap_triangle->index)
 
 /* ---- triangles */
 
@@ -322,7 +321,6 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
     const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry);
     const VkAccelerationStructureGeometryInstancesDataKHR *instances = instances_in(geometry);
     struct content content = {.walk = walk, .range = range, .memory = memory, .chained = chained};
-    memcpy(content.active, walk->active, sizeof(content.active));
     content_retain_count(&content);
     if (triangles) {
         find_indices(&content, triangles);
@@ -351,6 +349,7 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
         content_advise(&content);
     if (walk->digesting)
         content_add_to_digest(&content);
+    content_report(&content);
 }
 
 /* Addresses are host pointers. If probing is disabled, all memory counts as readable; the limit

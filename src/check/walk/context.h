@@ -16,6 +16,7 @@
 
 struct content_advice;
 struct input_digest;
+struct instance_uses;
 struct query_pools;
 struct pending_use;
 struct structure_contents;
@@ -49,6 +50,9 @@ struct check_hooks {
     /* An instance of an executed build, at `position` of its command buffer, refers to a live
      * structure. Called once for each structure of a build. NULL: not needed. */
     void (*refers)(void *user, uint32_t position, const struct accel_facts *referenced);
+    /* The live structures that the instances of an executed build refer to, at least one, and how
+     * many refer to each. NULL: not needed. */
+    void (*instances)(void *user, uint32_t position, const struct instance_uses *uses);
     /* An instance of an executed build has a reference that may be that of a structure which was
      * destroyed after the submission. NULL: not needed. */
     void (*refers_to_destroyed)(void *user, uint32_t build, uint32_t instance, uint64_t reference);

@@ -359,8 +359,10 @@ static void write_command(struct json *json, const struct log_record *record)
     json_text(json, "mode", record->mode);
     json_text(json, "type", record->type);
     write_structure(json, record);
-    if (record->has_geometries)
+    if (record->has_geometries) {
         json_number(json, "geometries", record->geometries);
+        json_hex(json, "flags", record->flags);
+    }
     if (record->has_primitives)
         json_number(json, "primitives", record->primitives);
     if (record->size)
@@ -371,6 +373,24 @@ static void write_command(struct json *json, const struct log_record *record)
     }
 }
 
+static void write_instances(struct json *json, const struct log_record *record)
+{
+    write_object(json, "command_buffer", "command_buffer_name", record,
+                 VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)record->command_buffer);
+    json_number(json, "build", record->position);
+    write_structure(json, record);
+    json_number(json, "structure_count", record->reference_total);
+    json_begin_array(json, "structures");
+    for (uint32_t i = 0; i < record->reference_count; i++) {
+        json_begin_object(json, NULL);
+        write_object(json, "handle", "name", record, record->object_type,
+                     record->references[i].structure);
+        json_number(json, "instances", record->references[i].instances);
+        json_end_object(json);
+    }
+    json_end_array(json);
+}
+
 bool line_of_record(struct json *json, const struct log_record *record)
 {
     static const char *const types[] = {
@@ -378,6 +398,8 @@ bool line_of_record(struct json *json, const struct log_record *record)
         [RECORD_BUILD] = "Build",
         [RECORD_COPY] = "Copy",
         [RECORD_SIZE] = "CompactedSize",
+        [RECORD_DESTROYED] = "Destroyed",
+        [RECORD_INSTANCES] = "Instances",
         [RECORD_EXPECTATION] = "Expectation",
     };
     line_begin(json, types[record->kind]);
@@ -393,6 +415,12 @@ bool line_of_record(struct json *json, const struct log_record *record)
     case RECORD_SIZE:
         write_structure(json, record);
         json_number(json, "compacted_size", record->compacted_size);
+        break;
+    case RECORD_DESTROYED:
+        write_structure(json, record);
+        break;
+    case RECORD_INSTANCES:
+        write_instances(json, record);
         break;
     case RECORD_EXPECTATION:
         json_text_of_size(json, "label", record->label, label_length(record->label));

@@ -36,8 +36,9 @@ enum { LOG_PATH_SIZE = 4096 };
 bool log_filename_expand(const char *pattern, char path[LOG_PATH_SIZE]);
 
 /* ---- What setting record_builds adds to the log: one record, and one line, for each submission,
- * build and copy when it executes, and for each compacted size that the application reads. Labels
- * that announce findings are records, too. */
+ * build and copy when it executes, for each compacted size that the application reads, and for each
+ * structure that it destroys; at level content also for the instances of each build. Labels that
+ * announce findings are records, too. */
 
 /* What such labels begin with. */
 #define EXPECTATION_PREFIX "assay:expect"
@@ -50,8 +51,16 @@ enum record_kind {
     RECORD_BUILD,      /* a build or an update */
     RECORD_COPY,       /* a clone, a compacting copy, or a deserialization */
     RECORD_SIZE,       /* the application has read a compacted size */
+    RECORD_DESTROYED,  /* it destroys a structure */
+    RECORD_INSTANCES,  /* what the instances of a build refer to, once they have been read */
     /* Whatever record_builds is: a label that announces findings was opened. */
     RECORD_EXPECTATION,
+};
+
+/* A structure, and how many instances refer to it. */
+struct log_reference {
+    uint64_t structure;
+    uint32_t instances;
 };
 
 /* Members that do not apply are null or 0. */
@@ -78,13 +87,18 @@ struct log_record {
     VkDeviceMemory memory;
     VkDeviceSize memory_offset;
 
+    /* RECORD_INSTANCES: some of `reference_total` structures. */
+    const struct log_reference *references;
+    uint32_t reference_count, reference_total;
+
     /* RECORD_EXPECTATION. */
     const char *label;
 
     /* RECORD_BUILD. */
     bool has_position, has_geometries, has_primitives;
-    uint32_t position; /* in the command buffer, or of a host build in pInfos */
-    uint32_t geometries;
+    uint32_t position;   /* in the command buffer, or of a host build in pInfos */
+    uint32_t geometries; /* and `flags`, if has_geometries */
+    VkBuildAccelerationStructureFlagsKHR flags;
     uint64_t primitives;
 };
 
