@@ -429,3 +429,9 @@ void hazards_look_at_inputs(struct layer_device *device)
 {
     host_writes_look(device->host_writes);
 }
+
+/* Before the host sets an event: it may have written in time for batches that wait. */
+void hazards_forget_inputs(struct layer_device *device)
+{
+    host_writes_forget(device->host_writes);
+}

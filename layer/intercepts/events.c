@@ -4,7 +4,6 @@
 #include "src/state/commands/events.h"
 
 #include "layer/execution/hazards/checks.h"
-#include "layer/execution/hazards/host_writes.h"
 #include "layer/intercepts/journal_access.h"
 #include "observers.h"
 #include "src/check/replay/replay.h"
@@ -26,7 +25,6 @@ void forget_event(struct layer_device *device, VkEvent event)
 void set_event(struct layer_device *device, VkEvent event)
 {
     events_set(device->events, event);
-    host_writes_forget(device->host_writes);
 }
 
 void reset_event(struct layer_device *device, VkEvent event)

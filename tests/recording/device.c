@@ -91,6 +91,7 @@ static VkResult nothing(void)
 void postmortem_report_loss(struct layer_device *of) {}
 void host_writes_look(struct host_writes *host_writes) {}
 void host_writes_stop(struct host_writes *host_writes) {}
+void host_writes_forget(struct host_writes *host_writes) {}
 
 /* ---- the device */
 

@@ -35,9 +35,9 @@ struct submitted_input {
 /* The slot of a batch. Whoever has a reference to the batch may read it: it is freed when the batch
  * retires. */
 struct submitted_inputs {
-    uint64_t untracked; /* see execution_order_find_observed(), at the submission */
+    uint64_t untracked; /* see execution_order_find_observed(), before the submission */
     atomic_bool is_reported;
-    bool lacks_any; /* memory ran out */
+    bool lacks_any; /* memory ran out, or the order is unknown */
     uint32_t count, capacity;
     struct submitted_input *items;
 };
@@ -174,12 +174,6 @@ static void add_inputs(const struct host_writes *host_writes, struct submitted_i
     }
 }
 
-static void free_inputs(struct submitted_inputs *inputs)
-{
-    free(inputs->items);
-    free(inputs);
-}
-
 /* ---- batches */
 
 /* Whether a command buffer reads what the host may write, and none waits for an event that the host
@@ -195,39 +189,41 @@ static bool reads_host_data(const struct order_batch *batch)
     return reads && !has_events;
 }
 
-static bool is_compared(const struct host_writes *host_writes, const struct order_batch *batch)
-{
-    return batch->queue && batch->work == WORK_OF_QUEUE && batch->predecessors_known &&
-           batch->is_replayed && !batch->is_exposed && reads_host_data(batch) &&
-           !atomic_load(&host_writes->is_stopped) &&
-           atomic_load(&host_writes->kept) < BATCHES_COMPARED;
-}
-
-/* Returns NULL if nothing can be said. */
-static struct submitted_inputs *find_inputs(const struct host_writes *host_writes,
-                                            const struct order_batch *batch)
+/* Notes what the host has observed so far: the batch may run on another thread later. */
+static void begin_inputs(const struct host_writes *host_writes, struct order_batch *batch)
 {
     struct execution_clock seen;
     struct submitted_inputs *inputs = calloc(1, sizeof(*inputs));
-    if (!inputs)
-        return NULL;
-    inputs->lacks_any =
-        !execution_order_find_observed(host_writes->device->order, &seen, &inputs->untracked);
-    for (uint32_t i = 0; i < batch->command_count && !inputs->lacks_any; i++)
-        if (batch->commands[i].captured)
-            add_inputs(host_writes, inputs, batch->commands[i].captured);
-    if (inputs->count && !inputs->lacks_any)
-        return inputs;
-    free_inputs(inputs);
-    return NULL;
+    batch->slots[USES_HOST_WRITES] = inputs;
+    if (inputs)
+        inputs->lacks_any =
+            !execution_order_find_observed(host_writes->device->order, &seen, &inputs->untracked);
+}
+
+static void submit(void *user, struct order_batch *batch)
+{
+    struct host_writes *host_writes = user;
+    host_writes_look(host_writes);
+    if (batch->queue && reads_host_data(batch) && !atomic_load(&host_writes->is_stopped))
+        begin_inputs(host_writes, batch);
+}
+
+static bool is_compared(const struct host_writes *host_writes, const struct order_batch *batch)
+{
+    return batch->slots[USES_HOST_WRITES] && batch->predecessors_known && batch->is_replayed &&
+           !batch->is_exposed && atomic_load(&host_writes->kept) < BATCHES_COMPARED;
 }
 
 static void run(void *user, struct order_batch *batch)
 {
     struct host_writes *host_writes = user;
-    struct submitted_inputs *inputs =
-        is_compared(host_writes, batch) ? find_inputs(host_writes, batch) : NULL;
-    if (!inputs)
+    struct submitted_inputs *inputs = batch->slots[USES_HOST_WRITES];
+    if (!is_compared(host_writes, batch))
+        return;
+    for (uint32_t i = 0; i < batch->command_count; i++)
+        if (batch->commands[i].captured)
+            add_inputs(host_writes, inputs, batch->commands[i].captured);
+    if (!inputs->count || inputs->lacks_any)
         return;
     batch->commands[0].is_used[USES_HOST_WRITES] = true; /* one step of a walk */
     atomic_fetch_add(&host_writes->kept, 1);
@@ -252,7 +248,8 @@ static void retire(void *user, struct order_batch *batch)
     struct submitted_inputs *inputs = batch->slots[USES_HOST_WRITES];
     (void)user;
     if (inputs)
-        free_inputs(inputs);
+        free(inputs->items);
+    free(inputs);
     batch->slots[USES_HOST_WRITES] = NULL;
 }
 
@@ -380,12 +377,6 @@ void host_writes_look(struct host_writes *host_writes)
         if (!atomic_load(&inputs->is_reported))
             compare(host_writes, at.batch, inputs);
     }
-}
-
-static void submit(void *user, struct order_batch *batch)
-{
-    (void)batch;
-    host_writes_look(user);
 }
 
 /* ---- creation */
