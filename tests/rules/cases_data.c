@@ -58,6 +58,7 @@ TRANSFORM(almost_flat_transform, {1, 2, 3}, {4, 5, 6}, {7, 8, 9.00000095f})
 TRANSFORM(undefined_transform, {NAN}, {0, 1}, {0, 0, 1})
 TRANSFORM(infinite_transform, {1}, {0, INFINITY}, {0, 0, 1})
 /* The fourth column moves, and is no part of it. */
+TRANSFORM(flat_and_infinite, {1, 2, 3, INFINITY}, {4, 5, 6}, {7, 8, 9})
 TRANSFORM(infinite_move, {1, 0, 0, INFINITY}, {0, 1, 0, 0}, {0, 0, 1, 0})
 #include "content.inc"
 
