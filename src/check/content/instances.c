@@ -203,6 +203,16 @@ static uint64_t checked_mark(const struct content *content,
     return ((uint64_t)(uses ? uses->geometry : 0) + 1) << 8 | instance->flags;
 }
 
+static void check_other_instance(struct content *content, uint32_t index,
+                                 const VkAccelerationStructureInstanceKHR *instance,
+                                 struct instance_use *use)
+{
+    const uint64_t violations = content->violations;
+    check_flags_and_reference(content, index, false, instance, &use->referenced);
+    if (content->violations == violations)
+        use->checked = checked_mark(content, instance);
+}
+
 /* If the estimate of a determinant has a sign, the transform is invertible.
  *
  * Most instances refer to a structure that an earlier instance of the geometry refers to, with the
@@ -210,18 +220,15 @@ static uint64_t checked_mark(const struct content *content,
 static void check_plain_instance(struct content *content, uint32_t index,
                                  const VkAccelerationStructureInstanceKHR *instance)
 {
-    struct instance_use other,
-        *use = content_find_use(content, instance->accelerationStructureReference, &other);
-    const uint64_t mark = checked_mark(content, instance);
-    const uint64_t violations = content->violations;
-    if (use->checked != mark)
-        check_flags_and_reference(content, index, false, instance, &use->referenced);
-    if (content->violations == violations)
-        use->checked = mark;
+    const uint64_t reference = instance->accelerationStructureReference;
+    struct instance_use other, *use = find_use(content, reference);
+    if (!use)
+        use = find_new_use(content, reference, &other);
+    if (use->checked != checked_mark(content, instance))
+        check_other_instance(content, index, instance, use);
     content_count_use(use, index);
     if (!determinant_estimate(&instance->transform))
-        content_check_transform(content, index, instance->accelerationStructureReference,
-                                &instance->transform);
+        content_check_transform(content, index, reference, &instance->transform);
 }
 
 static void read_instance(struct content *content, uint32_t index, const void *bytes)
