@@ -305,18 +305,18 @@ static void judge(struct device_advice *advice, const struct accel_facts *accel,
         .is_left = is_left,
         .limits = advice->limits,
     };
-    const struct judging judging = {advice, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                                    (uint64_t)(uintptr_t)accel->handle};
-    advice_judge_use(&view, found, (void *)&judging);
+    struct judging judging = {advice, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                              (uint64_t)(uintptr_t)accel->handle};
+    advice_judge_use(&view, found, &judging);
 }
 
 static void judge_all(struct device_advice *advice)
 {
     const struct crowd_view view = {.tiny = advice->most_tiny, .limits = advice->limits};
-    const struct judging judging = {advice, VK_OBJECT_TYPE_DEVICE,
-                                    (uint64_t)(uintptr_t)advice->device->handle};
+    struct judging judging = {advice, VK_OBJECT_TYPE_DEVICE,
+                              (uint64_t)(uintptr_t)advice->device->handle};
     if (!advice->is_unknown)
-        advice_judge_crowd(&view, found, (void *)&judging);
+        advice_judge_crowd(&view, found, &judging);
 }
 
 void advice_judge_destroyed(struct device_advice *advice, VkAccelerationStructureKHR accel)

@@ -26,7 +26,7 @@ struct recorded_instances {
 };
 
 /* Logs what the instances refer to: the first structures, and how many there are. The lock of an
- * execution may be held: the log calls nobody, and looks up names only. */
+ * execution may be held: the log calls no callback. */
 void build_records_add_instances(const struct recorded_instances *instances,
                                  const struct instance_uses *uses);
 

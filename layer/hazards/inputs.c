@@ -423,14 +423,14 @@ void hazards_add_inputs(struct hazard_recording *recording, const struct geometr
 
 /* ---- what the host has overwritten */
 
-/* Before the host waits: what it has written until then, it wrote without knowing that builds were
- * complete. */
+/* Call before the host waits. It does not know yet that the builds are complete, so it wrote too
+ * early whatever it has written by now. */
 void hazards_look_at_inputs(struct layer_device *device)
 {
     host_writes_look(device->host_writes);
 }
 
-/* Before the host sets an event: it may have written in time for batches that wait. */
+/* Call before the host sets an event. It may have written in time for batches that wait. */
 void hazards_forget_inputs(struct layer_device *device)
 {
     host_writes_forget(device->host_writes);

@@ -37,7 +37,7 @@ class KhronosLog:
     """Is open while the application runs."""
 
     def __init__(self, folder, records, is_limited=True):
-        """`folder` is for files that nobody needs afterwards. `is_limited`: the layer may hold back
+        """`folder` is for temporary files. `is_limited`: the layer may hold back
         messages that repeat."""
         self.pipe, self.settings = folder / "khronos.pipe", folder / SETTINGS
         self.record = records / "khronos.jsonl"
@@ -76,7 +76,7 @@ class KhronosLog:
         os.close(self.file)
 
     def leave_reader(self):
-        """A process that goes on would be ended by a signal if nobody read what it writes."""
+        """Keeps reading the pipe: without a reader, SIGPIPE ends a process that still writes."""
         os.set_blocking(self.file, True)
         subprocess.Popen(["cat"], stdin=self.file,  # pylint: disable=consider-using-with
                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)

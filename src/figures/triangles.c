@@ -301,8 +301,9 @@ static bool is_smooth(const struct source *source, struct other_stride *other)
     return count >= SAMPLES_MIN && count_within(&reading.extents, other->small) * 10 >= count * 9;
 }
 
-/* Of a mesh that is wide on purpose, every second vertex may be close to the one before. */
-static bool may_be_meant(uint64_t stride, uint64_t other)
+/* If one stride is a multiple of the other, the application may use every second vertex on
+ * purpose. */
+static bool is_alternative(uint64_t stride, uint64_t other)
 {
     return stride % other && other % stride;
 }
@@ -318,7 +319,7 @@ bool other_stride_find(const struct source *source, const struct triangle_figure
     for (read.stride = source->format->size; read.stride <= STRIDE_MAX; read.stride += step) {
         read.index_limit = source_elements_in(size, source->format->size, read.stride);
         other->stride = read.stride;
-        if (may_be_meant(source->stride, read.stride) && is_smooth(&read, other))
+        if (is_alternative(source->stride, read.stride) && is_smooth(&read, other))
             return true;
     }
     return false;

@@ -172,12 +172,19 @@ static void append_trace(struct text_buffer *text, struct message *message,
     text_append(text, "%s wrote it.", report->earlier.origin.command_buffer ? "," : "");
 }
 
-static void append_shader(struct text_buffer *text, struct message *message,
-                          const struct hazard_report *report)
+/* Appends what a build reads. */
+static void append_read(struct text_buffer *text, struct message *message,
+                        const struct hazard_report *report)
 {
     text_append(text, " reads ");
     append_object_of(text, message, &report->later);
     append_bytes(text, &report->hazard.bytes);
+}
+
+static void append_shader(struct text_buffer *text, struct message *message,
+                          const struct hazard_report *report)
+{
+    append_read(text, message, report);
     text_append(text,
                 " The data have changed since the last build that read them. No other command "
                 "can have written them, so a shader did. The last command with shaders "
@@ -190,9 +197,7 @@ static void append_shader(struct text_buffer *text, struct message *message,
 static void append_host_write(struct text_buffer *text, struct message *message,
                               const struct hazard_report *report)
 {
-    text_append(text, " reads ");
-    append_object_of(text, message, &report->later);
-    append_bytes(text, &report->hazard.bytes);
+    append_read(text, message, report);
     text_append(text,
                 " The host has overwritten them since the build was submitted, and has not "
                 "observed that the build is complete. Wait on the host until it is, for example "

@@ -21,8 +21,8 @@ enum life_end { LIFE_WELL, LIFE_SKIPPED, LIFE_IN_SETTINGS_LIBRARY, LIFE_BADLY };
 void lives_open(void);
 
 /* Has an application live: first without a failure, then again and again. `live` returns what was
- * wrong, "" if nothing was, or NULL for an application that cannot live here; it is told whether
- * memory may run out. It may exit, with a message, from a life that goes badly. */
+ * wrong: "" for nothing, or NULL if the application cannot live here. `is_scarce`: memory may run
+ * out. If a life goes badly, `live` may print a message and exit. */
 void lives_play(const char *name, const char *(*live)(bool is_scarce));
 
 /* Whether so many lives have ended badly that others need not begin. */

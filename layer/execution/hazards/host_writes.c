@@ -10,8 +10,8 @@
 #include "src/report/hazard_message.h"
 #include "src/state/commands/journal.h"
 
-/* Of longer inputs the first bytes are compared, of more inputs of a batch the first ones, and of
- * more batches at a time the first ones. */
+/* Limits of what is compared: the first bytes of an input, the first inputs of a batch, and the
+ * batches that are kept at a time. */
 enum { BYTES_COMPARED = 1 << 20, INPUTS_COMPARED = 256, BATCHES_COMPARED = 64 };
 
 /* So many vertices of a geometry with indices are compared. */
@@ -24,7 +24,7 @@ struct host_writes {
     atomic_bool is_stopped; /* the device may write what the host writes */
 };
 
-/* An input of a build, as it was when the batch was submitted. */
+/* An input of a build, with a hash of its data from when the batch ran. */
 struct submitted_input {
     const struct journal *journal;
     const struct hazard_entry *command, *access;

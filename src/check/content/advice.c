@@ -179,8 +179,8 @@ void content_advise(struct content *content)
         advice->is_unknown |= !advise_primitives(content);
 }
 
-/* Of two geometries that read the same bytes, one is misread: then what else is odd about their
- * triangles has that reason, and a stride that is known to be wrong is the reason for both. */
+/* Leaves one advice for each mistake. If two geometries read the same bytes, one of them is
+ * misread, which explains odd triangles. A wrong stride explains both. */
 static void leave_reason(struct kept_advice *kept)
 {
     if (kept[ADVICE_triangles_do_not_jump].weight)

@@ -10,7 +10,7 @@
 
 struct content;
 
-/* Of a build while its geometries are read. */
+/* The digest of a build whose geometries are being read. */
 struct input_digesting {
     struct input_digest digest;
     uint32_t geometries; /* whose data is in the digest */

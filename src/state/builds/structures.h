@@ -69,13 +69,13 @@ static inline bool structure_is_hollow(const struct structure_contents *contents
 /* What a build has read: a hash of its parameters and of the bytes. */
 struct input_digest {
     uint64_t words[2];
-    /* Of a top-level build: structures_find_serial() when it executed. */
+    /* If is_top: what structures_find_serial() returned when the build executed. */
     uint64_t serial;
     bool is_top;
 };
 
-/* Since when a structure is built and updated from the same input, as far as it was compared.
- * Numbers are those of read_builds. */
+/* Which builds and updates of a structure have read the same input, as far as the layer compared
+ * it. Numbers are those of read_builds. */
 struct input_repeats {
     struct input_digest last;
     bool is_known;       /* `last` is */
