@@ -11,7 +11,7 @@
 struct writer {
     const struct layer_device *device;
     struct log_record record; /* with the members that are the same for the whole journal */
-    const struct journal_entry *primitives; /* of the next build; or NULL */
+    const struct journal_entry *figures; /* of the next build; or NULL */
 };
 
 /* ---- structures */
@@ -58,7 +58,12 @@ static void describe_nv(const struct writer *writer, const struct journal_entry 
     nv_shape_release(accel.created);
     if (accel.id != entry->dst_id)
         return;
-    record->size = accel.sizes.known ? accel.sizes.object : 0;
+    if (accel.sizes.known) {
+        record->size = accel.sizes.object;
+        record->scratch_size = entry->kind == JOURNAL_UPDATE  ? accel.sizes.update_scratch
+                               : entry->kind == JOURNAL_BUILD ? accel.sizes.build_scratch
+                                                              : 0;
+    }
     record->memory = accel.span.memory;
     record->memory_offset = accel.span.begin;
 }
@@ -99,11 +104,13 @@ static void add_build(struct writer *writer, const struct journal_entry *entry)
         record.geometries = entry->built.geometry_count;
         record.flags = entry->built.flags;
     }
-    if (writer->primitives) {
-        record.has_primitives = true;
-        record.primitives = writer->primitives->number;
+    if (writer->figures) {
+        record.has_primitives = writer->figures->info;
+        record.primitives = writer->figures->number;
+        if (writer->figures->dst)
+            record.scratch_size = writer->figures->dst;
     }
-    writer->primitives = NULL;
+    writer->figures = NULL;
     add(writer, &record);
 }
 
@@ -141,7 +148,7 @@ static void add_entry(struct writer *writer, const struct order_batch *batch,
 {
     switch ((enum journal_kind)entry->kind) {
     case JOURNAL_PRIMITIVES:
-        writer->primitives = entry->info ? entry : NULL;
+        writer->figures = entry;
         break;
     case JOURNAL_BUILD:
     case JOURNAL_UPDATE:

@@ -236,9 +236,13 @@ __attribute__((cold)) static void note_figures(const struct build_call *call,
 {
     struct journal_entry entry = {.kind = JOURNAL_PRIMITIVES};
     entry.info = count_primitives(build, &entry.number);
-    if (build->sizes.known && !build_is_update(build->info))
+    if (build->sizes.known && build_is_update(build->info))
+        entry.dst = build->sizes.update_scratch;
+    else if (build->sizes.known) {
+        entry.dst = build->sizes.build_scratch;
         entry.src = build->sizes.acceleration_structure;
-    if (entry.info || entry.src)
+    }
+    if (entry.info || entry.src || entry.dst)
         journal_add(call->journal, &entry);
 }
 

@@ -17,7 +17,8 @@ HERE = pathlib.Path(__file__).resolve().parent
 # name each member; for thousands of builds the names would take most of the page.
 WORDS = ("Type", "mode", "type", "queue", "dst", "dst_name", "src", "command_buffer",
          "command_buffer_name", "device", "memory", "flags", "references")
-NUMBERS = ("submission", "build", "primitives", "size", "compacted_size", "memory_offset", "referring")
+NUMBERS = ("submission", "build", "primitives", "size", "scratch_size", "compacted_size",
+           "memory_offset", "referring")
 SCRIPTS = ("page_builds.js", "page_structures.js", "page.js")
 MISSING = -1
 MOST_ROWS = 100_000  # about 8 MB

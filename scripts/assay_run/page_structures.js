@@ -11,6 +11,7 @@ const FLAGS = ["ALLOW_UPDATE", "ALLOW_COMPACTION", "PREFER_FAST_TRACE", "PREFER_
 const ORDERS = {
   "first built": () => 0,
   size: (a, b) => (b.size || 0) - (a.size || 0),
+  scratch: (a, b) => (b.build_scratch || 0) - (a.build_scratch || 0),
   updates: (a, b) => b.updates - a.updates,
   findings: (a, b) => b.findings + b.advice - a.findings - a.advice,
 };
@@ -48,8 +49,11 @@ function addLine(one, line, names) {
     if (source && !one.chain.includes(source)) one.chain.push(source);
   } else if (line.mode) {
     Object.assign(one, { by: describeOrigin(line, names), updates: 0, chain: [],
-      builds: one.builds + (line.Type === "Build" ? 1 : 0), compacted_size: undefined });
+      builds: one.builds + (line.Type === "Build" ? 1 : 0), compacted_size: undefined,
+      build_scratch: undefined, update_scratch: undefined });
   }
+  if (line.scratch_size !== undefined)
+    one[line.mode === "update" ? "update_scratch" : "build_scratch"] = line.scratch_size;
   for (const member of ["primitives", "size", "compacted_size", "memory", "memory_offset", "flags",
     "references", "referring"])
     if (line[member] !== undefined) one[member] = line[member];
@@ -205,6 +209,8 @@ function structureRow(one) {
   cell("primitives", [number(one.primitives)], true),
   cell("size", [number(one.size),
     one.compacted_size === undefined ? "" : `compacted:\u00a0${number(one.compacted_size)}`], true),
+  cell("scratch", [number(one.build_scratch),
+    one.update_scratch === undefined ? "" : `update:\u00a0${number(one.update_scratch)}`], true),
   cell("memory", one.memory ? [one.memory, `+ ${number(one.memory_offset)}`] : []));
   return row;
 }

@@ -227,6 +227,12 @@ class Page(Runs):
         self.assertIn("ALLOW_UPDATE, PREFER_FAST_TRACE, 0x1000", self.text("#structures tr"))
         self.assertIn("no flags", self.text("#structures tr:nth-child(2)"))
 
+    def test_scratch(self):
+        self.open(header(), build(0, scratch_size=256), build(1, scratch_size=64), build(3, scratch_size=512))
+        self.assertEqual(self.text("#structures td[data-title=scratch]").split("\n"), ["256", "update:\u00a064"])
+        self.choose("order", "scratch")
+        self.assertEqual(self.text("#structures td[data-title=scratch]"), "512")
+
     def test_instances(self):
         """What they refer to, and how many refer to nothing; none of a structure that is gone."""
         line = {"Type": "Instances", "pid": 7, "time": TIME, "device": "0x7f0000000001", "queue": QUEUE,

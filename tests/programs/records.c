@@ -7,9 +7,9 @@
  *     destroy B1                     instances c0.1 T0 B1*3 B2*1
  *
  * A build has its position in the command buffer and its primitives; ` 0x7` behind them are its
- * flags, if they are not those of most programs. `nowhere` is behind a
- * structure that has no memory any more. `records nothing`: there is no line. The program has the
- * lines
+ * flags, if they are not those of most programs. `nowhere` is behind a structure that has no memory
+ * any more, and `without scratch` behind a build whose scratch size is not known. `records
+ * nothing`: there is no line. The program has the lines
  *
  *     setting record_builds true
  *     setting log_format json
@@ -103,6 +103,8 @@ static void append_command(const struct play *play, char *text, const char *line
         append(text, " 0x%x", (unsigned)number(line, "flags"));
     if (!member(line, "memory") || !number(line, "size"))
         append(text, " nowhere");
+    else if (member(line, "build") && !number(line, "scratch_size"))
+        append(text, " without scratch");
 }
 
 static void append_instances(const struct play *play, char *text, const char *line)

@@ -98,6 +98,20 @@ TEST(test_lines_of_an_instance)
     assert_has(line, "\"odd builds (3)\"");
 }
 
+TEST(test_longest_text)
+{
+    static struct json json;
+    static char text[JSON_TEXT_MAX + 2];
+    for (size_t size = JSON_TEXT_MAX - 1; size < sizeof(text); size++) {
+        memset(text, 'x', size);
+        json_begin(&json);
+        json_text(&json, "a", text);
+        assert_true(json_end(&json));
+        assert_int_equal(json.length, strlen("{\"a\":\"\"}\n") +
+                                          (size < JSON_TEXT_MAX ? size : JSON_TEXT_MAX));
+    }
+}
+
 /* The label is cut as in findings, so that the two can be compared. */
 TEST(test_expectation)
 {

@@ -367,6 +367,8 @@ static void write_command(struct json *json, const struct log_record *record)
         json_number(json, "primitives", record->primitives);
     if (record->size)
         json_number(json, "size", record->size);
+    if (record->scratch_size)
+        json_number(json, "scratch_size", record->scratch_size);
     if (record->memory) {
         json_hex(json, "memory", (uint64_t)(uintptr_t)record->memory);
         json_number(json, "memory_offset", record->memory_offset);

@@ -100,6 +100,7 @@ struct log_record {
     uint32_t geometries; /* and `flags`, if has_geometries */
     VkBuildAccelerationStructureFlagsKHR flags;
     uint64_t primitives;
+    VkDeviceSize scratch_size; /* that the build needs; 0: unknown, or none */
 };
 
 /* Begins and ends a line. Returns false if the line is not complete. */

@@ -34,8 +34,9 @@ enum journal_kind {
     JOURNAL_COMPACT, /* a compacting copy */
     JOURNAL_FILL,    /* dst is written from memory: a deserialization; any write of a micromap */
     JOURNAL_EXECUTE, /* a secondary command buffer */
-    /* About the next build. `number`: its primitives, if info is 1; for record_builds. src: the
-     * size in bytes that it needs, or 0; for advice. */
+    /* About the next build. `number`: its primitives, if info is 1; for record_builds, as dst is:
+     * the bytes of scratch memory that it needs, or 0. src: the size in bytes that it needs, or 0;
+     * for advice. */
     JOURNAL_PRIMITIVES,
     JOURNAL_USE_MICROMAP, /* the build of a later entry reads the micromap src */
     JOURNAL_RANGES,       /* the ranges of a call that uses sparse buffers; after its builds */
