@@ -6,9 +6,8 @@
 
 #include "arguments.h"
 #include "layer/hazards/recording.h"
-#include "layer/intercepts/call_sites.h"
-#include "layer/intercepts/checks.h"
-#include "layer/postmortem/loss.h"
+#include "layer/intercepts/intercepts.h"
+#include "layer/postmortem/postmortem.h"
 #include "layer/snapshots/snapshots.h"
 #include "observers.h"
 #include "src/base/readable.h"

@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/compare/enable.h"
 #include "layer/compare/retained_inputs.h"
 #include "layer/physical_device.h"
 #include "layer/snapshots/snapshots.h"

@@ -8,6 +8,7 @@
 #define ASSAY_LAYER_COMPARE_COMPARER_H
 
 #include "layer/layer.h"
+#include "src/base/chain.h"
 #include "src/snapshots/recording.h"
 
 struct compare_enabling;
@@ -35,5 +36,33 @@ void comparer_keep(struct comparer *comparer, const struct executed_input *execu
 /* Compares the retained builds while their journals are alive. The caller must hold no lock: this
  * function reports messages and submits to the queue. */
 void comparer_run(struct comparer *comparer, VkQueue queue);
+
+/* ---- Ray tracing for the layer: if rays are to be compared and the application enables neither
+ * VK_KHR_ray_query nor VK_KHR_ray_tracing_pipeline, the layer enables one that the device has. */
+
+struct compare_enabling {
+    const VkDeviceCreateInfo *info; /* create the device with this */
+    bool is_requested; /* the setting requests it, and the device enables acceleration structures */
+    bool is_enabled;   /* the device will be able to trace rays */
+    bool has_queries;  /* with ray queries; otherwise with ray-tracing pipelines */
+    bool is_added;     /* the layer added the extension */
+    /* Storage that `info` may point to. */
+    VkDeviceCreateInfo changed;
+    union {
+        VkPhysicalDeviceRayQueryFeaturesKHR queries;
+        VkPhysicalDeviceRayTracingPipelineFeaturesKHR pipelines;
+    } features;
+    struct chain_copy chain;
+    const char **names;
+};
+
+/* Chooses the extension. If memory runs out, adds nothing. The caller calls compare_enabling_end()
+ * after creating the device. */
+void compare_enabling_begin(const struct layer_device *device, const VkDeviceCreateInfo *info,
+                            struct compare_enabling *enabling);
+/* Call this if the device could not be created with the added extension. */
+void compare_enabling_undo(struct compare_enabling *enabling, const VkDeviceCreateInfo *info);
+/* Frees the storage. */
+void compare_enabling_end(struct compare_enabling *enabling);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Adds an extension that traces rays to the extensions that the application enables. */
-#include "layer/compare/enable.h"
+#include "layer/compare/comparer.h"
 
 #include <stdlib.h>
 #include <string.h>

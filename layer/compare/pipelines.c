@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Creates the pipelines that trace rays, and buffers with dedicated memory, which live as long as
  * one comparison. */
-#include "layer/compare/pipelines.h"
+#include "layer/compare/tracer.h"
 
 #include <string.h>
 

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Creates the structures that the driver builds again, and the TLAS over them. */
-#include "layer/compare/structures.h"
-
-#include "layer/compare/pipelines.h"
+#include "layer/compare/tracer.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -6,9 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/compare/pipelines.h"
-#include "layer/compare/structures.h"
-
 _Static_assert(sizeof(struct compare_ray) == 32 && sizeof(struct compare_hit) == 32 &&
                    sizeof(struct compare_answer) == 512,
                "as the shader has them");

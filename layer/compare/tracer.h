@@ -1,11 +1,122 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Builds an input with the driver, in memory of the layer, and traces rays through it. */
+/* The driver's side of a comparison: its builds of the layer's own structures, and rays traced
+ * through them. */
 #ifndef ASSAY_LAYER_COMPARE_TRACER_H
 #define ASSAY_LAYER_COMPARE_TRACER_H
 
-#include "layer/compare/structures.h"
+#include <stdbool.h>
+#include <stdint.h>
+#include <vulkan/utility/vk_dispatch_table.h>
+#include <vulkan/vk_layer.h>
+#include <vulkan/vulkan.h>
+
+#include "layer/own_objects.h"
 #include "src/compare/input.h"
 #include "src/compare/rays.h"
+#include "src/platform/threads.h"
+
+/* ---- buffers, and the pipelines that trace rays */
+
+/* The properties of a device that comparing needs. */
+struct compare_device {
+    VkDevice handle;
+    const VkuDeviceDispatchTable *vk;
+    const VkPhysicalDeviceMemoryProperties *memory;
+    uint32_t scratch_alignment;
+    PFN_vkSetDeviceLoaderData set_loader_data; /* for command buffers; may be NULL */
+    pthread_mutex_t *queue_lock;               /* held during submissions */
+    /* If false, ray-tracing pipelines are used, whose tables need the sizes below. */
+    bool has_queries;
+    uint32_t group_handle_size, group_handle_alignment, group_base_alignment;
+};
+
+/* Creates a buffer with a device address. The caller calls compare_buffer_free(), also after a
+ * failure. */
+VkResult compare_buffer_create(const struct compare_device *device, VkBufferUsageFlags usage,
+                               uint64_t size, bool is_mapped, struct own_buffer *buffer);
+void compare_buffer_free(const struct compare_device *device, struct own_buffer *buffer);
+
+/* A compute shader with ray queries, or a ray-tracing pipeline with its shader binding table. */
+struct trace_pipeline {
+    VkDescriptorSetLayout set_layout; /* a TLAS at binding 0 */
+    VkPipelineLayout layout;
+    VkPipeline pipeline;
+    VkShaderStageFlags stages; /* stages of the push constants */
+    /* Shader binding table of a ray-tracing pipeline; its regions follow. */
+    struct own_buffer table;
+    VkStridedDeviceAddressRegionKHR generation, miss, hit;
+};
+
+/* The push constants, in the layout of the shaders. */
+struct trace_constants {
+    uint64_t rays, answers;
+    uint32_t count;
+};
+
+/* Creates the pipeline. Frees everything if it fails. */
+VkResult trace_pipeline_create(const struct compare_device *device,
+                               struct trace_pipeline *pipeline);
+void trace_pipeline_destroy(const struct compare_device *device, struct trace_pipeline *pipeline);
+
+/* Records the trace commands without barriers. */
+void trace_pipeline_record(const struct compare_device *device,
+                           const struct trace_pipeline *pipeline, VkCommandBuffer commands,
+                           VkDescriptorSet set, const struct trace_constants *constants);
+
+/* Returns the pipeline stage that traces. */
+static inline VkPipelineStageFlags trace_pipeline_stage(const struct compare_device *device)
+{
+    return device->has_queries ? VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT
+                               : VK_PIPELINE_STAGE_RAY_TRACING_SHADER_BIT_KHR;
+}
+
+/* ---- acceleration structures of the layer that the driver builds */
+
+struct compare_structure {
+    struct own_buffer buffer, scratch, input;
+    VkAccelerationStructureKHR handle;
+    VkAccelerationStructureGeometryKHR *geometries; /* owned */
+    VkBuildAccelerationStructureFlagsKHR flags;     /* flags and instance_count: for a TLAS */
+    uint32_t instance_count;
+};
+
+/* Allocates the memory of a build and of its input, and fills the input. `target` is the structure
+ * that an update writes, or NULL; an update allocates no structure. Frees nothing: the caller calls
+ * compare_structure_free(), also after a failure. */
+VkResult compare_structure_create(const struct compare_device *device,
+                                  const struct compare_input *input,
+                                  const struct compare_structure *target,
+                                  struct compare_structure *structure);
+
+/* The instances of a TLAS. Their references and shader binding table offsets are filled in
+ * later. */
+struct compare_instances {
+    uint32_t count;
+    const VkAccelerationStructureInstanceKHR *instances;
+    bool array_of_pointers;
+    VkBuildAccelerationStructureFlagsKHR flags;
+    VkGeometryFlagsKHR geometry_flags;
+};
+/* As compare_structure_create(), for a TLAS. */
+VkResult compare_structure_create_top(const struct compare_device *device,
+                                      const struct compare_instances *instances,
+                                      struct compare_structure *structure);
+/* Writes one instance with its reference and its shader binding table offset. */
+void compare_structure_set_instance(const struct compare_structure *structure,
+                                    const struct compare_instances *instances, uint32_t instance,
+                                    uint64_t reference, uint32_t record);
+void compare_structure_free(const struct compare_device *device,
+                            struct compare_structure *structure);
+
+/* Record a build and a barrier after it. */
+void compare_structure_build(const struct compare_device *device, VkCommandBuffer commands,
+                             const struct compare_input *input,
+                             const struct compare_structure *target,
+                             const struct compare_structure *structure);
+void compare_structure_build_top(const struct compare_device *device, VkCommandBuffer commands,
+                                 const struct compare_structure *structure);
+
+/* ---- a tracer builds an input with the driver, and traces rays through it */
 
 /* Owns the pipeline that traces; one per device. Only one thread may use it at a time. */
 struct tracer;

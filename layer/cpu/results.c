@@ -8,9 +8,8 @@
 #include <string.h>
 
 #include "layer/cpu/overlay.h"
-#include "layer/snapshots/copies/staging.h"
-#include "layer/snapshots/coverage_warnings.h"
-#include "layer/snapshots/tickets.h"
+#include "layer/snapshots/copies/copies.h"
+#include "layer/snapshots/executions.h"
 #include "observers.h"
 #include "src/cpu/playback.h"
 

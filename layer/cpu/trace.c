@@ -8,7 +8,7 @@
 #include "layer/cpu/overlay.h"
 #include "layer/snapshots/snapshots.h"
 #include "observers.h"
-#include "src/cpu/trees/scene.h"
+#include "src/cpu/trees/trees.h"
 #include "src/snapshots/memory.h"
 
 _Static_assert((int)ASSAY_ACCURACY_FAST == TRACE_FAST &&

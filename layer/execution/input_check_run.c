@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Validates the copies of an execution, build by build, and reports the findings. */
-#include "layer/execution/input_check_run.h"
+#include "layer/execution/input_checks.h"
 
 #include <stdlib.h>
 
@@ -9,7 +9,7 @@
 #include "layer/execution/build_records.h"
 #include "layer/execution/hazards/checks.h"
 #include "layer/physical_device.h"
-#include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/executions.h"
 #include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/marks.h"
 #include "src/base/float_environment.h"

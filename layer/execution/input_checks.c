@@ -5,9 +5,8 @@
 #include <stdlib.h>
 
 #include "layer/execution/hazards/checks.h"
-#include "layer/execution/input_check_run.h"
 #include "layer/execution/submitted_builds.h"
-#include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/executions.h"
 #include "src/base/drain.h"
 #include "src/platform/clock.h"
 

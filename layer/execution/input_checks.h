@@ -6,6 +6,8 @@
 
 #include "layer/layer.h"
 #include "src/check/replay/update_inputs.h"
+#include "src/snapshots/recording.h"
+#include "src/state/order/batch.h"
 #include "src/state/order/order.h"
 
 /* Sets layer_device.input_checks; leaves it NULL below level CONTENT, and for a device without
@@ -33,5 +35,26 @@ bool input_checks_read_marked(struct input_checks *input_checks, const char *whe
  * a queue or, if that is VK_NULL_HANDLE, on any. The caller releases it. NULL: none. */
 struct ticket *input_checks_next_ticket(struct input_checks *input_checks, VkQueue queue,
                                         uint64_t after);
+
+/* ---- one execution */
+
+struct missed_executions;
+
+/* A complete execution of a command buffer. */
+struct ran_execution {
+    struct layer_device *device;
+    struct order_batch *batch;
+    const struct journal *journal; /* of the command buffer; belongs to the batch */
+    struct execution *execution;
+    struct input_notes notes;
+    bool is_complete; /* false: not yet, or the device was lost */
+};
+
+/* Validates the snapshots and reports the findings, with no lock held. Counts in `missed` what
+ * could not be validated. `when`: NULL, or why the execution is read before it is complete, for the
+ * messages: then only builds are validated whose mark says that their inputs were copied, and each
+ * only once. */
+void input_checks_read(const struct ran_execution *ran, const char *when,
+                       struct missed_executions *missed);
 
 #endif

@@ -3,8 +3,7 @@
  * inputs of vkCmdBuildAccelerationStructureNV. */
 #include "layer/hazards/builds.h"
 #include "layer/hazards/recording.h"
-#include "layer/intercepts/build_notes.h"
-#include "layer/intercepts/call_sites.h"
+#include "layer/intercepts/intercepts.h"
 #include "src/snapshots/input_find.h"
 #include "src/view/formats.h"
 

@@ -5,7 +5,7 @@
 #define ASSAY_LAYER_HAZARDS_BUILDS_H
 
 #include "layer/hazards/recording.h"
-#include "layer/intercepts/build_call.h"
+#include "layer/intercepts/intercepts.h"
 
 /* Returns the recorder of builds with setting `hazards`. */
 const struct build_recorder *hazards_build_recorder(void);

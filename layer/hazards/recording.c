@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/intercepts/journal_access.h"
+#include "layer/intercepts/intercepts.h"
 #include "src/base/handle_table.h"
 #include "src/base/reader_lock.h"
 #include "src/state/commands/journal.h"

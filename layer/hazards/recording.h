@@ -7,7 +7,7 @@
 #ifndef ASSAY_LAYER_HAZARDS_RECORDING_H
 #define ASSAY_LAYER_HAZARDS_RECORDING_H
 
-#include "layer/intercepts/host_work.h"
+#include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
 #include "src/hazards/scopes.h"
 #include "src/state/commands/hazard_entries.h"

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Shared by the intercepts of the build commands. */
-#include "layer/intercepts/build_call.h"
+#include "layer/intercepts/intercepts.h"
 
-#include "layer/intercepts/call_sites.h"
 #include "src/base/clear.h"
 #include "src/check/replay/replay.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Records builds and their inputs in a journal. Entries are filled in place, because each recorded
  * build has one. */
-#include "layer/intercepts/build_notes.h"
+#include "layer/intercepts/intercepts.h"
 
 #include "src/base/recording_path.h"
 #include "src/state/builds/build_info.h"

@@ -2,8 +2,7 @@
 /* Intercepts of the build commands: observe, check, forward; the NV one is in nv.c. */
 #include <stdatomic.h>
 
-#include "layer/intercepts/build_call.h"
-#include "layer/intercepts/host_work.h"
+#include "layer/intercepts/intercepts.h"
 #include "observers.h"
 #include "src/base/readable.h"
 #include "src/base/recording_path.h"

@@ -3,9 +3,7 @@
  * command buffer is recorded in the journal, in its order among the builds; a copy on the host
  * becomes work of the host. */
 #include "layer/compare/comparer.h"
-#include "layer/intercepts/checks.h"
-#include "layer/intercepts/host_work.h"
-#include "layer/intercepts/journal_access.h"
+#include "layer/intercepts/intercepts.h"
 #include "observers.h"
 #include "src/state/resources/nv_shape.h"
 

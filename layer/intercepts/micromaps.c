@@ -3,8 +3,7 @@
  * in the command buffer's journal, in its order among the builds that use micromaps, or as work of
  * the host. */
 #include "layer/execution/build_records.h"
-#include "layer/intercepts/host_work.h"
-#include "layer/intercepts/journal_access.h"
+#include "layer/intercepts/intercepts.h"
 #include "observers.h"
 
 void note_micromap(struct layer_device *device, VkMicromapEXT micromap,

@@ -3,8 +3,7 @@
 #include <string.h>
 
 #include "layer/execution/build_records.h"
-#include "layer/intercepts/build_call.h"
-#include "layer/intercepts/build_notes.h"
+#include "layer/intercepts/intercepts.h"
 #include "layer/snapshots/guard/references.h"
 #include "observers.h"
 #include "src/base/chain.h"

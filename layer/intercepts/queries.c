@@ -8,8 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/intercepts/host_work.h"
-#include "layer/intercepts/journal_access.h"
+#include "layer/intercepts/intercepts.h"
 #include "observers.h"
 #include "src/base/readable.h"
 

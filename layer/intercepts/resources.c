@@ -6,7 +6,7 @@
 #include "layer/execution/build_records.h"
 #include "layer/execution/hazards/checks.h"
 #include "layer/execution/submitted_builds.h"
-#include "layer/intercepts/journal_access.h"
+#include "layer/intercepts/intercepts.h"
 #include "layer/physical_device.h"
 #include "layer/snapshots/guard/references.h"
 #include "observers.h"

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "layer/compare/comparer.h"
-#include "layer/compare/enable.h"
 #include "layer/cpu/overlay.h"
 #include "layer/execution/advice.h"
 #include "layer/execution/build_records.h"
@@ -17,13 +16,10 @@
 #include "layer/harsh.h"
 #include "layer/hazards/builds.h"
 #include "layer/hazards/recording.h"
-#include "layer/intercepts/build_notes.h"
-#include "layer/intercepts/call_sites.h"
-#include "layer/intercepts/checks.h"
-#include "layer/intercepts/host_work.h"
+#include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
 #include "layer/physical_device.h"
-#include "layer/postmortem/crash.h"
+#include "layer/postmortem/postmortem.h"
 #include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/snapshots.h"
 #include "observers.h"

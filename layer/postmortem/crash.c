@@ -2,7 +2,7 @@
 /* Writes the report of a crash, and keeps the devices that it is about. The forms of a message are
  * those of src/report/message.c and src/report/log/lines.c, without printf, locks and the time
  * zone. */
-#include "layer/postmortem/crash.h"
+#include "layer/postmortem/postmortem.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -10,7 +10,6 @@
 #include <string.h>
 
 #include "layer/execution/input_checks.h"
-#include "layer/postmortem/pending_list.h"
 #include "src/base/text_buffer.h"
 #include "src/platform/clock.h"
 #include "src/platform/crash_handler.h"

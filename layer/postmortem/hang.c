@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cuts waits into slices. */
-#include "layer/postmortem/hang.h"
+#include "layer/postmortem/postmortem.h"
 
 #include "layer/execution/input_checks.h"
 #include "layer/execution/submitted_builds.h"
-#include "layer/postmortem/pending_list.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/platform/clock.h"
 #include "src/report/message.h"

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The report of a lost device, with the driver's vendor-independent fault information. */
-#include "layer/postmortem/loss.h"
+#include "layer/postmortem/postmortem.h"
 
 #include "layer/execution/input_checks.h"
-#include "layer/postmortem/pending_list.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/base/text_buffer.h"
 #include "src/report/message.h"

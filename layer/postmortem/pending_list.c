@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The list, without printf, which may allocate. */
-#include "layer/postmortem/pending_list.h"
+#include "layer/postmortem/postmortem.h"
 
 #include "layer/execution/submitted_builds.h"
 #include "src/report/message.h"

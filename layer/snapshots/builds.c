@@ -1,15 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Records builds of command buffers, with copies of their inputs just before each build. */
+/* Records builds of command buffers, and commands that read serialized data, with copies of their
+ * inputs just before each. */
 #include <stdlib.h>
+
 #include <string.h>
 
-#include "layer/snapshots/copies/gather.h"
+#include "layer/snapshots/copies/copies.h"
 #include "layer/snapshots/guard/copies.h"
 #include "layer/snapshots/marks.h"
 #include "layer/snapshots/recorder.h"
 #include "observers.h"
 #include "src/base/readable.h"
 #include "src/snapshots/build_input.h"
+#include "src/snapshots/build_parameters.h"
 
 /* Memory that cannot be read yet: each request of the builder's input becomes a copy. */
 struct copied_memory {
@@ -267,4 +270,118 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresIndirectKHR(
         ppMaxPrimitiveCounts);
     guard_call_release(&guards);
     recorder_end_call(&recorder);
+}
+
+/* ---- Builds of micromaps (VK_EXT_opacity_micromap). Only their triangles are copied: rules read
+ * nothing else of their inputs. */
+
+/* Returns NULL if a parameter can't be read, or without memory. */
+static struct recorded_build *copy_micromap_parameters(const VkMicromapBuildInfoEXT *info,
+                                                       uint32_t index)
+{
+    struct recorded_build *build = calloc(1, sizeof(*build));
+    if (!build ||
+        micromap_info_copy(readable_cache_of_thread(), info, &build->parameters) != VK_SUCCESS) {
+        free(build);
+        return NULL;
+    }
+    build->place = recorded_place_of_micromap(index);
+    return build;
+}
+
+static void copy_triangles(struct recorder *recorder, struct recorded_build *build)
+{
+    const struct micromap_parameters *micromap = &build->parameters.chained[0].micromap;
+    const uint64_t size = micromap_parameters_extent(micromap);
+    struct snapshot snapshot;
+    if (size && recorder_copy(recorder, micromap->triangles.deviceAddress, size, &snapshot) &&
+        !recorded_build_add(build, &snapshot))
+        recorder_fail(recorder);
+}
+
+/* Timestamps mark calls of builds of structures only. */
+void snapshots_build_micromaps(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
+                               const VkMicromapBuildInfoEXT *infos)
+{
+    struct recorder recorder;
+    if (device->snapshots->are_for_backend || !recorder_begin_other(&recorder, handle))
+        return;
+    for (uint32_t i = 0; i < count; i++) {
+        struct recorded_build *build = copy_micromap_parameters(&infos[i], i);
+        if (!build)
+            continue;
+        recorder.left_out = LEFT_OUT_NOTHING;
+        copy_triangles(&recorder, build);
+        build->left_out = recorder.left_out;
+        recorder_keep_build(&recorder, build);
+        if (recorder.left_out)
+            recording_leave_out(recorder.recording, POSITION_OF_OTHERS, recorder.left_out);
+    }
+    recorder.build_count = 0;
+    recorder_end(&recorder);
+    recorder_end_call(&recorder);
+}
+
+/* ---- serialized data */
+
+/* Bytes that rules may read: the header, and what its blocks say of some hundred micromaps. What is
+ * beyond is unknown. */
+enum { COPIED_MAX = 4096 };
+
+static struct recorded_build *create(enum build_command command, const struct deserialization *from)
+{
+    struct recorded_build *build = calloc(1, sizeof(*build));
+    struct deserialization *deserialization = malloc(sizeof(*deserialization));
+    if (!build || !deserialization) {
+        free(build);
+        free(deserialization);
+        return NULL;
+    }
+    *deserialization = *from;
+    build->deserialization = deserialization;
+    build->place = (struct recorded_place){.command = command, .position = POSITION_OF_OTHERS};
+    return build;
+}
+
+static void copy_deserialized(struct layer_device *device, VkCommandBuffer handle,
+                              enum build_command command,
+                              const struct deserialization *deserialization)
+{
+    struct recorder recorder;
+    struct snapshot snapshot;
+    if (device->snapshots->are_for_backend || !recorder_begin_other(&recorder, handle))
+        return;
+    struct recorded_build *build = create(command, deserialization);
+    if (build) {
+        if (recorder_copy(&recorder, deserialization->address, COPIED_MAX, &snapshot) &&
+            !recorded_build_add(build, &snapshot))
+            recorder_fail(&recorder);
+        recorder_keep_build(&recorder, build);
+    }
+    recorder_end(&recorder);
+    recorder_end_call(&recorder);
+}
+
+void snapshots_copy_serialized(struct layer_device *device, VkCommandBuffer handle,
+                               const VkCopyMemoryToAccelerationStructureInfoKHR *info)
+{
+    struct accel_facts dst;
+    resources_look_up_accel(device->resources, info->dst, &dst);
+    const struct deserialization deserialization = {
+        .dst = (uint64_t)(uintptr_t)info->dst,
+        .dst_size = dst.details_known ? dst.size : 0,
+        .address = info->src.deviceAddress,
+    };
+    copy_deserialized(device, handle, COMMAND_CmdCopyMemoryToAccelerationStructureKHR,
+                      &deserialization);
+}
+
+void snapshots_copy_serialized_micromap(struct layer_device *device, VkCommandBuffer handle,
+                                        const VkCopyMemoryToMicromapInfoEXT *info)
+{
+    const struct deserialization deserialization = {
+        .dst = (uint64_t)(uintptr_t)info->dst,
+        .address = info->src.deviceAddress,
+    };
+    copy_deserialized(device, handle, COMMAND_CmdCopyMemoryToMicromapEXT, &deserialization);
 }

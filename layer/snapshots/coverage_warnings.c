@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Words the warnings about builds that level content does not validate. */
-#include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/executions.h"
 
 #include <inttypes.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Executions that were submitted: their batches keep them until they have run. */
-#include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/executions.h"
 #include "layer/snapshots/snapshots.h"
 
 static void run(void *user, struct order_batch *batch)

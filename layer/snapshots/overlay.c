@@ -6,12 +6,10 @@
 #include <string.h>
 
 #include "layer/assay.h"
-#include "layer/snapshots/copies/dispatches.h"
-#include "layer/snapshots/copies/staging.h"
-#include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/copies/copies.h"
+#include "layer/snapshots/executions.h"
 #include "layer/snapshots/guard/references.h"
 #include "layer/snapshots/marks.h"
-#include "layer/snapshots/tickets.h"
 #include "observers.h"
 #include "src/base/chain.h"
 

@@ -2,9 +2,7 @@
 /* Recordings of command buffers, and the memory and barriers of their snapshots. */
 #include "layer/snapshots/recorder.h"
 
-#include "layer/snapshots/copies/dispatches.h"
-#include "layer/snapshots/copies/orders.h"
-#include "layer/snapshots/copies/staging.h"
+#include "layer/snapshots/copies/copies.h"
 #include "layer/snapshots/guard/copies.h"
 #include "layer/snapshots/marks.h"
 

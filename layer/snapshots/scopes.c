@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands that begin and end scopes in which a dispatch of the layer's own would be counted or
  * discarded, or would disturb state that cannot be restored. */
-#include "layer/snapshots/copies/dispatches.h"
+#include "layer/snapshots/copies/copies.h"
 #include "observers.h"
 
 /* ---- queries */

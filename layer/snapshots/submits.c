@@ -2,16 +2,13 @@
 /* Updates copy orders at a submission. */
 #include <stdlib.h>
 
-#include "layer/snapshots/copies/gather.h"
-#include "layer/snapshots/copies/orders.h"
-#include "layer/snapshots/copies/staging.h"
-#include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/copies/copies.h"
+#include "layer/snapshots/executions.h"
 #include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/guard/references.h"
 #include "layer/snapshots/marks.h"
 #include "layer/snapshots/recorder.h"
 #include "layer/snapshots/snapshots.h"
-#include "layer/snapshots/tickets.h"
 #include "observers.h"
 #include "src/base/array.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Fences of the layer's own. A fence is kept until the device certainly no longer uses it: until
  * its status is VK_SUCCESS or VK_ERROR_DEVICE_LOST. Any other status leaves that open. */
-#include "layer/snapshots/tickets.h"
+#include "layer/snapshots/executions.h"
 
 #include <stdlib.h>
 

@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Checks that the files and functions that docs/architecture.md names in backticks exist. Prints
-each that doesn't, and fails if there is one."""
+"""Checks that the files and functions that docs/architecture.md and docs/glossary.md name in
+backticks exist. Prints each that doesn't, and fails if there is one."""
 
 import argparse
 import pathlib
 import re
 import sys
 
+PAGES = ("docs/architecture.md", "docs/glossary.md")
 FOLDERS = ("layer", "src", "vuid-tables")
 SUFFIXES = (".c", ".h", ".cpp", ".comp", ".def", ".py")
 
@@ -30,8 +31,8 @@ def main():
     parser.add_argument("root", nargs="?", type=pathlib.Path, default=pathlib.Path.cwd(),
                         help="of the repository (default: the working directory)")
     root = parser.parse_args().root.resolve()
-    found = list(missing(root, root / "docs/architecture.md"))
-    print("\n".join(found) or "names: all that docs/architecture.md names exist")
+    found = [line for page in PAGES for line in missing(root, root / page)]
+    print("\n".join(found) or f"names: all that {' and '.join(PAGES)} name exist")
     sys.exit(1 if found else 0)
 
 

@@ -4,8 +4,6 @@
 
 #include <math.h>
 
-#include "src/compare/vertex_ring.h"
-
 enum { EXACT_MAX = 64 };
 
 struct ray_case {

@@ -42,4 +42,11 @@ bool judgement_outweighs(const struct judgement *judgement, const struct judgeme
 bool judge_ray(const struct reference *reference, const struct rays *rays, uint32_t ray,
                const struct compare_answer *answer, struct judgement *judgement);
 
+/* ---- Whether a ray hits a ring (rays.h) exactly once in any float arithmetic: the triangles face
+ * the ray with the same side, none is edge-on, and the ray keeps its distance from the outer
+ * boundary of the ring. */
+
+/* Returns whether ray number `ray` certainly hits its ring exactly once. */
+bool ring_is_hit_once(const struct reference *reference, const struct rays *rays, uint32_t ray);
+
 #endif

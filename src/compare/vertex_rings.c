@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "src/compare/judge.h"
 #include "src/compare/rays.h"
-#include "src/compare/vertex_ring.h"
 
 struct ring_view {
     const struct compare_ray *ray;

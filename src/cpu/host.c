@@ -7,9 +7,8 @@
 #include <string.h>
 
 #include "src/cpu/deferred.h"
-#include "src/cpu/trees/make.h"
-#include "src/cpu/trees/scene.h"
 #include "src/cpu/trees/tree.h"
+#include "src/cpu/trees/trees.h"
 #include "src/snapshots/build_parameters.h"
 #include "src/state/builds/build_info.h"
 

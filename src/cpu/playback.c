@@ -5,9 +5,8 @@
 
 #include <stdlib.h>
 
-#include "src/cpu/trees/lazy_bvh.h"
-#include "src/cpu/trees/make.h"
 #include "src/cpu/trees/tree.h"
+#include "src/cpu/trees/trees.h"
 #include "src/state/builds/structures.h"
 
 /* A result that is written to a buffer when its submission is complete: a serialized tree, or

@@ -10,7 +10,6 @@
 #include "src/platform/process.h"
 #include "src/report/ids/message_filter.h"
 #include "src/report/settings/source.h"
-#include "src/report/settings/values.h"
 
 enum { LINE_SIZE = 1024, VALUE_SHOWN = 200, CHANGES_SIZE = 4096 };
 

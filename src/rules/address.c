@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about the buffers that contain the addresses of a build. */
-#include "src/rules/input.h"
 #include "src/rules/predicates.h"
+#include "src/rules/shared.h"
 #include "src/view/names.h"
 
 static struct value buffer(const struct address_view *address)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about the structures of one geometry. Rules about its addresses are in input.c. */
 #include "src/rules/predicates.h"
-#include "src/rules/strays.h"
+#include "src/rules/shared.h"
 #include "src/view/enabled.h"
 #include "src/view/formats.h"
 #include "src/view/geometry_data.h"

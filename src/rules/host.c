@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules that apply to vkBuildAccelerationStructuresKHR only. */
-#include "src/view/host_view.h"
+#include "src/view/view.h"
 
 #include "src/rules/predicates.h"
 #include "src/state/builds/build_info.h"

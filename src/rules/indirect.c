@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about the addresses from which vkCmdBuildAccelerationStructuresIndirectKHR reads build
  * ranges. */
-#include "src/rules/input.h"
 #include "src/rules/predicates.h"
+#include "src/rules/shared.h"
 #include "src/view/names.h"
 
 #define STRIDES "pIndirectStrides"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about the addresses of a geometry's inputs. */
-#include "src/rules/input.h"
 #include "src/rules/predicates.h"
+#include "src/rules/shared.h"
 #include "src/view/formats.h"
 #include "src/view/geometry_data.h"
 #include "src/view/phrases.h"

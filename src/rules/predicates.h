@@ -12,7 +12,6 @@
 #include "src/view/content_view.h"
 #include "src/view/extension_view.h"
 #include "src/view/finding.h"
-#include "src/view/host_view.h"
 #include "src/view/life_view.h"
 #include "src/view/micromap_view.h"
 #include "src/view/nv_view.h"

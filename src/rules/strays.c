@@ -2,8 +2,8 @@
 /* Rules about the sType of structures that extensions chain. A structure in a chain is identified
  * by its sType alone, so an invalid sType is a guess at the structure that was meant: one of the
  * same extension, or the motion data that a build with motion lacks. */
-#include "src/rules/strays.h"
 #include "src/rules/predicates.h"
+#include "src/rules/shared.h"
 #include "src/view/geometry_data.h"
 #include "src/view/names.h"
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules that compare an update with the last build of its source. They are evaluated only if that
  * build is known. */
-#include "src/rules/update.h"
 #include "src/rules/predicates.h"
+#include "src/rules/shared.h"
 #include "src/view/names.h"
 
 static struct value source(const struct update_view *update)

@@ -8,7 +8,6 @@
 
 #include "src/state/resources/resources.h"
 #include "src/view/finding.h"
-#include "src/view/host_view.h"
 #include "src/view/micromap_view.h"
 #include "src/view/view.h"
 

@@ -9,8 +9,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "src/compare/judge.h"
 #include "src/compare/summary.h"
-#include "src/compare/vertex_ring.h"
 #include "subject.h"
 #include "tests/builder/digest.h"
 #include "tests/fixture/scarce_memory.h"

@@ -3,7 +3,7 @@
 #ifndef TESTS_COMPARE_BENCH_H
 #define TESTS_COMPARE_BENCH_H
 
-#include "layer/compare/structures.h"
+#include "layer/compare/tracer.h"
 #include "subject.h"
 #include "tests/fixture/instance.h"
 

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "src/compare/vertex_ring.h"
+#include "src/compare/judge.h"
 #include "subject.h"
 
 enum { RAYS = 4096 };

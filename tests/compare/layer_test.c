@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "bench.h"
-#include "layer/compare/structures.h"
+#include "layer/compare/tracer.h"
 #include "tests/fixture/copies.h"
 
 static struct subject subject;

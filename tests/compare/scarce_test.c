@@ -8,7 +8,7 @@
 
 #include "../scarce/injector.h"
 #include "bench.h"
-#include "layer/compare/structures.h"
+#include "layer/compare/tracer.h"
 
 /* The messages of one life. */
 static void expect_truth(const struct messages *messages, unsigned failing)

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "src/compare/vertex_ring.h"
+#include "src/compare/judge.h"
 #include "tests/fixture/geometry.h"
 
 const float ring_vertices[3 * FAN_VERTICES] = {0, 0,  0, 1, 0,  0,  1, 1, 0,  0, 1, 0,  -1, 1,

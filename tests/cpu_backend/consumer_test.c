@@ -5,10 +5,9 @@
  * the order, the playback and the driver. */
 #include "layer/cpu/overlay.h"
 
-#include "layer/snapshots/copies/staging.h"
-#include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/copies/copies.h"
+#include "layer/snapshots/executions.h"
 #include "layer/snapshots/snapshots.h"
-#include "layer/snapshots/tickets.h"
 #include "tests/state/unit_test.h"
 
 static struct layer_instance instance;

@@ -111,6 +111,10 @@ CASE(27, 0, 0, "t equal to tmin or tmax")
         EXPECT(!case_meets(structure, case_between(ray, 0, t)));
         EXPECT(case_closest(structure, case_between(ray, 0, nextafterf(t, INFINITY))).t == t);
     }
+    /* On an edge, which the ray does not meet, or meets in double precision. */
+    const struct trace_ray edge = fixture_ray(0.25f, 0, 1, 0, 0, -1);
+    EXPECT(!case_meets(structure, case_between(edge, 1, INFINITY)));
+    EXPECT(!case_meets(structure, case_between(edge, 0, 1)));
 }
 
 CASE(29, 1000, 0, "tmax infinite")

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The device, what its commands go on to, and lists as text. */
-#include "layer/postmortem/loss.h"
+#include "layer/postmortem/postmortem.h"
 
 #include "tests/recording/device.h"
 
@@ -8,10 +8,7 @@
 
 #include "layer/execution/hazards/host_writes.h"
 #include "layer/hazards/recording.h"
-#include "layer/intercepts/build_notes.h"
-#include "layer/intercepts/call_sites.h"
-#include "layer/intercepts/host_work.h"
-#include "layer/intercepts/journal_access.h"
+#include "layer/intercepts/intercepts.h"
 
 struct layer_device device;
 uint32_t forwarded;

@@ -107,8 +107,8 @@ TEST(test_longest_text)
         json_begin(&json);
         json_text(&json, "a", text);
         assert_true(json_end(&json));
-        assert_int_equal(json.length, strlen("{\"a\":\"\"}\n") +
-                                          (size < JSON_TEXT_MAX ? size : JSON_TEXT_MAX));
+        assert_int_equal(json.length,
+                         strlen("{\"a\":\"\"}\n") + (size < JSON_TEXT_MAX ? size : JSON_TEXT_MAX));
     }
 }
 

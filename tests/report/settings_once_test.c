@@ -35,6 +35,15 @@ TEST_OPENED(test_unknown_key, surrounding_set_up)
     assert_int_equal(count_warnings("unknown-key"), 1);
 }
 
+/* Each value is valid, but not with the others. */
+TEST_OPENED(test_values_that_do_not_go_together, surrounding_set_up)
+{
+    environment_set("HAZARDS=true");
+    assert_int_equal(count_warnings("parameters"), 1);
+    assert_int_equal(count_warnings("parameters"), 0);
+    assert_int_equal(count_warnings("execution"), 0);
+}
+
 /* If no messenger and no log got a warning, the next instance repeats it. */
 TEST_OPENED(test_unheard, surrounding_set_up)
 {

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-#include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/executions.h"
 #include "tests/state/unit_test.h"
 
 enum { CALLS_MAX = 16 };

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tickets, whose fences this test plays: when they count as pending, and that no fence is destroyed
  * or used again that the device may use. */
-#include "layer/snapshots/tickets.h"
+#include "layer/snapshots/executions.h"
 
 #include "src/snapshots/ticket.h"
 #include "tests/state/unit_test.h"

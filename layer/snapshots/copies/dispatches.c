@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Pipelines of the layer's own, and dispatches that leave the command buffer's state unchanged:
  * commands set again what a dispatch disturbs. */
-#include "layer/snapshots/copies/dispatches.h"
+#include "layer/snapshots/copies/copies.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,12 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Gathers instances by a compute shader. */
-#include "layer/snapshots/copies/gather.h"
+#include "layer/snapshots/copies/copies.h"
 
 #include <string.h>
-
-#include "layer/snapshots/copies/dispatches.h"
-#include "layer/snapshots/copies/orders.h"
-#include "layer/snapshots/copies/staging.h"
 
 /* Push constants, in the layout of gather.comp. */
 struct constants {

@@ -1,11 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Takes copy orders when a build is recorded. */
-#include "layer/snapshots/copies/orders.h"
+#include "layer/snapshots/copies/copies.h"
 
 #include <string.h>
-
-#include "layer/snapshots/copies/dispatches.h"
-#include "layer/snapshots/copies/staging.h"
 
 enum {
     ORDER_SIZE = sizeof(struct copy_order),

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Staging memory. Each chunk is a buffer with its own allocation, or a part of one. Mapped chunks
  * are mapped as long as they exist. */
-#include "layer/snapshots/copies/staging.h"
+#include "layer/snapshots/copies/copies.h"
 
 #include <stdlib.h>
 

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/snapshots/copies/gather.h"
+#include "layer/snapshots/copies/copies.h"
 #include "layer/snapshots/guard/references.h"
 #include "src/base/array.h"
 #include "src/base/text_buffer.h"

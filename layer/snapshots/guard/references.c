@@ -11,7 +11,7 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
-#include "layer/snapshots/copies/staging.h"
+#include "layer/snapshots/copies/copies.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/base/text_buffer.h"
 #include "src/snapshots/recorded_build.h"

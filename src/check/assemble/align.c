@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Copies misaligned parameters. Nearly all parameters are aligned. */
-#include "src/check/assemble/align.h"
+#include "src/check/assemble/views.h"
 
 #include <string.h>
 
 #include <vulkan/vulkan.h>
 
-#include "src/check/assemble/chains.h"
 #include "src/view/geometry_data.h"
 
 typedef VkAccelerationStructureGeometryKHR geometry_data;

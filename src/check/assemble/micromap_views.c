@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Makes the views of micromaps. */
-#include "src/check/assemble/micromap_views.h"
+#include "src/check/assemble/views.h"
 
 #include "src/base/chain.h"
-#include "src/check/assemble/chains.h"
 #include "src/check/assemble/extended.h"
-#include "src/rules/input.h"
-#include "src/rules/micromap/usages.h"
+#include "src/rules/micromap/shared.h"
+#include "src/rules/shared.h"
 #include "src/state/builds/build_info.h"
 #include "src/view/geometry_data.h"
 

@@ -8,8 +8,6 @@
 
 #include "src/base/clear.h"
 #include "src/base/recording_path.h"
-#include "src/check/assemble/align.h"
-#include "src/check/assemble/chains.h"
 #include "src/check/assemble/extended.h"
 #include "src/state/builds/build_info.h"
 #include "src/state/builds/size_cache.h"

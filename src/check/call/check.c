@@ -9,11 +9,8 @@
 
 #include "src/base/float_environment.h"
 #include "src/base/recording_path.h"
-#include "src/check/assemble/align.h"
 #include "src/check/assemble/views.h"
-#include "src/check/call/addresses.h"
-#include "src/check/call/extensions.h"
-#include "src/check/call/host_checks.h"
+#include "src/check/call/parts.h"
 #include "src/check/content/content.h"
 #include "src/check/overlap/pairs.h"
 #include "src/check/walk/fast_path.h"

@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Selects the extensions to validate. */
-#include "src/check/call/extensions.h"
+/* Selects the extensions to validate, and validates motion, dense geometry and spheres. */
+#include "src/check/call/parts.h"
 
+#include "src/base/chain.h"
 #include "src/base/recording_path.h"
 #include "src/check/assemble/extended.h"
+#include "src/check/assemble/views.h"
+#include "src/state/builds/build_info.h"
 #include "src/view/geometry_data.h"
 
 /* The rows of extensions don't state whether they affect the sizes of a build, so every finding
@@ -56,4 +59,133 @@ OFF_RECORDING_PATH void check_extended_geometry(struct walk *walk, struct geomet
     if (device->extension.dense_geometry_format_amdx)
         check_dense(walk, geometry, with_state);
     hide_sizes_on_findings(walk, findings_before);
+}
+
+/* ---- motion */
+
+static bool geometry_has_motion(struct check_context *context,
+                                const VkAccelerationStructureGeometryKHR *geometry)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
+    return triangles && triangles->pNext && chain_is_readable(context, triangles->pNext) &&
+           chain_find(triangles->pNext,
+                      VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV);
+}
+
+/* Only the structures that lack motion are searched, so builds with motion cost no more. */
+static uint32_t first_motion_geometry(struct check_context *context, const struct build_view *build)
+{
+    uint32_t i = build->dst.details_known &&
+                         !(build->dst.create_flags & VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV)
+                     ? 0
+                     : build->geometry_count;
+    while (i < build->geometry_count &&
+           !geometry_has_motion(context, build_geometry(build->info, i)))
+        i++;
+    return i;
+}
+
+void check_motion_build(struct walk *walk, const struct build_view *build, bool with_state)
+{
+    struct motion_build_view view = {.build = build,
+                                     .first_motion_geometry = build->geometry_count};
+    walk_motion_build(walk, &view, LEVEL_PARAMETERS);
+    if (!with_state)
+        return;
+    view.first_motion_geometry = first_motion_geometry(walk->context, build);
+    walk_motion_build(walk, &view, LEVEL_STATE);
+}
+
+void check_motion(struct walk *walk, struct geometry_view *geometry, bool with_state)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        triangles_in(geometry->geometry);
+    bool is_host = geometry->build->call->command == COMMAND_HOST;
+    if (!triangles)
+        return;
+    struct motion_triangles_view view = {
+        .geometry = geometry,
+        .data = chain_member(
+            triangles->pNext, &geometry->triangles_chain,
+            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV)};
+    if (with_state && view.data && !is_host)
+        chained_input(walk->context, geometry, INPUT_MOTION_VERTEX,
+                      view.data->vertexData.deviceAddress);
+    walk_motion_triangles(walk, &view, LEVEL_PARAMETERS);
+}
+
+/* ---- dense geometry */
+
+void check_dense_build(struct walk *walk, struct build_view *build)
+{
+    struct dense_build_view view = {.build = build};
+    bool any = false, readable = true;
+    for (uint32_t i = 0; i < build->geometry_count; i++) {
+        const VkAccelerationStructureGeometryKHR *geometry = build_geometry(build->info, i);
+        if (!geometry_is_dense(geometry))
+            continue;
+        any = true;
+        readable = readable && chain_is_readable(walk->context, geometry->pNext);
+    }
+    build->dense_readable = any && readable;
+    if (any)
+        walk_dense_build(walk, &view, LEVEL_PARAMETERS);
+}
+
+void check_dense(struct walk *walk, struct geometry_view *geometry, bool with_state)
+{
+    if (!geometry_is_dense(geometry->geometry))
+        return;
+    struct dense_view view = {
+        .geometry = geometry,
+        .missing = extended_data_is_missing(geometry),
+        .data = chain_member(
+            geometry->geometry->pNext, &geometry->chain,
+            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX)};
+    walk_dense(walk, &view, LEVEL_PARAMETERS);
+    if (!with_state)
+        return;
+    if (view.data && geometry->build->call->command != COMMAND_HOST && !dense_is_empty(view.data))
+        view.address = chained_input(walk->context, geometry, INPUT_DENSE_DATA,
+                                     view.data->compressedData.deviceAddress);
+    walk_dense(walk, &view, LEVEL_STATE);
+}
+
+/* ---- spheres */
+
+static void check_plain_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state)
+{
+    struct swept_spheres_view all;
+    view_spheres(geometry, &all);
+    if (all.data.given)
+        view_sphere_addresses(walk->context, geometry, false, &all.data);
+    struct spheres_view view = {all.data};
+    walk_spheres(walk, &view, LEVEL_PARAMETERS);
+    if (!with_state)
+        return;
+    if (view.data.given)
+        view_sphere_formats(walk->context, &view.data);
+    walk_spheres(walk, &view, LEVEL_STATE);
+}
+
+static void check_swept_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state)
+{
+    struct swept_spheres_view view;
+    view_spheres(geometry, &view);
+    if (view.data.given)
+        view_sphere_addresses(walk->context, geometry, true, &view.data);
+    walk_swept_spheres(walk, &view, LEVEL_PARAMETERS);
+    if (!with_state)
+        return;
+    if (view.data.given)
+        view_sphere_formats(walk->context, &view.data);
+    walk_swept_spheres(walk, &view, LEVEL_STATE);
+}
+
+void check_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state)
+{
+    if (geometry->geometry->geometryType == VK_GEOMETRY_TYPE_SPHERES_NV)
+        check_plain_spheres(walk, geometry, with_state);
+    else if (geometry->geometry->geometryType == VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV)
+        check_swept_spheres(walk, geometry, with_state);
 }

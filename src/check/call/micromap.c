@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Validates the micromaps of builds and geometries. */
 #include "src/base/array.h"
-#include "src/check/assemble/micromap_views.h"
-#include "src/check/call/extensions.h"
-#include "src/rules/micromap/usages.h"
+#include "src/check/assemble/views.h"
+#include "src/check/call/parts.h"
+#include "src/rules/micromap/shared.h"
 
 /* The micromaps of the current build. */
 

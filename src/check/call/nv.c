@@ -3,7 +3,7 @@
  * has in common with it, and makes the views. */
 #include <string.h>
 
-#include "src/check/assemble/align.h"
+#include "src/check/assemble/views.h"
 #include "src/check/call/check.h"
 #include "src/check/walk/walk.h"
 
@@ -49,7 +49,7 @@ static struct nv_info_view view_info(const struct nv_call_view *call)
     return view;
 }
 
-static struct nv_geometry_view view_geometry(const struct nv_call_view *call, uint32_t index)
+static struct nv_geometry_view view_nv_geometry(const struct nv_call_view *call, uint32_t index)
 {
     const VkGeometryNV *geometry = &call->geometries[index];
     struct nv_geometry_view view = {.call = call, .index = index, .geometry = geometry};
@@ -136,7 +136,7 @@ static void check_geometries(struct walk *walk, const struct nv_call_view *call,
 {
     struct check_context *context = walk->context;
     for (uint32_t i = 0; i < call->geometry_count; i++) {
-        struct nv_geometry_view geometry = view_geometry(call, i);
+        struct nv_geometry_view geometry = view_nv_geometry(call, i);
         walk_nv_geometry(walk, &geometry, LEVEL_PARAMETERS);
         if (!with_state)
             continue;

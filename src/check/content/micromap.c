@@ -4,8 +4,8 @@
 
 #include <string.h>
 
-#include "src/check/assemble/micromap_views.h"
-#include "src/rules/micromap/usages.h"
+#include "src/check/assemble/views.h"
+#include "src/rules/micromap/shared.h"
 #include "src/state/builds/built.h"
 #include "src/view/geometry_data.h"
 

@@ -4,8 +4,8 @@
 #include "src/bvh/input/source.h"
 #include "src/check/assemble/extended.h"
 #include "src/check/content/content.h"
-#include "src/rules/input.h"
 #include "src/rules/predicates.h"
+#include "src/rules/shared.h"
 #include "src/view/geometry_data.h"
 
 static bool is_swept(const struct content *content)

@@ -13,7 +13,7 @@
 #include "src/check/content/digest.h"
 #include "src/check/content/micromap.h"
 #include "src/check/walk/rows.h"
-#include "src/rules/input.h"
+#include "src/rules/shared.h"
 #include "src/view/formats.h"
 #include "src/view/geometry_data.h"
 

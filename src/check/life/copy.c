@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Makes the views of copies of structures and micromaps. */
 #include "arguments.h"
-#include "src/check/assemble/host_memory.h"
+#include "src/check/assemble/views.h"
 #include "src/check/life/life.h"
 #include "src/view/names.h"
 

@@ -2,7 +2,7 @@
 /* Makes the views of the creation of structures and micromaps. */
 #include "arguments.h"
 #include "src/base/chain.h"
-#include "src/check/assemble/chains.h"
+#include "src/check/assemble/views.h"
 #include "src/check/call/check.h"
 #include "src/check/life/life.h"
 

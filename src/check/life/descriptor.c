@@ -2,7 +2,7 @@
 /* Validates writes of descriptors of structures. */
 #include "arguments.h"
 #include "src/base/chain.h"
-#include "src/check/assemble/chains.h"
+#include "src/check/assemble/views.h"
 #include "src/check/life/life.h"
 
 struct writes {

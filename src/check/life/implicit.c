@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "arguments.h"
-#include "src/check/assemble/chains.h"
+#include "src/check/assemble/views.h"
 #include "src/check/life/life.h"
 #include "src/state/commands/query_pools.h"
 #include "src/view/names.h"

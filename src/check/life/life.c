@@ -3,7 +3,7 @@
 #include "src/check/life/life.h"
 
 #include "arguments.h"
-#include "src/check/assemble/align.h"
+#include "src/check/assemble/views.h"
 #include "src/check/walk/rows.h"
 
 WALK_ALL(copy)

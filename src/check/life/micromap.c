@@ -6,11 +6,10 @@
 #include "arguments.h"
 #include "src/base/readable.h"
 #include "src/bvh/micromap.h"
-#include "src/check/assemble/chains.h"
-#include "src/check/assemble/host_memory.h"
+#include "src/check/assemble/views.h"
 #include "src/check/life/life.h"
 #include "src/check/overlap/pairs.h"
-#include "src/rules/micromap/usages.h"
+#include "src/rules/micromap/shared.h"
 
 static struct micromap_info_view view_micromap_info(struct check_context *context,
                                                     const struct call_view *call,

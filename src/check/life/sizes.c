@@ -4,7 +4,7 @@
 
 #include "arguments.h"
 #include "src/check/assemble/views.h"
-#include "src/check/call/extensions.h"
+#include "src/check/call/parts.h"
 #include "src/check/life/life.h"
 
 static void check_geometry(struct walk *walk, const struct build_view *build, uint32_t index,

@@ -3,9 +3,8 @@
  * buffers may have been destroyed, and memory freed, since the build was recorded. An address stays
  * valid if another buffer has it now. */
 #include "src/check/replay/judge.h"
-#include "src/check/replay/micromap.h"
 #include "src/check/replay/replay.h"
-#include "src/rules/input.h"
+#include "src/rules/shared.h"
 
 /* ---- structures */
 

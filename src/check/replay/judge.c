@@ -1,6 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Locates builds of a replay and reports all of its findings. */
+/* Locates builds of a replay, evaluates the rules about updates, reads and micromaps, and reports
+ * all findings of the replay. */
 #include "src/check/replay/judge.h"
+
+#include "src/check/walk/rows.h"
+#include "src/rules/shared.h"
 
 static bool report(void *user, enum rule rule, const struct location *location,
                    const struct finding *finding)
@@ -94,4 +98,263 @@ void judge_report(struct judge *judge, enum rule rule, const struct finding *fin
     bool is_named = other != RULE_COUNT && judge->context.active[other];
     if (judge->walk.active[rule] && !is_named)
         report(judge, rule, &judge->location, finding);
+}
+
+/* ---- updates, their geometries and their extensions */
+
+void judge_updated_geometries(struct judge *judge, const struct update_view *update)
+{
+    const struct geometry_shapes *asked = update->asked->shapes, *source = update->source->shapes;
+    if (!asked || !source || asked->count != source->count)
+        return;
+    struct location location = judge->location;
+    for (uint32_t i = 0; i < asked->count; i++) {
+        struct updated_geometry_view geometry = {
+            .update = update, .index = i, .asked = &asked->items[i], .source = &source->items[i]};
+        location.geometry = i;
+        location.subject =
+            location.command == COMMAND_NV && asked->items[i].type == VK_GEOMETRY_TYPE_INSTANCES_KHR
+                ? SUBJECT_PARAMETER
+                : SUBJECT_GEOMETRY;
+        walk_updated_geometry(&judge->walk, &geometry, &location);
+        judge_updated_micromap(&judge->walk, &geometry, &location);
+    }
+}
+
+static void judge_dense(struct judge *judge, const struct update_view *update)
+{
+    const struct geometry_shapes *asked = update->asked->shapes, *source = update->source->shapes;
+    if (!asked || !source || asked->count != source->count)
+        return;
+    struct location location = judge->location;
+    location.subject = SUBJECT_GEOMETRY;
+    const struct dense_shape *now = built_dense_shapes(asked), *then = built_dense_shapes(source);
+    const struct dense_shape *end = then + source->dense_count;
+    for (uint32_t i = 0; i < asked->dense_count; i++, now++) {
+        while (then < end && then->geometry < now->geometry)
+            then++;
+        if (then == end || then->geometry != now->geometry)
+            continue;
+        struct updated_dense_view dense = {.update = update, .asked = now, .source = then};
+        location.geometry = now->geometry;
+        walk_updated_dense(&judge->walk, &dense, &location);
+    }
+}
+
+/* Returns the size that the dst of an update needs: the size of a build or, if the source is
+ * compacted, the smaller compacted size. Returns 0 if neither is known. */
+static VkDeviceSize size_needed(const struct geometry_shapes *asked, const struct built *source)
+{
+    VkDeviceSize compacted = source->compacted_size ? source->compacted_size->size : 0;
+    if (!source->compacted)
+        return asked->needed_size;
+    return compacted < asked->needed_size ? compacted : asked->needed_size;
+}
+
+static void judge_size(struct judge *judge, const struct journal_entry *entry,
+                       const struct built *source)
+{
+    const struct geometry_shapes *asked = entry->built.shapes;
+    struct finding finding;
+    if (!asked || source->state != BUILT_BEFORE || asked->dst_size >= size_needed(asked, source))
+        return;
+    struct value dst = object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, entry->dst);
+    if (source->compacted)
+        finding_says(&finding, "dstAccelerationStructure",
+                     "{} was created with size {}, less than the queried compacted size of its "
+                     "source ({}), and less than accelerationStructureSize ({})",
+                     dst, number(asked->dst_size), number(source->compacted_size->size),
+                     number(asked->needed_size));
+    else
+        finding_says(
+            &finding, "dstAccelerationStructure",
+            "{} was created with size {}, less than accelerationStructureSize ({}), and its "
+            "source is not compacted",
+            dst, number(asked->dst_size), number(asked->needed_size));
+    judge_report(judge, RULE_dst_is_large_enough, &finding);
+}
+
+void judge_update(struct replay *replay, const struct journal *journal,
+                  const struct journal_entry *entry, const struct built *source)
+{
+    if (source->state == BUILT_UNKNOWN || source->state == BUILT_FILLED ||
+        entry->built.state == BUILT_UNKNOWN)
+        return;
+    struct judge judge;
+    judge_begin_entry(&judge, replay, journal, entry);
+    const struct update_view update = {.command = judge.location.command,
+                                       .src = entry->src,
+                                       .asked = &entry->built,
+                                       .source = source};
+    walk_update(&judge.walk, &update, &judge.location);
+    judge_updated_geometries(&judge, &update);
+    judge_dense(&judge, &update);
+    judge_size(&judge, entry, source);
+}
+
+/* ---- copies, queries and serializations, when they execute */
+
+static WALK_ALL(used_source) static WALK_ALL(sized_copy)
+
+    static VkObjectType type_of_source(const struct journal_entry *entry)
+{
+    if (journal_entry_reads_micromap(entry))
+        return VK_OBJECT_TYPE_MICROMAP_EXT;
+    return journal_entry_is_nv(entry) ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
+                                      : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
+}
+
+/* Returns a micromap that the source refers to by deserialized data, and that was certainly not
+ * deserialized; or 0. */
+static uint64_t undeserialized_micromap(struct replay *replay, const struct built *source)
+{
+    const struct geometry_shapes *shapes = source->state == BUILT_FILLED ? source->shapes : NULL;
+    for (uint32_t i = 0; shapes && i < shapes->count; i++) {
+        const struct micromap_shape micromap = built_micromap_shape(shapes, i);
+        const struct built *built = replay_read(
+            replay, &(struct journal_entry){
+                        .kind = JOURNAL_COPY, .src = micromap.handle, .src_id = micromap.id});
+        if (built->state == BUILT_NEVER || (built->state == BUILT_BEFORE && built->is_original))
+            return micromap.handle;
+    }
+    return 0;
+}
+
+void judge_read(struct replay *replay, const struct journal *journal,
+                const struct journal_entry *entry, const struct built *source)
+{
+    if (source->state == BUILT_UNKNOWN)
+        return;
+    struct judge judge;
+    judge_begin_read(&judge, replay, journal, entry);
+    const struct used_source_view view = {
+        .object_type = type_of_source(entry),
+        .handle = entry->src,
+        .read = &entry->read,
+        .built = source,
+        .micromap = undeserialized_micromap(replay, source),
+    };
+    walk_used_source(&judge.walk, &view, &judge.location);
+}
+
+/* Returns the bytes that a copy certainly writes, as the host has read; 0: unknown. The compacted
+ * size of a compacted structure is unknown: it is that of its source or less. */
+static VkDeviceSize queried_size(const struct journal_entry *entry, const struct built *source)
+{
+    const struct compacted_size *sizes = source->compacted_size;
+    if (entry->kind == JOURNAL_READ)
+        return sizes->serialized_id == entry->src_id ? sizes->serialized : 0;
+    return source->state != BUILT_BEFORE || (source->compacted && entry->read.compacts)
+               ? 0
+               : sizes->size;
+}
+
+/* Returns the bytes for dst. The application may have placed another buffer at the address of a
+ * serialization since the command was recorded. */
+static VkDeviceSize size_of_dst(const struct replay *replay, const struct journal_entry *entry)
+{
+    struct address_facts now;
+    if (entry->kind != JOURNAL_READ)
+        return entry->read.dst_size;
+    resources_look_up_address(replay->resources, entry->dst, &now);
+    return now.status == ADDRESS_IN_BUFFER && now.bytes_left > entry->read.dst_size
+               ? now.bytes_left
+               : entry->read.dst_size;
+}
+
+void judge_copy_size(struct replay *replay, const struct journal *journal,
+                     const struct journal_entry *entry, const struct built *source)
+{
+    const VkDeviceSize size =
+        entry->read.dst_size && source->compacted_size ? queried_size(entry, source) : 0;
+    if (size <= entry->read.dst_size)
+        return;
+    struct judge judge;
+    judge_begin_read(&judge, replay, journal, entry);
+    const struct sized_copy_view view = {
+        .object_type = type_of_source(entry),
+        .src = entry->src,
+        .dst = entry->dst,
+        .serializes = entry->kind == JOURNAL_READ,
+        .compacts = entry->read.compacts,
+        .dst_size = size_of_dst(replay, entry),
+        .queried_size = size,
+    };
+    walk_sized_copy(&judge.walk, &view, &judge.location);
+}
+
+/* ---- micromaps that recorded builds use */
+
+void judge_updated_micromap(struct walk *walk, const struct updated_geometry_view *geometry,
+                            const struct location *location)
+{
+    const struct geometry_shapes *asked = geometry->update->asked->shapes;
+    const struct geometry_shapes *source = geometry->update->source->shapes;
+    if (!asked->has_micromaps && !source->has_micromaps)
+        return;
+    struct updated_micromap_view view = {.geometry = geometry,
+                                         .asked = built_micromap_shape(asked, geometry->index),
+                                         .source = built_micromap_shape(source, geometry->index)};
+    walk_updated_micromap(walk, &view, location);
+}
+
+static void judge_use(struct replay *replay, const struct journal *journal,
+                      const struct journal_entry *entry, const struct built *built,
+                      const struct built *source)
+{
+    struct judge judge;
+    judge_begin_entry(&judge, replay, journal, entry);
+    const struct used_micromap_view view = {.command = (enum build_command)entry->command,
+                                            .handle = entry->src,
+                                            .use = &entry->micromap,
+                                            .built = built,
+                                            .source = source};
+    walk_used_micromap(&judge.walk, &view, &judge.location);
+}
+
+void replay_record_micromap(struct replay *replay, const struct structures *known,
+                            const struct journal *journal, struct journal_entry *entry)
+{
+    const struct structure *micromap = structures_find(known, entry->src_id);
+    uint64_t updated = entry->micromap.updated_id;
+    const struct structure *source = updated ? structures_find(known, updated) : NULL;
+    if (!micromap || (updated && !source))
+        return;
+    entry->judged = true;
+    judge_use(replay, journal, entry, &micromap->built, source ? &source->built : NULL);
+}
+
+static enum resource_kind kind_of(const struct journal_entry *entry)
+{
+    return entry->micromap.is_ext ? RESOURCE_MICROMAP : RESOURCE_ACCEL;
+}
+
+void replay_submit_micromap(struct replay *replay, const struct journal *journal,
+                            const struct journal_entry *entry)
+{
+    const struct journal_entry updated = {.kind = JOURNAL_UPDATE,
+                                          .command = entry->command,
+                                          .src = entry->micromap.updated,
+                                          .src_id = entry->micromap.updated_id};
+    judge_use(replay, journal, entry, replay_read(replay, entry),
+              updated.src_id ? replay_read(replay, &updated) : NULL);
+}
+
+void replay_destroyed_micromap(struct replay *replay, const struct journal *journal,
+                               const struct journal_entry *entry)
+{
+    bool is_ext = entry->micromap.is_ext;
+    if (resources_find_id(replay->resources, kind_of(entry), entry->src) == entry->src_id)
+        return;
+    struct judge judge;
+    struct finding finding;
+    judge_begin_entry(&judge, replay, journal, entry);
+    finding_says(
+        &finding, is_ext ? OPACITY_EXT_DATA "micromap" : OPACITY_DATA "micromap",
+        "{} was destroyed after the build was recorded",
+        object(is_ext ? VK_OBJECT_TYPE_MICROMAP_EXT : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+               entry->src));
+    judge_report(&judge,
+                 is_ext ? RULE_ext_opacity_micromap_is_valid : RULE_opacity_micromap_is_valid,
+                 &finding);
 }

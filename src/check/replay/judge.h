@@ -41,4 +41,41 @@ void judge_begin_query(struct judge *judge, struct replay *replay, const struct 
  * active rule names it. */
 void judge_report(struct judge *judge, enum rule rule, const struct finding *finding);
 
+/* ---- updates */
+
+/* Validates an update against the last build of its source, if that is known. */
+void judge_update(struct replay *replay, const struct journal *journal,
+                  const struct journal_entry *entry, const struct built *source);
+
+/* Validates only the geometries of an update. Does nothing if their number differs from the
+ * source's, because that is a finding about the update. */
+void judge_updated_geometries(struct judge *judge, const struct update_view *update);
+
+/* ---- commands that read a structure and are no builds: copies, queries, serializations */
+
+/* Validates an entry of JOURNAL_READS by the last build of its source, if that is known. */
+void judge_read(struct replay *replay, const struct journal *journal,
+                const struct journal_entry *entry, const struct built *source);
+/* Validates the size of dst of a copy, if the compacted size of its source is known. */
+void judge_copy_size(struct replay *replay, const struct journal *journal,
+                     const struct journal_entry *entry, const struct built *source);
+
+/* ---- micromaps that recorded builds use */
+
+/* Validate an entry of kind JOURNAL_USE_MICROMAP: when it is recorded, if the command buffer itself
+ * builds the structures concerned, else when it is submitted. */
+void replay_record_micromap(struct replay *replay, const struct structures *known,
+                            const struct journal *journal, struct journal_entry *entry);
+void replay_submit_micromap(struct replay *replay, const struct journal *journal,
+                            const struct journal_entry *entry);
+
+/* Reports a micromap that was destroyed after the entry was recorded. */
+void replay_destroyed_micromap(struct replay *replay, const struct journal *journal,
+                               const struct journal_entry *entry);
+
+/* Validates the micromap of one geometry of an update. Does nothing if neither build has
+ * micromaps. */
+void judge_updated_micromap(struct walk *walk, const struct updated_geometry_view *geometry,
+                            const struct location *location);
+
 #endif

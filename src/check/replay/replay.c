@@ -4,11 +4,9 @@
 
 #include <string.h>
 
-#include "src/check/replay/micromap.h"
-#include "src/check/replay/reads.h"
+#include "src/check/replay/judge.h"
 #include "src/check/replay/states.h"
 #include "src/check/replay/update_inputs.h"
-#include "src/check/replay/updates.h"
 #include "src/state/builds/structures.h"
 
 /* What writes structures, or decides what is known of them. */

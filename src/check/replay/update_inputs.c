@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "src/base/array.h"
-#include "src/check/replay/updates.h"
+#include "src/check/replay/judge.h"
 #include "src/snapshots/recording.h"
 
 void input_notes_release(struct input_notes *notes)

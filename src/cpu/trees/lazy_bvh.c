@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The work of lazy trees, and the objects that it holds until a tree is made. */
-#include "src/cpu/trees/lazy_bvh.h"
+#include "src/cpu/trees/trees.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "src/bvh/micromap.h"
-#include "src/cpu/trees/make.h"
-#include "src/cpu/trees/scene.h"
 #include "src/platform/threads.h"
 
 /* A displacement micromap, as it was when the build executed. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Makes trees with the reference builder. */
-#include "src/cpu/trees/make.h"
+#include "src/cpu/trees/trees.h"
 
 #include "src/cpu/device.h"
 #include "src/cpu/trees/tree.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A table of held trees, by reference; and scenes for tracing. */
-#include "src/cpu/trees/scene.h"
+#include "src/cpu/trees/trees.h"
 
 #include <stddef.h>
 #include <stdlib.h>

@@ -10,7 +10,7 @@
 #include "src/base/letter_case.h"
 #include "src/base/text_buffer.h"
 #include "src/report/ids/message_id.h"
-#include "src/report/settings/values.h"
+#include "src/report/settings/source.h"
 
 static uint32_t next_character(const char **text)
 {

@@ -13,7 +13,6 @@
 #include "src/base/text_buffer.h"
 #include "src/platform/files.h"
 #include "src/platform/process.h"
-#include "src/report/settings/file.h"
 #include "src/report/settings/source.h"
 
 #define FILE_PREFIX "assay_validation."

@@ -6,6 +6,8 @@
 #define ASSAY_REPORT_SETTINGS_SOURCE_H
 
 #include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
 #include <vulkan/layer/vk_layer_settings.h>
 
 #include "src/base/text_buffer.h"
@@ -54,5 +56,49 @@ void settings_append_origin(struct text_buffer *text, const char *key);
  * with NULL. */
 void settings_source_ignored(const struct settings_source *source, const char *const *keys,
                              void (*warn)(void *context, const char *line), void *context);
+
+/* ---- The settings file, vk_layer_settings.txt, which all layers share. The Vulkan utility library
+ * reads its values but tells neither the file's path nor its lines. */
+
+enum { SETTINGS_PATH_SIZE = 4096 };
+
+/* What became of the environment variable VK_LAYER_SETTINGS_PATH. */
+enum settings_path {
+    SETTINGS_PATH_USED, /* or not set */
+    SETTINGS_PATH_MISSING,
+    SETTINGS_PATH_WITHOUT_FILE, /* a folder without the file */
+    SETTINGS_PATH_SECOND,       /* the user's file in XDG_DATA_HOME or HOME comes first */
+};
+
+/* Writes the path of the file that the library reads, whether or not it exists. */
+enum settings_path settings_file_find(char path[SETTINGS_PATH_SIZE]);
+
+/* One line, which is cut off at a comment, and trimmed. */
+struct settings_line {
+    char *name;  /* the trimmed text before the equals sign; the whole line if it has none */
+    char *value; /* the trimmed text after it; NULL if the line has none */
+};
+
+/* Reads the next line that is not empty. The text is in `*buffer`, which begins as NULL and which
+ * the caller frees. Returns false at the end. */
+bool settings_file_next(FILE *file, char **buffer, size_t *size, struct settings_line *line);
+
+/* ---- values of settings, as text: comma-separated lists with blanks around the entries */
+
+/* One word that a setting accepts, in any case. An array of choices ends with a NULL name. */
+struct choice {
+    const char *name;
+    uint32_t value;
+};
+
+/* Cuts the next entry off a list, and trims it. Returns NULL at the end. */
+char *value_next_entry(char **list);
+
+/* These change the list. Each returns false, and leaves the value as it was, if the list is no
+ * value of its kind: exactly one choice; one choice or several, whose values are combined; exactly
+ * one number. */
+bool value_read_choice(const struct choice *choices, char *list, uint32_t *value);
+bool value_read_flags(const struct choice *choices, char *list, uint32_t *flags);
+bool value_read_number(char *list, uint32_t *value);
 
 #endif

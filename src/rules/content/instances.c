@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about VkAccelerationStructureInstanceKHR, and about the structures that instances of any
  * kind refer to. */
-#include "src/rules/input.h"
 #include "src/rules/predicates.h"
+#include "src/rules/shared.h"
 #include "src/view/enabled.h"
 #include "src/view/names.h"
 

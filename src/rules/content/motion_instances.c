@@ -2,8 +2,8 @@
 /* Rules about the instances of builds with motion. */
 #include <string.h>
 
-#include "src/rules/input.h"
 #include "src/rules/predicates.h"
+#include "src/rules/shared.h"
 #include "src/view/enabled.h"
 #include "src/view/motion_instance.h"
 #include "src/view/names.h"

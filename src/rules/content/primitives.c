@@ -3,8 +3,8 @@
 #include <math.h>
 
 #include "src/bvh/bvh.h"
-#include "src/rules/input.h"
 #include "src/rules/predicates.h"
+#include "src/rules/shared.h"
 #include "src/view/formats.h"
 #include "src/view/geometry_data.h"
 

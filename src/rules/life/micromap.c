@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about builds of micromaps of VK_EXT_opacity_micromap, except for host memory and the data
  * of triangles (micromap_inputs.c). */
-#include "src/rules/micromap/usages.h"
+#include "src/rules/micromap/shared.h"
 #include "src/rules/predicates.h"
 #include "src/view/names.h"
 #include "src/view/phrases.h"

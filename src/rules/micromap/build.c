@@ -3,7 +3,7 @@
  * that such builds take. Flags and types of extensions that are not enabled have their own
  * rules. */
 #include "src/rules/predicates.h"
-#include "src/rules/strays.h"
+#include "src/rules/shared.h"
 #include "src/view/names.h"
 
 enum {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about the triangles of micromaps, and about the indices that map triangles to micromap
  * triangles. */
-#include "src/rules/input.h"
 #include "src/rules/predicates.h"
+#include "src/rules/shared.h"
 
 #define TRIANGLES MICROMAP_DATA "triangleArray"
 

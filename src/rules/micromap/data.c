@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about the input data of a micromap of VK_KHR_opacity_micromap. */
-#include "src/rules/input.h"
-#include "src/rules/micromap/usages.h"
+#include "src/rules/micromap/shared.h"
 #include "src/rules/predicates.h"
+#include "src/rules/shared.h"
 #include "src/view/phrases.h"
 
 enum { TRIANGLE_ALIGNMENT = 4, INPUT_ALIGNMENT = 128 };

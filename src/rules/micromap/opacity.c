@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about triangles with an opacity micromap of VK_KHR_opacity_micromap. */
-#include "src/rules/input.h"
-#include "src/rules/micromap/indices.h"
+#include "src/rules/micromap/shared.h"
 #include "src/rules/predicates.h"
+#include "src/rules/shared.h"
 
 static struct value micromap_of(const struct opacity_view *opacity)
 {

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about triangles with an opacity micromap of VK_EXT_opacity_micromap. */
-#include "src/rules/input.h"
-#include "src/rules/micromap/indices.h"
-#include "src/rules/micromap/usages.h"
+#include "src/rules/micromap/shared.h"
 #include "src/rules/predicates.h"
+#include "src/rules/shared.h"
 
 static const struct micromap_support *support_of(const struct opacity_ext_view *opacity)
 {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about the micromaps that builds use when they execute. The rules about updates compare them
  * with the micromaps that the source was last built with. */
-#include "src/rules/input.h"
 #include "src/rules/predicates.h"
+#include "src/rules/shared.h"
 #include "src/view/names.h"
 
 static struct value structure(uint64_t handle)

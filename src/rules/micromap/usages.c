@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about usage counts. */
-#include "src/rules/micromap/usages.h"
+#include "src/rules/micromap/shared.h"
 
 #include <string.h>
 

@@ -1,9 +1,30 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Validates what extensions add to builds and geometries. */
-#ifndef ASSAY_CHECK_CALL_EXTENSIONS_H
-#define ASSAY_CHECK_CALL_EXTENSIONS_H
+/* The parts of a build call that check_builds() validates one by one: addresses, host memory, and
+ * what extensions add. */
+#ifndef ASSAY_CHECK_CALL_PARTS_H
+#define ASSAY_CHECK_CALL_PARTS_H
 
 #include "src/check/walk/walk.h"
+
+/* ---- addresses */
+
+/* Validates the addresses of a geometry, including those in chained structures. */
+void check_geometry_addresses(struct walk *walk, const struct geometry_view *geometry);
+/* Validates the scratch address of a build if the scratch size is known. */
+void check_scratch_address(struct walk *walk, const struct build_view *build);
+
+/* Evaluates the rules about the indirect parameters of one build of COMMAND_INDIRECT, and passes
+ * them to the build recorder. */
+void check_indirect(struct walk *walk, const struct build_view *build, bool with_state);
+
+/* ---- vkBuildAccelerationStructuresKHR only */
+
+/* Call it after the state of the build is known. */
+void check_host_build(struct walk *walk, const struct build_view *build);
+/* The build range of `range` may be unknown. */
+void check_host_geometry(struct walk *walk, const struct range_view *range);
+
+/* ---- what extensions add to builds and geometries */
 
 /* Evaluate the rules about what the enabled extensions add to a build or a geometry, at level STATE
  * too if `with_state`. The geometry's view then refers to the walk's chained inputs, until the next
