@@ -155,6 +155,14 @@ static void rename_all(struct compare_answer *answer, uint32_t ray)
     answer->closest.primitive += SOUP_TRIANGLES;
 }
 
+/* To the first geometry that the input does not have. */
+static void move_all(struct compare_answer *answer, uint32_t ray)
+{
+    for (uint32_t i = 0; i < answer->candidate_count; i++)
+        answer->candidates[i].geometry = reference.geometry_count;
+    answer->closest.geometry = reference.geometry_count;
+}
+
 static void swap(struct compare_answer *answer, uint32_t ray)
 {
     float u = answer->closest.u;
@@ -175,6 +183,7 @@ TEST(test_mistakes)
         {open_ring, add_ring, DIFFERENCE_DOUBLE, REASON_SHARED},
         {open_soup, add_far, DIFFERENCE_EXTRA, REASON_PASSES},
         {open_soup, rename_all, DIFFERENCE_PRIMITIVE, REASON_NO_SUCH},
+        {open_soup, move_all, DIFFERENCE_PRIMITIVE, REASON_NO_SUCH},
         {open_soup, shift, DIFFERENCE_DISTANCE, REASON_MEETS},
         {open_soup, turn, DIFFERENCE_FACING, REASON_MEETS},
         {open_soup, swap, DIFFERENCE_BARYCENTRICS, REASON_MEETS},
