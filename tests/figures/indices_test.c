@@ -104,6 +104,11 @@ TEST(test_wide_indices_of_a_pool)
     for (uint32_t i = 0; i < COUNT; i++)
         indices[i] = i << 16;
     assert_false(suit(indices, 4, COUNT, UINT64_C(1) << 32, &other));
+    /* Vertices of two far places in turn: the halves make triangles, but the upper ones are few. */
+    mesh(indices, 0);
+    for (uint32_t i = 0; i < COUNT; i++)
+        indices[i] += (VERTICES + i % 2) << 16;
+    assert_false(suit(indices, 4, COUNT, UINT64_C(1) << 32, &other));
 }
 
 TEST(test_no_indices)

@@ -161,7 +161,7 @@ static void give_up(int number, siginfo_t *info, void *context)
 static void open_behind(void (*handler)(int, siginfo_t *, void *), int flags)
 {
     handle_signal(SIGSEGV, handler, flags);
-    page = mmap(NULL, PAGE, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    page = mmap(NULL, 2 * PAGE, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     open_at(NULL);
     scene_submit(scene_record_boxes(0, 1));
 }
@@ -176,6 +176,22 @@ static void write_to_protected_pages(void)
 {
     open_behind(unprotect, SA_ONSTACK);
     write_to_page();
+    write_to_page();
+    _exit(HANDLED);
+}
+
+/* Accesses the second page, and so is called again, when the first one is accessed. */
+static void unprotect_both(int number, siginfo_t *info, void *context)
+{
+    if (info->si_addr == page)
+        *(volatile char *)(page + PAGE) = 1;
+    mprotect(info->si_addr, PAGE, PROT_READ | PROT_WRITE);
+    say("unprotects\n");
+}
+
+static void fault_in_a_handler(void)
+{
+    open_behind(unprotect_both, SA_ONSTACK | SA_NODEFER);
     write_to_page();
     _exit(HANDLED);
 }
@@ -254,6 +270,7 @@ static const struct row {
     {"test_protected_pages",
      write_to_protected_pages,
      {0, {"unprotects\nunprotects"}, "ASSAY-crash"}},
+    {"test_fault_in_a_handler", fault_in_a_handler, {0, {"unprotects\nunprotects"}, "ASSAY-crash"}},
     {"test_crash_after_a_protected_page",
      crash_after_a_protected_page,
      {SIGABRT, {"unprotects", "ASSAY-crash"}}},
