@@ -169,8 +169,6 @@ BACKEND_HEAD = """
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 """
-# Values of --only: the observers whatever the settings, or those of setting hazards.
-ONLY = {"state": ("BEFORE", "UNLESS", "THROUGH", "SUCCESS", "AFTER"), "hazards": ("HAZARDS",)}
 
 
 def type_of(member):
@@ -443,13 +441,10 @@ def protected(platform, text):
 
 
 class Generator:
-    def __init__(self, registry, files, only):
+    def __init__(self, registry, files):
         self.registry = registry
         self.checks = Checks(registry)
-        rows = row_files.read_files(files)
-        if only:
-            rows = [row for row in rows if row.keep_only(ONLY[only])]
-        self.entries = [self.entry(command, row) for row in rows
+        self.entries = [self.entry(command, row) for row in row_files.read_files(files)
                         for command in row_files.commands_of(registry, row)]
 
     def entry(self, command, row):
@@ -547,13 +542,11 @@ def main():
     parser.add_argument("--registry", type=pathlib.Path, required=True, help="vk.xml")
     parser.add_argument("--root", type=pathlib.Path, required=True, help="the repository")
     parser.add_argument("--out", type=pathlib.Path, required=True, help="the folder to write to")
-    parser.add_argument("--only", choices=ONLY, help="leave out all other observers, for tests")
     parser.add_argument("rows", type=pathlib.Path, nargs="+", help="files of rows")
     arguments = parser.parse_args()
     signatures = load_signatures(arguments.root / "vuid-tables")
     try:
-        generator = Generator(signatures.Registry(arguments.registry), arguments.rows,
-                              arguments.only)
+        generator = Generator(signatures.Registry(arguments.registry), arguments.rows)
         texts = {"observers.h": generator.observers_text(), "entries.h": generator.entries_text(),
                  "backend.h": generator.backend_text(),
                  "intercepted.h": generator.intercepted_text()}

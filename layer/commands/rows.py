@@ -33,14 +33,6 @@ class Row:
         self.observers = []   # pairs of a keyword and a Call
         self.extension = None  # of backend cpu, which supplies the command
 
-    def keep_only(self, prefixes):
-        """Leaves the observers whose keywords begin so. Returns whether there are any."""
-        self.flags -= {"BY_HAND", "CALL_SITES", "CHECKED", "CONTENT_REPLACES"}
-        self.observers = [(keyword, call) for keyword, call in self.observers
-                          if keyword.startswith(prefixes)]
-        self.extension = None
-        return bool(self.observers)
-
     def calls(self, keyword):
         return [call for of, call in self.observers if of == keyword]
 

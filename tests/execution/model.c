@@ -7,46 +7,77 @@
 
 static const struct content not_known = {.state = NOT_KNOWN};
 
-static void judge_geometry(struct model *model, const struct content *asked,
+static const char *command_of(const struct operation *operation)
+{
+    switch (operation->action) {
+    case ACTION_HOST_BUILD:
+    case ACTION_HOST_UPDATE:
+        return "vkBuildAccelerationStructuresKHR()";
+    case ACTION_HOST_CLONE:
+    case ACTION_HOST_COMPACT:
+        return "vkCopyAccelerationStructureKHR()";
+    case ACTION_CLONE:
+    case ACTION_COMPACT:
+        return "vkCmdCopyAccelerationStructureKHR()";
+    default:
+        return operation->asked.counted ? "vkCmdBuildAccelerationStructuresKHR()"
+                                        : "vkCmdBuildAccelerationStructuresIndirectKHR()";
+    }
+}
+
+static void find_if(struct model *model, bool is_broken, const struct operation *operation,
+                    enum rule rule)
+{
+    if (!is_broken)
+        return;
+    model->findings[model->finding_count].rule = rule;
+    model->findings[model->finding_count++].command = command_of(operation);
+}
+
+static void judge_geometry(struct model *model, const struct operation *operation,
                            const struct content *last)
 {
-    const struct shape *now = &asked->shape, *then = &last->shape;
-    model->findings[RULE_geometry_type_matches_source] +=
-        now->type == then->type && now->geometry_type != then->geometry_type;
-    model->findings[RULE_geometry_flags_match_source] +=
-        now->geometry_flags != then->geometry_flags;
-    model->findings[RULE_primitive_count_matches_source] +=
-        asked->counted && last->counted && now->primitive_count != then->primitive_count;
+    const struct shape *now = &operation->asked.shape, *then = &last->shape;
+    find_if(model, now->type == then->type && now->geometry_type != then->geometry_type, operation,
+            RULE_geometry_type_matches_source);
+    find_if(model, now->geometry_flags != then->geometry_flags, operation,
+            RULE_geometry_flags_match_source);
+    find_if(model,
+            operation->asked.counted && last->counted &&
+                now->primitive_count != then->primitive_count,
+            operation, RULE_primitive_count_matches_source);
     if (now->geometry_type != VK_GEOMETRY_TYPE_TRIANGLES_KHR ||
         then->geometry_type != VK_GEOMETRY_TYPE_TRIANGLES_KHR)
         return;
-    model->findings[RULE_vertex_format_matches_source] += now->vertex_format != then->vertex_format;
-    model->findings[RULE_max_vertex_matches_source] += now->max_vertex != then->max_vertex;
-    model->findings[RULE_index_type_matches_source] += now->index_type != then->index_type;
-    model->findings[RULE_transform_is_absent_where_source_had_none] +=
-        now->has_transform && !then->has_transform;
-    model->findings[RULE_transform_is_given_where_source_had_one] +=
-        !now->has_transform && then->has_transform;
+    find_if(model, now->vertex_format != then->vertex_format, operation,
+            RULE_vertex_format_matches_source);
+    find_if(model, now->max_vertex != then->max_vertex, operation, RULE_max_vertex_matches_source);
+    find_if(model, now->index_type != then->index_type, operation, RULE_index_type_matches_source);
+    find_if(model, now->has_transform && !then->has_transform, operation,
+            RULE_transform_is_absent_where_source_had_none);
+    find_if(model, !now->has_transform && then->has_transform, operation,
+            RULE_transform_is_given_where_source_had_one);
 }
 
 /* Geometries of a source that allows no updates are not looked at. */
-static void judge(struct model *model, const struct content *asked, const struct content *last)
+static void judge(struct model *model, const struct operation *operation,
+                  const struct content *last)
 {
-    const struct shape *now = &asked->shape, *then = &last->shape;
+    const struct shape *now = &operation->asked.shape, *then = &last->shape;
     const bool allows = then->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
     if (last->state == NOT_KNOWN)
         return;
-    model->findings[RULE_update_source_was_built_with_allow_update] +=
-        last->state == NEVER_BUILT || !allows;
+    find_if(model, last->state == NEVER_BUILT || !allows, operation,
+            RULE_update_source_was_built_with_allow_update);
     if (last->state == NEVER_BUILT)
         return;
-    model->findings[RULE_geometry_count_matches_source] +=
-        now->geometry_count != then->geometry_count;
-    model->findings[RULE_build_flags_match_source] += allows && now->flags != then->flags;
-    model->findings[RULE_build_type_matches_source] += now->type != then->type;
+    find_if(model, now->geometry_count != then->geometry_count, operation,
+            RULE_geometry_count_matches_source);
+    find_if(model, allows && now->flags != then->flags, operation, RULE_build_flags_match_source);
+    find_if(model, now->type != then->type, operation, RULE_build_type_matches_source);
     for (uint32_t i = 0;
          allows && now->geometry_count == then->geometry_count && i < now->geometry_count; i++)
-        judge_geometry(model, asked, last);
+        judge_geometry(model, operation, last);
 }
 
 static bool is_copy(enum action action)
@@ -60,22 +91,24 @@ static bool compacts(enum action action)
     return action == ACTION_COMPACT || action == ACTION_HOST_COMPACT;
 }
 
-static void judge_copy(struct model *model, enum action action, const struct content *last)
+static void judge_copy(struct model *model, const struct operation *operation,
+                       const struct content *last)
 {
     const bool allows =
         last->shape.flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
-    model->findings[RULE_source_was_constructed_before] += last->state == NEVER_BUILT;
-    model->findings[RULE_source_allows_compaction] +=
-        compacts(action) && last->state == BUILT && !last->compacted && !allows;
+    find_if(model, last->state == NEVER_BUILT, operation, RULE_source_was_constructed_before);
+    find_if(model,
+            compacts(operation->action) && last->state == BUILT && !last->compacted && !allows,
+            operation, RULE_source_allows_compaction);
 }
 
 static void judge_operation(struct model *model, const struct operation *operation,
                             const struct content *last)
 {
     if (operation->action == ACTION_UPDATE || operation->action == ACTION_HOST_UPDATE)
-        judge(model, &operation->asked, last);
+        judge(model, operation, last);
     else if (is_copy(operation->action))
-        judge_copy(model, operation->action, last);
+        judge_copy(model, operation, last);
 }
 
 /* ---- recording */

@@ -1,68 +1,86 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Random commands of the host, at once or deferred. */
-#include <stdio.h>
-
 #include "random_test.h"
+
+#include <stdio.h>
 
 void join(struct random_test *test, uint32_t operation)
 {
     if (!test->works[operation].is_deferred)
         return;
     if (test->works[operation].fails)
-        take_step(test, (struct step)FAIL_OPERATION);
-    take_step(test, (struct step)JOIN((unsigned char)operation));
+        add_line(test, "fail vkGetDeferredOperationResultKHR OUT_OF_HOST_MEMORY");
+    add_line(test, "host join d%u", operation);
     test->works[operation].is_deferred = false;
     model_end_work(&test->model, test->works[operation].batch, &test->works[operation].operation,
                    test->works[operation].fails);
 }
 
-static struct step random_work(struct random_test *test)
+static struct operation random_work(struct random_test *test, uint32_t *deferred, bool *fails)
 {
     static const enum action actions[] = {
         ACTION_HOST_BUILD, ACTION_HOST_BUILD,   ACTION_HOST_UPDATE, ACTION_HOST_UPDATE,
         ACTION_HOST_CLONE, ACTION_HOST_COMPACT, ACTION_HOST_FILL};
-    struct step step = {.action = actions[below(test, sizeof(actions) / sizeof(actions[0]))],
-                        .dst = (unsigned char)below(test, STRUCTURES),
-                        .src = (unsigned char)below(test, STRUCTURES)};
-    if (chance(test, 40))
-        step.object = (unsigned char)(1 + below(test, DEFERRED_OPERATIONS));
-    else if (step.action <= ACTION_HOST_UPDATE && chance(test, 10))
-        step.value = 1;
-    if (step.action > ACTION_HOST_UPDATE && step.src == step.dst)
-        step.src = (unsigned char)((step.dst + 1) % STRUCTURES);
-    return step;
+    struct operation work = {.action = actions[below(test, ARRAY_COUNT(actions))],
+                             .dst = below(test, STRUCTURES),
+                             .src = below(test, STRUCTURES),
+                             .asked = {.state = BUILT, .counted = true}};
+    *deferred = chance(test, 40) ? 1 + below(test, OPERATIONS) : 0;
+    *fails = !*deferred && work.action <= ACTION_HOST_UPDATE && chance(test, 10);
+    if (work.action > ACTION_HOST_UPDATE && work.src == work.dst)
+        work.src = (work.dst + 1) % STRUCTURES;
+    work.asked.shape = random_shape(test);
+    return work;
+}
+
+/* `end`: what follows the command. */
+static void add_work(struct random_test *test, const struct operation *work, const char *end)
+{
+    char words[SHAPE_WORDS_SIZE];
+    shape_write(&work->asked.shape, words);
+    switch (work->action) {
+    case ACTION_HOST_BUILD:
+        add_line(test, "host build B%u %s%s", work->dst, words, end);
+        break;
+    case ACTION_HOST_UPDATE:
+        add_line(test, "host build B%u update src B%u %s%s", work->dst, work->src, words, end);
+        break;
+    case ACTION_HOST_FILL:
+        add_line(test, "host deserialize D0 > B%u%s", work->dst, end);
+        break;
+    default:
+        add_line(test, "host %s B%u > B%u%s",
+                 work->action == ACTION_HOST_CLONE ? "clone" : "compact", work->src, work->dst,
+                 end);
+    }
 }
 
 /* Some work is to be skipped if there is a finding. */
 void work_on_host(struct random_test *test)
 {
-    const struct step step = random_work(test);
+    uint32_t deferred;
+    bool fails;
+    char end[64] = "";
+    const struct operation work = random_work(test, &deferred, &fails);
     const bool may_skip = chance(test, 20);
-    join(test, step.object);
-    struct operation operation = {.action = step.action, .dst = step.dst, .src = step.src};
-    operation.asked =
-        (struct content){.state = BUILT, .shape = random_shape(test), .counted = true};
-    test->machine.good = operation.asked.shape;
-    test->fixture.messages.answer = may_skip;
-    take_step(test, step);
-    test->fixture.messages.answer = VK_FALSE;
-
-    const uint32_t batch = model_judge_work(&test->model, &operation);
-    const bool is_skipped = may_skip && has_findings(&test->model);
-    if (is_skipped != (test->machine.result == VK_ERROR_VALIDATION_FAILED_EXT)) {
-        printf("the host's command returned %d\n", test->machine.result);
-        test->failed = true;
-    }
-    settle(test);
-    if (is_skipped) {
-        test->fixture.platform->null_driver.reset(); /* of a failure that it has not met */
+    join(test, deferred);
+    const uint32_t batch = model_judge_work(&test->model, &work);
+    const bool is_skipped = may_skip && test->model.finding_count;
+    if (deferred)
+        snprintf(end, sizeof(end), " deferred d%u", deferred);
+    else if (fails && !is_skipped)
+        snprintf(end, sizeof(end), " returns OUT_OF_HOST_MEMORY");
+    if (fails && !is_skipped)
+        add_line(test, "fail vkBuildAccelerationStructuresKHR OUT_OF_HOST_MEMORY");
+    add_work(test, &work, end);
+    expect_findings(test, is_skipped);
+    if (is_skipped)
         return;
-    }
-    model_begin_work(&test->model, &operation);
-    test->works[step.object].operation = operation;
-    test->works[step.object].batch = batch;
-    test->works[step.object].fails = step.object == 0 ? step.value != 0 : chance(test, 10);
-    test->works[step.object].is_deferred = step.object != 0;
-    if (step.object == 0)
-        model_end_work(&test->model, batch, &operation, step.value != 0);
+    model_begin_work(&test->model, &work);
+    test->works[deferred].operation = work;
+    test->works[deferred].batch = batch;
+    test->works[deferred].fails = deferred ? chance(test, 10) : fails;
+    test->works[deferred].is_deferred = deferred != 0;
+    if (!deferred)
+        model_end_work(&test->model, batch, &work, fails);
 }

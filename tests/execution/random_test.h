@@ -1,15 +1,36 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Random programs, played on the layer and on the model at once. */
+/* Random programs (tests/programs/program.h), with what the model says that the layer must report.
+ */
 #ifndef EXECUTION_RANDOM_TEST_H
 #define EXECUTION_RANDOM_TEST_H
 
-#include "machine.h"
+#include "shape.h"
+#include "tests/programs/play.h"
 #include "tests/state/random.h"
+
+/* Command buffers c0 to c3 are for queue q0, c4 and c5 for q2; c6 and c7 are secondary, for q0. */
+enum { OTHER_QUEUE = 4, SECONDARIES = 6, COMMAND_BUFFERS = 8 };
+/* B0 to B3; s0 to s3; t0 and t1, which the queues signal; d1 and d2. */
+enum { STRUCTURES = 4, SEMAPHORES = 4, QUEUES = 2, OPERATIONS = 2 };
+
+enum action {
+    ACTION_BUILD,
+    ACTION_UPDATE,
+    ACTION_CLONE,
+    ACTION_COMPACT,
+    ACTION_FILL,
+    ACTION_EXECUTE,
+    ACTION_HOST_BUILD,
+    ACTION_HOST_UPDATE,
+    ACTION_HOST_CLONE,
+    ACTION_HOST_COMPACT,
+    ACTION_HOST_FILL,
+};
 
 /* ---- the obvious model of what is known of structures when: what the layer has to say, and no
  * more (model.c) */
 
-enum { MODEL_BATCHES = 64, MODEL_WRITES = 512, MODEL_OPERATIONS = 16 };
+enum { MODEL_BATCHES = 64, MODEL_WRITES = 512, MODEL_OPERATIONS = 16, MODEL_FINDINGS = 256 };
 
 enum content_state { NEVER_BUILT, NOT_KNOWN, BUILT };
 
@@ -20,7 +41,7 @@ struct content {
     bool compacted;
 };
 
-/* What a command buffer does: a step of it with its shape. */
+/* What a command buffer or the host does. */
 struct operation {
     enum action action;
     uint32_t dst, src; /* of ACTION_EXECUTE, dst is the secondary */
@@ -59,7 +80,11 @@ struct model {
     } writes[STRUCTURES][MODEL_WRITES];
     uint32_t write_count[STRUCTURES];
     uint32_t host_writers[STRUCTURES]; /* commands of the host that are writing it */
-    uint32_t findings[RULE_COUNT];     /* since they were last cleared */
+    struct {
+        enum rule rule;
+        const char *command;    /* that the message begins with */
+    } findings[MODEL_FINDINGS]; /* of the last line */
+    uint32_t finding_count;
 };
 
 void model_begin(struct model *model, uint32_t command_buffer);
@@ -84,41 +109,38 @@ void model_create(struct model *model, uint32_t structure);
 
 /* ---- random programs */
 
-enum { STEPS_MAX = 512 };
-
 struct random_test {
-    struct fixture fixture;
-    struct machine machine;
+    struct platform platform;
+    struct play play;
+    struct program program;
     struct model model;
     struct random random;
     bool executable[COMMAND_BUFFERS], pending[COMMAND_BUFFERS], uses[COMMAND_BUFFERS][STRUCTURES];
     bool executes[COMMAND_BUFFERS][COMMAND_BUFFERS];
     uint32_t values[QUEUES];       /* of the timelines, as submitted */
-    uint32_t first_values[QUEUES]; /* when the program began */
     uint32_t awaited;              /* of the leader's timeline, by the other queue */
     int binary_signal[SEMAPHORES]; /* the batch that has signalled it; -1: none */
     struct {
         struct operation operation;
         uint32_t batch;
         bool is_deferred, fails;
-    } works[DEFERRED_OPERATIONS + 1]; /* of the host, by the operation that they are deferred to */
-    uint32_t leader;                  /* the queue whose future signals the other may wait for */
-    struct step steps[STEPS_MAX];
-    uint32_t step_count;
+    } works[OPERATIONS + 1]; /* of the host, by the operation that they are deferred to */
+    uint32_t leader;         /* the queue whose future signals the other may wait for */
+    char batch[256];         /* the words of the batch that is being put together */
     uint64_t findings, silent_programs;
-    bool failed;
 };
 
-/* ---- dice, steps, and the comparison with the model (random_steps.c) */
+/* ---- dice and lines (random_lines.c) */
 
 uint32_t below(struct random_test *test, uint32_t bound);
 bool chance(struct random_test *test, uint32_t percent);
 struct shape random_shape(struct random_test *test);
 
-void take_step(struct random_test *test, struct step step);
-/* Ends a group of steps whose findings the model knows by now. */
-void settle(struct random_test *test);
-bool has_findings(const struct model *model);
+__attribute__((format(printf, 2, 3))) void add_line(struct random_test *test, const char *format,
+                                                    ...);
+/* The last line has to report what the model has found; with `skips`, the messenger asks to skip
+ * the call if there is something. */
+void expect_findings(struct random_test *test, bool skips);
 
 /* random_host.c: a command of the host; and the completion of an operation, if it has work. */
 void work_on_host(struct random_test *test);

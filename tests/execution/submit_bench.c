@@ -8,19 +8,22 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "machine.h"
+#include "tests/fixture/geometry.h"
+#include "tests/programs/play.h"
 #include "tests/tools/measure.h"
 
 enum { BUILDS = 10000, ROUNDS = 15, BUILDS_A_CALL = 100, TIME_BAR = 100, MEMORY_BAR = 256 };
 
 struct bench {
-    struct fixture fixture;
-    struct machine machine;
+    struct play play;
+    struct program program; /* of one line at a time */
     uint32_t build_count, rounds;
     VkAccelerationStructureKHR *structures;
-    struct shape_arguments arguments;
+    VkDeviceAddress vertices, scratch;
     VkDeviceSize size; /* of a structure */
 };
+
+#define RUN(bench, ...) play_text(&(bench)->play, &(bench)->program, __VA_ARGS__)
 
 /* Medians, nanoseconds a build; and bytes a build. */
 struct figures {
@@ -30,109 +33,113 @@ struct figures {
 
 /* ---- structures */
 
-static void create_structures(struct bench *bench, const struct test_buffer *buffer)
+static void create_structures(struct bench *bench, VkBuffer buffer)
 {
     for (uint32_t i = 0; i < bench->build_count; i++) {
-        const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = buffer->handle,
+        const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = buffer,
                      .offset = i * bench->size, .size = bench->size,
                      .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-        expect_success(bench->fixture.vk.CreateAccelerationStructureKHR(
-                           bench->fixture.device, &info, NULL, &bench->structures[i]),
-                       "vkCreateAccelerationStructureKHR");
+        GET(bench->play.vk.CreateAccelerationStructureKHR(bench->play.device, &info, NULL,
+                                                          &bench->structures[i]));
     }
 }
 
 static void destroy_structures(struct bench *bench)
 {
     for (uint32_t i = 0; i < bench->build_count; i++)
-        bench->fixture.vk.DestroyAccelerationStructureKHR(bench->fixture.device,
-                                                          bench->structures[i], NULL);
+        bench->play.vk.DestroyAccelerationStructureKHR(bench->play.device, bench->structures[i],
+                                                       NULL);
 }
 
 /* ---- recording and submitting */
 
-static void record_call(struct bench *bench, uint32_t cb, uint32_t first, uint32_t count,
-                        bool update)
+enum shape { PLAIN, UPDATABLE, UPDATE };
+
+static void record_call(struct bench *bench, VkCommandBuffer commands, uint32_t first,
+                        uint32_t count, enum shape shape)
 {
+    const VkAccelerationStructureGeometryKHR geometry =
+        triangles_geometry(bench->vertices, 5, VK_INDEX_TYPE_NONE_KHR, 0);
+    const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = 2};
     VkAccelerationStructureBuildGeometryInfoKHR infos[BUILDS_A_CALL];
     const VkAccelerationStructureBuildRangeInfoKHR *ranges[BUILDS_A_CALL];
     for (uint32_t i = 0; i < count; i++) {
-        infos[i] = bench->arguments.info;
-        infos[i].dstAccelerationStructure = bench->structures[first + i];
-        infos[i].scratchData.deviceAddress = bench->machine.scratch.address + i * bench->size;
-        if (update) {
-            infos[i].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
-            infos[i].srcAccelerationStructure = infos[i].dstAccelerationStructure;
-        }
-        ranges[i] = bench->arguments.ranges;
+        const VkAccelerationStructureKHR dst = bench->structures[first + i];
+        infos[i] =
+            MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                 .flags = shape == PLAIN ? 0 : VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+                 .mode = shape == UPDATE ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+                                         : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+                 .srcAccelerationStructure = shape == UPDATE ? dst : VK_NULL_HANDLE,
+                 .dstAccelerationStructure = dst, .geometryCount = 1, .pGeometries = &geometry,
+                 .scratchData.deviceAddress = bench->scratch + i * bench->size);
+        ranges[i] = &range;
     }
-    bench->fixture.vk.CmdBuildAccelerationStructuresKHR(bench->machine.command_buffers[cb], count,
-                                                        infos, ranges);
+    bench->play.vk.CmdBuildAccelerationStructuresKHR(commands, count, infos, ranges);
 }
 
-static void record(struct bench *bench, uint32_t cb, const struct shape *shape, bool update)
+static VkCommandBuffer commands_of(struct bench *bench, const char *name)
 {
-    shape_fill(&bench->arguments, bench->machine.scene, shape, false);
-    machine_step(&bench->machine, &(struct step)BEGIN((unsigned char)cb));
+    return play_object(&bench->play, name)->commands;
+}
+
+static void record(struct bench *bench, const char *name, enum shape shape)
+{
+    RUN(bench, "begin %s", name);
     for (uint32_t i = 0; i < bench->build_count; i += BUILDS_A_CALL) {
         const uint32_t left = bench->build_count - i;
-        record_call(bench, cb, i, left < BUILDS_A_CALL ? left : BUILDS_A_CALL, update);
+        record_call(bench, commands_of(bench, name), i, left < BUILDS_A_CALL ? left : BUILDS_A_CALL,
+                    shape);
     }
-    machine_step(&bench->machine, &(struct step)END((unsigned char)cb));
+    RUN(bench, "end");
 }
 
 /* Nanoseconds a build. */
-static double submit(struct bench *bench, uint32_t cb)
+static double submit(struct bench *bench, const char *name)
 {
-    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1,
-                 .pCommandBuffers = &bench->machine.command_buffers[cb]);
+    const VkCommandBuffer commands = commands_of(bench, name);
+    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1, .pCommandBuffers = &commands);
     const double start = thread_time();
-    expect_success(
-        bench->fixture.vk.QueueSubmit(bench->machine.queues[0], 1, &info, VK_NULL_HANDLE),
-        "vkQueueSubmit");
+    GET(bench->play.vk.QueueSubmit(bench->play.queues[0], 1, &info, VK_NULL_HANDLE));
     const double spent = thread_time() - start;
-    machine_step(&bench->machine, &(struct step)IDLE);
+    RUN(bench, "host wait idle");
     return spent / bench->build_count;
 }
 
 /* ---- measuring */
 
-static void find_size(struct bench *bench, const struct shape *shape)
+static void find_size(struct bench *bench)
 {
-    const VkAccelerationStructureBuildSizesInfoKHR sizes = shape_sizes(bench->machine.scene, shape);
+    const VkAccelerationStructureBuildSizesInfoKHR sizes =
+        play_build_sizes(&bench->play, (char *[]){"B0", NULL});
     bench->size = sizes.accelerationStructureSize;
     if (bench->size < sizes.buildScratchSize)
         bench->size = sizes.buildScratchSize;
     bench->size = (bench->size + 255) / 256 * 256;
 }
 
-static void measure_rounds(struct bench *bench, const struct test_buffer *buffer,
-                           struct figures *figures)
+static void measure_rounds(struct bench *bench, VkBuffer buffer, struct figures *figures)
 {
     double *const first = calloc(3 * (size_t)bench->rounds, sizeof(*first));
     double *const again = first + bench->rounds, *const updates = again + bench->rounds;
-    struct shape updatable = shape_plain(), plain = shape_plain();
-    plain.flags = 0;
     for (uint32_t i = 0; i < bench->rounds; i++) {
         create_structures(bench, buffer);
         const double before = bytes_allocated();
-        record(bench, A, &plain, false);
-        first[i] = submit(bench, A);
+        record(bench, "c0", PLAIN);
+        first[i] = submit(bench, "c0");
         if (i == 0) /* later recordings reuse what this one leaves */
             figures->bytes = (bytes_allocated() - before) / bench->build_count;
-        again[i] = submit(bench, A);
-        machine_step(&bench->machine, &(struct step)RESET_POOL(A));
+        again[i] = submit(bench, "c0");
+        RUN(bench, "reset pool c0");
 
-        record(bench, A, &updatable, false);
-        record(bench, B, &updatable, true);
-        submit(bench, A);
-        updates[i] = submit(bench, B);
+        record(bench, "c0", UPDATABLE);
+        record(bench, "c1", UPDATE);
+        submit(bench, "c0");
+        updates[i] = submit(bench, "c1");
         destroy_structures(bench);
         /* Their ends are taken note of by the next submission, whatever it is. */
-        machine_step(&bench->machine, &(struct step)BATCH);
-        machine_step(&bench->machine, &(struct step)SUBMIT(0));
-        machine_step(&bench->machine, &(struct step)RESET_POOL(A));
-        machine_step(&bench->machine, &(struct step)RESET_POOL(B));
+        RUN(bench, "submit1; reset pool c0; reset pool c1");
     }
     figures->first = quantile(first, bench->rounds, 0.5);
     figures->again = quantile(again, bench->rounds, 0.5);
@@ -143,25 +150,27 @@ static void measure_rounds(struct bench *bench, const struct test_buffer *buffer
 static void measure(struct bench *bench, const struct platform *platform, const char *level,
                     struct figures *figures)
 {
-    const struct setup setup = {.level = level};
-    const struct shape shape = shape_plain();
-    if (fixture_open(&bench->fixture, platform, &setup) != NULL)
+    struct play *play = &bench->play;
+    *play = (struct play){.platform = platform, .level = level};
+    if (!play_begin(play, &bench->program))
         exit(1);
-    machine_open(&bench->machine, &bench->fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-    find_size(bench, &shape);
-    struct scene *scene = bench->machine.scene;
-    const struct test_buffer buffer =
-        scene_buffer(scene, bench->build_count * bench->size, ACCEL_USAGE);
-    bench->machine.scratch = scene_buffer(scene, BUILDS_A_CALL * bench->size, SCRATCH_USAGE);
+    find_size(bench);
+    const VkBufferCreateInfo structures = play_buffer_info(play, bench->build_count * bench->size);
+    const VkBufferCreateInfo scratches = play_buffer_info(play, BUILDS_A_CALL * bench->size);
+    struct device_buffer buffer =
+        buffer_create(&play->vk, play->device, play->memory_type, &structures);
+    struct device_buffer scratch =
+        buffer_create(&play->vk, play->device, play->memory_type, &scratches);
+    bench->vertices = play_address(play, "V0");
+    bench->scratch = scratch.address;
     bench->structures = calloc(bench->build_count, sizeof(*bench->structures));
-    measure_rounds(bench, &buffer, figures);
-    if (bench->fixture.messages.count != 0) {
-        printf("unexpected: %.600s\n", bench->fixture.messages.items[0].text);
-        exit(1);
-    }
+    measure_rounds(bench, buffer.handle, figures);
+    messages_expect_none(&play->fixture.messages);
     free(bench->structures);
-    machine_close(&bench->machine);
-    fixture_close(&bench->fixture);
+    buffer_destroy(&play->vk, play->device, &buffer);
+    buffer_destroy(&play->vk, play->device, &scratch);
+    play_end(play);
+    play_close(play);
 }
 
 static bool meets(const char *what, double value, double bar, const char *unit)

@@ -4,27 +4,30 @@
 #include <pthread.h>
 #include <sched.h>
 #include <stdatomic.h>
+#include <stdlib.h>
 
-#include "machine.h"
+#include "tests/programs/play.h"
 #include "tests/state/unit_test.h"
 
-enum { ROUNDS = 400, MISTAKES = 5 /* one in so many rounds */, JOINERS = 2 };
+enum { ROUNDS = 400, MISTAKES = 5 /* one in so many rounds */, JOINERS = 2, RUNNERS = 3 };
 
 static struct platform platform;
-static struct fixture fixture;
-static struct machine machines[3];
-static atomic_uint signalled; /* the value of the first machine's timeline */
+/* The device, which the runners share. Each plays lines of its own. */
+static struct play shared;
+static struct program setup;
+static struct runner {
+    struct play play;
+    struct program program;
+} runners[RUNNERS];
+static atomic_uint signalled; /* the value of the first runner's timeline */
 static atomic_bool working;
 
-static void play(struct machine *machine, const struct step *steps)
-{
-    for (; steps->action != ACTION_END_OF_PROGRAM; steps++)
-        machine_step(machine, steps);
-}
+#define RUN(number, ...) play_text(&runners[number].play, &runners[number].program, __VA_ARGS__)
 
-static enum build_shape shape_of(uint32_t round)
+/* What a source is built with: a mistake is one more vertex than its update has. */
+static const char *shape_of(uint32_t round)
 {
-    return round % MISTAKES == MISTAKES - 1 ? BAD : GOOD;
+    return round % MISTAKES == MISTAKES - 1 ? "max 6" : "";
 }
 
 /* ---- submitting, each thread to a queue of its own */
@@ -32,19 +35,22 @@ static enum build_shape shape_of(uint32_t round)
 static void *submit_to_first(void *unused)
 {
     for (uint32_t i = 0; i < ROUNDS; i++) {
-        play(&machines[0], STEPS(RECORD_BUILD(A, X, shape_of(i)), UPDATE_XY(B), RUN(A), BATCH,
-                                 WITH(B), SIGNAL_TO(0, i + 1), SUBMIT(0)));
+        RUN(0, "c0: build B0 %s", shape_of(i));
+        RUN(0, "c1: build B1 update src B0");
+        RUN(0, "submit1 c0; submit1 c1 signal t0=%u", i + 1);
         atomic_store(&signalled, i + 1);
-        play(&machines[0], STEPS(WAIT_QUEUE(0), RESET(A), RESET(B)));
+        RUN(0, "host wait q0; reset c0; reset c1");
     }
     return NULL;
 }
 
 static void *submit_to_second(void *unused)
 {
-    for (uint32_t i = 0; i < ROUNDS; i++)
-        play(&machines[1], STEPS(RECORD_BUILD(P, X, shape_of(i)), UPDATE_XY(R), RUN(P), RUN(R),
-                                 WAIT_QUEUE(1), RESET(P), RESET(R)));
+    for (uint32_t i = 0; i < ROUNDS; i++) {
+        RUN(1, "c0 for q2: build B0 %s", shape_of(i));
+        RUN(1, "c1 for q2: build B1 update src B0");
+        RUN(1, "submit1 q2 c0; submit1 q2 c1; host wait q2; reset c0; reset c1");
+    }
     return NULL;
 }
 
@@ -53,60 +59,68 @@ static void *wait_for_first(void *unused)
 {
     for (uint32_t i = 0; i < ROUNDS; i++) {
         const uint32_t value = atomic_load(&signalled) + i % 2;
-        play(&machines[1],
-             STEPS(RECORD_BUILD(P, X, shape_of(i)), UPDATE_XY(R), RUN(P), BATCH, WITH(R),
-                   WAIT_FOR(0, value < ROUNDS ? value : ROUNDS), SUBMIT2(1)));
+        RUN(1, "c0 for q2: build B0 %s", shape_of(i));
+        RUN(1, "c1 for q2: build B1 update src B0");
+        RUN(1, "submit1 q2 c0; submit q2 c1 wait t0=%u", value < ROUNDS ? value : ROUNDS);
         while (atomic_load(&signalled) < value && atomic_load(&signalled) < ROUNDS)
             sched_yield();
-        play(&machines[1], STEPS(WAIT_QUEUE(1), RESET(P), RESET(R)));
+        RUN(1, "host wait q2; reset c0; reset c1");
     }
     return NULL;
 }
 
 /* ---- on the host */
 
+static VkDeferredOperationKHR operation(void)
+{
+    return play_object(&runners[2].play, "d1")->operation;
+}
+
 /* Who has learned that the operation is complete can rely on what it has built. */
 static void *build_on_host(void *unused)
 {
-    struct machine *machine = &machines[2];
     for (uint32_t i = 0; i < ROUNDS; i++) {
-        play(machine, STEPS(HOST_BUILD(W, GOOD), HOST_UPDATE(W, Z), HOST_CLONE(W, Z),
-                            DEFERRED_BUILD(1, X, shape_of(i))));
-        do
-            play(machine, STEPS(ASK(1)));
-        while (machine->result == VK_NOT_READY);
-        play(machine, STEPS(HOST_UPDATE_XY));
+        RUN(2, "host build B2; host build B3 update src B2; host clone B2 > B3");
+        RUN(2, "host build B0 %s deferred d1", shape_of(i));
+        while (shared.vk.GetDeferredOperationResultKHR(shared.device, operation()) == VK_NOT_READY)
+            continue;
+        RUN(2, "host build B1 update src B0");
     }
     atomic_store(&working, false);
     return NULL;
 }
 
-static void *join(void *unused)
+static void *join(void *deferred)
 {
     while (atomic_load(&working))
-        fixture.vk.DeferredOperationJoinKHR(fixture.device, machines[2].operations[1]);
+        shared.vk.DeferredOperationJoinKHR(shared.device, deferred);
     return NULL;
 }
 
 /* ---- the tests */
 
-static pthread_t start(void *(*run)(void *unused))
+static pthread_t start(void *(*run)(void *argument), void *argument)
 {
     pthread_t thread;
-    assert_int_equal(pthread_create(&thread, NULL, run, NULL), 0);
+    assert_int_equal(pthread_create(&thread, NULL, run, argument), 0);
     return thread;
 }
 
-static void open_machines(void)
+/* Lines of runners are judged together, by count_messages(). */
+static void open_runners(void)
 {
-    static const struct setup plain;
+    setenv("VK_ASSAY_VALIDATION_ENABLE_MESSAGE_LIMIT", "false", 1);
     if (platform.name == NULL)
         assert_null(platform_open(&platform, "null"));
-    assert_null(fixture_open(&fixture, &platform, &plain));
-    for (uint32_t i = 0; i < sizeof(machines) / sizeof(machines[0]); i++) {
-        machine_open(&machines[i], &fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-        machines[i].good = machines[i].bad = shape_plain();
-        machines[i].bad.max_vertex++;
+    shared = (struct play){.platform = &platform};
+    assert_true(play_begin(&shared, &setup));
+    for (unsigned i = 0; i < RUNNERS; i++) {
+        struct runner *runner = &runners[i];
+        runner->play = shared;
+        runner->play.program = &runner->program;
+        runner->program.expected[0] = (struct expectation){"", "", -1, true};
+        runner->program.expected_count = 1;
+        play_create_objects(&runner->play);
     }
     atomic_store(&signalled, 0);
     atomic_store(&working, true);
@@ -115,26 +129,30 @@ static void open_machines(void)
 /* Closes all. Every message is about a planted mistake. */
 static uint32_t count_messages(void)
 {
-    const uint32_t count = fixture.messages.count;
+    const uint32_t count = shared.fixture.messages.count;
     const uint32_t of_device = messages_count(
-        &fixture.messages, "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03764", NULL);
+        &shared.fixture.messages, "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03764", NULL);
     const uint32_t of_host = messages_count(
-        &fixture.messages, "VUID-vkBuildAccelerationStructuresKHR-pInfos-03764", NULL);
+        &shared.fixture.messages, "VUID-vkBuildAccelerationStructuresKHR-pInfos-03764", NULL);
     print_message("%u by the device, %u by the host\n", of_device, of_host);
     assert_int_equal(of_device + of_host, count);
-    for (uint32_t i = 0; i < sizeof(machines) / sizeof(machines[0]); i++)
-        machine_close(&machines[i]);
-    fixture_close(&fixture);
+    for (unsigned i = 0; i < RUNNERS; i++) {
+        assert_int_equal(runners[i].play.outcome, OUTCOME_PASSED);
+        play_destroy_objects(&runners[i].play);
+    }
+    play_end(&shared);
+    play_close(&shared);
     return count;
 }
 
 TEST(threads_submit_and_build_at_once)
 {
-    open_machines();
-    pthread_t threads[3 + JOINERS] = {start(submit_to_first), start(submit_to_second),
-                                      start(build_on_host)};
+    open_runners();
+    const VkDeferredOperationKHR deferred = operation();
+    pthread_t threads[3 + JOINERS] = {start(submit_to_first, NULL), start(submit_to_second, NULL),
+                                      start(build_on_host, NULL)};
     for (uint32_t i = 0; i < JOINERS; i++)
-        threads[3 + i] = start(join);
+        threads[3 + i] = start(join, deferred);
     for (uint32_t i = 0; i < 3 + JOINERS; i++)
         pthread_join(threads[i], NULL);
     assert_int_equal(count_messages(), 3 * ROUNDS / MISTAKES);
@@ -143,11 +161,14 @@ TEST(threads_submit_and_build_at_once)
 /* Where calls under way may release others, the layer rather says nothing. */
 TEST(threads_wait_for_each_other)
 {
-    open_machines();
-    machines[1].timelines[0] = machines[0].timelines[0];
-    pthread_t threads[] = {start(submit_to_first), start(wait_for_first)};
+    open_runners();
+    struct play_object *timeline = play_object(&runners[1].play, "t0");
+    play_destroy_object(&runners[1].play, timeline);
+    timeline->semaphore = play_object(&runners[0].play, "t0")->semaphore;
+    pthread_t threads[] = {start(submit_to_first, NULL), start(wait_for_first, NULL)};
     for (uint32_t i = 0; i < sizeof(threads) / sizeof(threads[0]); i++)
         pthread_join(threads[i], NULL);
+    timeline->semaphore = VK_NULL_HANDLE;
     const uint32_t count = count_messages();
     print_message("%u of %u mistakes told\n", count, 2 * ROUNDS / MISTAKES);
     assert_in_range(count, 1, 2 * ROUNDS / MISTAKES);

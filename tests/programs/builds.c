@@ -4,17 +4,17 @@
  *     build NAME [vertices PLACE] [indices PLACE] [transform PLACE] [boxes PLACE] [micromap NAME]
  *         [scratch PLACE] [indirect PLACE] [update] [src NAME] [primitives COUNT] [and NAME ...]
  *         [opacity-indices PLACE] [flags FLAG|FLAG] [geometries COUNT] [opaque]
- *         [first VERTEX] [max VERTEX] [format rgba16] [stride BYTES]     of vertices
+ *         [first VERTEX] [max VERTEX] [format NAME] [stride BYTES]       of vertices
  *         [last-format rgba16] [last-stride BYTES]                       of the last geometry
  *         [plain]                  with indices I0 and transform X0; what follows may change it
  *         [short-indices PLACE] [no-transform]
  *         [instances PLACE]        on the bottom level, too: it becomes a top-level build
  *         [ranges PLACE]           indirect, and the host writes the ranges
- *         [motion PLACE] [spheres PLACE] [swept PLACE]     with extensions of NVIDIA
+ *         [motion PLACE] [spheres PLACE] [swept PLACE] [no-indices]     with extensions of NVIDIA
+ *         [pointers PLACE]         instances behind pointers
  *         [dense PLACE] [triangles COUNT] [dense-vertices COUNT] [max-primitive INDEX]
  *         [max-geometry INDEX] [size BYTES]                with VK_AMDX_dense_geometry_format
  *     top NAME [NAME...] [instances PLACE] [...]
- *     micromap NAME [data PLACE] [triangles PLACE] [scratch PLACE]
  *     host build ... [deferred NAME]
  *     create NAME fitting ...      a structure of the size that such a build needs
  *     create NAME scratch build | update B0 ...        a buffer for the scratch of such a build
@@ -72,7 +72,7 @@ static VkDeviceOrHostAddressConstKHR input(const struct build_line *line, const 
     return (VkDeviceOrHostAddressConstKHR){.deviceAddress = place(line, word).deviceAddress};
 }
 
-static VkDeviceOrHostAddressKHR unused_scratch(struct play *play, bool is_host)
+VkDeviceOrHostAddressKHR play_unused_scratch(struct play *play, bool is_host)
 {
     const VkDeviceSize offset = play->scratch_used;
     play->scratch_used = (offset + SCRATCH_SIZE) % play->scratch.size;
@@ -169,10 +169,29 @@ static bool read_word(struct build_line *line, struct one_build *build, const ch
         set_transform(line, build, "X0");
     } else if (play_is(word, "no-transform")) {
         triangles->transformData.deviceAddress = 0;
+    } else if (play_is(word, "no-indices")) { /* of both structures */
+        build->chained.spheres.indexType = VK_INDEX_TYPE_NONE_KHR;
+        build->chained.spheres.indexData.deviceAddress = 0;
+        build->chained.swept.indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV;
     } else {
         return false;
     }
     return true;
+}
+
+static VkFormat format_of(const struct play *play, const char *name)
+{
+    static const struct {
+        const char *name;
+        VkFormat format;
+    } formats[] = {{"rgba16", VK_FORMAT_R16G16B16A16_SFLOAT},
+                   {"rg16", VK_FORMAT_R16G16_SFLOAT},
+                   {"rg32", VK_FORMAT_R32G32_SFLOAT}};
+    size_t i = 0;
+    while (i < ARRAY_COUNT(formats) && !play_is(name, formats[i].name))
+        i++;
+    PLAY_REQUIRE(play, i < ARRAY_COUNT(formats));
+    return formats[i].format;
 }
 
 /* An option of vertices and indices. */
@@ -194,8 +213,7 @@ static bool read_triangles(struct build_line *line, struct one_build *build, con
     } else if (play_is(option, "max")) {
         triangles->maxVertex = (uint32_t)atoi(word);
     } else if (play_is(option, "format")) {
-        PLAY_REQUIRE(line->play, play_is(word, "rgba16"));
-        triangles->vertexFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
+        triangles->vertexFormat = format_of(line->play, word);
     } else if (play_is(option, "stride")) {
         triangles->vertexStride = (VkDeviceSize)atoi(word);
     } else if (play_is(option, "last-format")) {
@@ -288,8 +306,9 @@ static void read_operand(struct build_line *line, struct one_build *build, const
     if (play_is(option, "boxes")) {
         build->geometry =
             boxes_geometry(input(line, word).deviceAddress, sizeof(VkAabbPositionsKHR));
-    } else if (play_is(option, "instances")) {
+    } else if (play_is(option, "instances") || play_is(option, "pointers")) {
         use_instances(line, build, word);
+        build->geometry.geometry.instances.arrayOfPointers = play_is(option, "pointers");
     } else if (play_is(option, "scratch")) {
         build->info.scratchData = place(line, word);
     } else if (play_is(option, "indirect") || play_is(option, "ranges")) {
@@ -336,7 +355,7 @@ static void finish(struct build_line *line, struct one_build *build, char **refe
         info->type == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)
         info->flags |= VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
     if (!info->scratchData.deviceAddress)
-        info->scratchData = unused_scratch(play, line->is_host);
+        info->scratchData = play_unused_scratch(play, line->is_host);
     if (build->geometry.geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR) {
         while (references[build->range.primitiveCount])
             build->range.primitiveCount++;
@@ -416,37 +435,13 @@ VkAccelerationStructureBuildSizesInfoKHR play_build_sizes(struct play *play, cha
     return sizes;
 }
 
-static void build_micromap(struct play *play, char **words)
-{
-    const VkMicromapUsageEXT usage = {PRIMITIVES, 0, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
-    STRUCT(VkMicromapBuildInfoEXT, info, .type = play_micromap_type(play),
-           .dstMicromap = play_object(play, words[1])->micromap, .usageCountsCount = 1,
-           .pUsageCounts = &usage, .triangleArrayStride = sizeof(VkMicromapTriangleEXT));
-    char *triangles = "V1";
-    info.data.deviceAddress = play_address(play, "V0");
-    info.scratchData = unused_scratch(play, false);
-    for (words += 2; *words; words += 2) {
-        if (play_is(words[0], "data"))
-            info.data.deviceAddress = play_address(play, words[1]);
-        else if (play_is(words[0], "triangles"))
-            triangles = words[1];
-        else if (play_is(words[0], "scratch"))
-            info.scratchData.deviceAddress = play_address(play, words[1]);
-        else
-            play_fail(play, words[0]);
-    }
-    play_init(play, (char *[]){"", triangles, "triangles"});
-    info.triangleArray.deviceAddress = play_address(play, triangles);
-    play->vk.CmdBuildMicromapsEXT(play_commands(play), 1, &info);
-}
-
 bool play_build(struct play *play, char **words)
 {
     struct build_line line = {.play = play, .is_host = play_is(words[0], "host")};
     if (line.is_host)
         words++;
     if (play_is(words[0], "micromap")) {
-        build_micromap(play, words);
+        play_build_micromap(play, words, line.is_host);
         return true;
     }
     if (!play_is(words[0], "build") && !play_is(words[0], "top"))

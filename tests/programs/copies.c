@@ -2,9 +2,9 @@
 /* Commands of cases that are no builds:
  *
  *     clone | compact | serialize | deserialize SRC > DST     of structures and micromaps
- *     query NAME > POOL          results POOL > PLACE         the compacted size
- *     copy | copy1 | copy-image SRC > DST [SIZE]
- *     fill PLACE [SIZE]          update PLACE [SIZE]
+ *     query NAME > POOL                                       the compacted size
+ *     copy | copy1 SRC > DST [SIZE]
+ *     fill PLACE [SIZE | whole]  update PLACE [SIZE]
  *     marker PLACE STAGE         marker2 PLACE STAGE          VK_AMD_buffer_marker
  *     host clone | compact | serialize | deserialize SRC > DST
  *     host query NAME            host reset POOL            reset POOL
@@ -22,7 +22,7 @@ enum { SIZE = 64, SIZE_MAX_OF_UPDATE = 4096 };
 
 static VkDeviceSize size_of(const char *word)
 {
-    return word ? strtoull(word, NULL, 0) : SIZE;
+    return play_is(word, "whole") ? VK_WHOLE_SIZE : word ? strtoull(word, NULL, 0) : SIZE;
 }
 
 /* ---- structures */
@@ -72,28 +72,6 @@ static void deserialize(struct play *play, char **words, bool is_host)
         play->vk.CmdCopyMemoryToAccelerationStructureKHR(play_commands(play), &info);
 }
 
-static void copy_micromap(struct play *play, char **words)
-{
-    if (play_is(words[0], "serialize")) {
-        const STRUCT(VkCopyMicromapToMemoryInfoEXT, info,
-                     .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT,
-                     .src = play_object(play, words[1])->micromap,
-                     .dst.deviceAddress = play_address(play, words[3]));
-        play->vk.CmdCopyMicromapToMemoryEXT(play_commands(play), &info);
-    } else if (play_is(words[0], "deserialize")) {
-        const STRUCT(VkCopyMemoryToMicromapInfoEXT, info,
-                     .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT,
-                     .src.deviceAddress = play_address(play, words[1]),
-                     .dst = play_object(play, words[3])->micromap);
-        play->vk.CmdCopyMemoryToMicromapEXT(play_commands(play), &info);
-    } else {
-        const STRUCT(VkCopyMicromapInfoEXT, info, .mode = VK_COPY_MICROMAP_MODE_CLONE_EXT,
-                     .src = play_object(play, words[1])->micromap,
-                     .dst = play_object(play, words[3])->micromap);
-        play->vk.CmdCopyMicromapEXT(play_commands(play), &info);
-    }
-}
-
 static bool play_structures(struct play *play, char **words, bool is_host)
 {
     static const char *const names[] = {"clone", "compact", "serialize", "deserialize"};
@@ -104,7 +82,7 @@ static bool play_structures(struct play *play, char **words, bool is_host)
         return false;
     PLAY_REQUIRE(play, words[1] && play_is(words[2], ">") && words[3]);
     if (words[1][0] == 'M' || words[3][0] == 'M')
-        copy_micromap(play, words);
+        play_copy_micromap(play, words, is_host);
     else if (play_is(words[0], "serialize"))
         serialize(play, words, is_host);
     else if (play_is(words[0], "deserialize"))
@@ -119,6 +97,12 @@ static bool play_structures(struct play *play, char **words, bool is_host)
 static void query(struct play *play, char **words)
 {
     PLAY_REQUIRE(play, play_is(words[2], ">"));
+    if (words[1][0] == 'M') {
+        play->vk.CmdWriteMicromapsPropertiesEXT(
+            play_commands(play), 1, &play_object(play, words[1])->micromap,
+            VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT, play_object(play, words[3])->queries, 0);
+        return;
+    }
     play->vk.CmdWriteAccelerationStructuresPropertiesKHR(
         play_commands(play), 1, &play_object(play, words[1])->structure,
         VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
@@ -127,10 +111,10 @@ static void query(struct play *play, char **words)
 
 static void query_on_host(struct play *play, char **words)
 {
-    GET(play->vk.WriteAccelerationStructuresPropertiesKHR(
-        play->device, 1, &play_object(play, words[1])->structure,
-        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, sizeof(play->compacted),
-        &play->compacted, sizeof(play->compacted)));
+    play_note(play, play->vk.WriteAccelerationStructuresPropertiesKHR(
+                        play->device, 1, &play_object(play, words[1])->structure,
+                        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+                        sizeof(play->compacted), &play->compacted, sizeof(play->compacted)));
 }
 
 /* Reads query 0 with a stride that leaves room for two results; its availability may come second.
@@ -172,16 +156,6 @@ static bool play_operation(struct play *play, char **words)
     return true;
 }
 
-static void copy_results(struct play *play, char **words)
-{
-    VkDeviceSize offset;
-    PLAY_REQUIRE(play, play_is(words[2], ">"));
-    const struct play_object *to = play_place(play, words[3], &offset);
-    play->vk.CmdCopyQueryPoolResults(play_commands(play), play_object(play, words[1])->queries, 0,
-                                     1, to->buffer.handle, offset, sizeof(uint64_t),
-                                     VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT);
-}
-
 /* ---- transfers */
 
 static void copy_buffer(struct play *play, char **words)
@@ -202,25 +176,13 @@ static void copy_buffer(struct play *play, char **words)
     play->vk.CmdCopyBuffer2(play_commands(play), &info);
 }
 
-static void copy_image(struct play *play, char **words)
-{
-    VkDeviceSize offset;
-    PLAY_REQUIRE(play, play_is(words[2], ">"));
-    const struct play_object *to = play_place(play, words[3], &offset);
-    const VkBufferImageCopy region = {.bufferOffset = offset,
-                                      .imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
-                                      .imageExtent = {4, 4, 1}};
-    play->vk.CmdCopyImageToBuffer(play_commands(play), play_object(play, words[1])->image,
-                                  VK_IMAGE_LAYOUT_GENERAL, to->buffer.handle, 1, &region);
-}
-
 static void write_buffer(struct play *play, char **words)
 {
     static const unsigned char zeros[SIZE_MAX_OF_UPDATE];
     VkDeviceSize offset;
     const struct play_object *to = play_place(play, words[1], &offset);
     const VkDeviceSize size = size_of(words[2]);
-    PLAY_REQUIRE(play, size <= SIZE_MAX_OF_UPDATE);
+    PLAY_REQUIRE(play, play_is(words[0], "fill") || size <= SIZE_MAX_OF_UPDATE);
     if (play_is(words[0], "fill"))
         play->vk.CmdFillBuffer(play_commands(play), to->buffer.handle, offset, size, 0);
     else
@@ -250,17 +212,13 @@ bool play_copy(struct play *play, char **words)
         query(play, words);
     else if (play_is(words[0], "reset") && words[1] && words[1][0] == 'P')
         play->vk.CmdResetQueryPool(play_commands(play), play_object(play, words[1])->queries, 0, 1);
-    else if (play_is(words[0], "results"))
-        copy_results(play, words);
     else if (play_is(words[0], "copy") || play_is(words[0], "copy1"))
         copy_buffer(play, words);
-    else if (play_is(words[0], "copy-image"))
-        copy_image(play, words);
     else if (play_is(words[0], "fill") || play_is(words[0], "update"))
         write_buffer(play, words);
     else if (play_is(words[0], "marker") || play_is(words[0], "marker2"))
         write_marker(play, words);
     else
-        return false;
+        return play_transfer(play, words);
     return true;
 }

@@ -8,6 +8,7 @@
  *     without FEATURE            maintenance1, synchronization2, deviceFault
  *     only null                  for programs that need the null driver
  *     only driver                for programs that backend cpu plays otherwise
+ *     only cpu                   for programs that need backend cpu
  *     driver recycles            the null driver gives out handles and addresses again
  *     driver joins COUNT         its deferred operations complete at this join; 0: they aren't
  *                                deferred
@@ -149,6 +150,7 @@ struct device_features {
     VkPhysicalDeviceFaultFeaturesEXT fault;
     VkPhysicalDeviceRayQueryFeaturesKHR ray_query;
     VkPhysicalDeviceRayTracingPipelineFeaturesKHR ray_tracing;
+    VkPhysicalDeviceDeviceAddressCommandsFeaturesKHR address_commands;
 };
 
 #define FEATURES(member, type)                                                                     \
@@ -170,6 +172,8 @@ static const struct extension {
     {"VK_AMD_buffer_marker", true, NO_FEATURES},
     {"VK_KHR_synchronization2", false, NO_FEATURES},
     {"VK_KHR_timeline_semaphore", false, NO_FEATURES},
+    {"VK_KHR_copy_commands2", false, NO_FEATURES},
+    {"VK_KHR_create_renderpass2", false, NO_FEATURES},
     {"VK_KHR_swapchain", false, NO_FEATURES},
     {"VK_KHR_external_semaphore_fd", false, NO_FEATURES},
     {"VK_KHR_external_fence_fd", false, NO_FEATURES},
@@ -183,6 +187,8 @@ static const struct extension {
     {"VK_KHR_ray_query", false, FEATURES(ray_query, RAY_QUERY_FEATURES_KHR)},
     {"VK_KHR_ray_tracing_pipeline", false,
      FEATURES(ray_tracing, RAY_TRACING_PIPELINE_FEATURES_KHR)},
+    {"VK_KHR_device_address_commands", false,
+     FEATURES(address_commands, DEVICE_ADDRESS_COMMANDS_FEATURES_KHR)},
     {"VK_KHR_maintenance5", false, FEATURES(maintenance_5, MAINTENANCE_5_FEATURES)},
 };
 
@@ -373,6 +379,8 @@ static const char *missing_platform(const struct play *play)
         return "the null driver";
     if (play->platform->is_cpu && program_find(program, "only", "driver"))
         return "builds by the driver";
+    if (!play->platform->is_cpu && program_find(program, "only", "cpu"))
+        return "backend cpu";
     /* It comes before the program's own setting. */
     if (program_find(program, "setting", "log_filename") &&
         getenv("VK_ASSAY_VALIDATION_LOG_FILENAME"))

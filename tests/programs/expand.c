@@ -204,7 +204,9 @@ static void cut_expectations(const struct expander *expander, char *text, int li
 static void split(struct program_line *line, char *text)
 {
     unsigned count = 0;
-    for (char *word = strtok(text, " "); word && count < PROGRAM_WORDS; word = strtok(NULL, " "))
+    char *rest = NULL;
+    for (char *word = strtok_r(text, " ", &rest); word && count < PROGRAM_WORDS;
+         word = strtok_r(NULL, " ", &rest))
         line->words[count++] = word;
     line->words[count] = NULL;
     if (count > 1 && strcmp(line->words[count - 2], "returns") == 0) {

@@ -10,6 +10,7 @@
  *                              of this number. `early`: before the copies in front of the build;
  *                              `at-once`: the submission returns the loss; `computes`, `signals`:
  *                              progress during the hang; `address`: of VK_EXT_device_fault
+ *     mock on | off            submissions complete, and nothing in them is executed
  *     end hang [when reported] executes what was submitted; or does when the layer reports a hang
  *
  *     count CALL|CALL...       from here on
@@ -151,6 +152,8 @@ bool play_fault(struct play *play, char **words)
         plan(play, words);
     } else if (play_is(words[0], "end") && play_is(words[1], "hang")) {
         end_hang(play, play_is(words[2], "when"));
+    } else if (play_is(words[0], "mock")) {
+        driver->set_executes_nothing(play_is(words[1], "on"));
     } else if (play_is(words[0], "count")) {
         play->counted = words[1];
         play->count_before = calls_of(play, words[1]);

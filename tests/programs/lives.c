@@ -93,7 +93,7 @@ static void renew(struct play *play, struct play_object *object)
     }
     if (object->name[0] == 'P') {
         play_destroy_object(play, object);
-        object->queries = play_create_queries(play);
+        object->queries = play_create_queries(play, object->name);
         return;
     }
     buffer_destroy(&play->vk, play->device, &object->buffer);

@@ -90,10 +90,11 @@ static VkAccelerationStructureTypeKHR type_of(const struct play *play,
 
 static void create_image(struct play *play, struct play_object *object)
 {
-    const STRUCT(VkImageCreateInfo, info, .imageType = VK_IMAGE_TYPE_2D,
-                 .format = VK_FORMAT_R8G8B8A8_UNORM, .extent = image_extent, .mipLevels = 1,
-                 .arrayLayers = 1, .samples = VK_SAMPLE_COUNT_1_BIT,
-                 .usage = VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT);
+    const STRUCT(
+        VkImageCreateInfo, info, .imageType = VK_IMAGE_TYPE_2D,
+        .format = object->name[1] == 'C' ? VK_FORMAT_BC1_RGB_UNORM_BLOCK : VK_FORMAT_R8G8B8A8_UNORM,
+        .extent = image_extent, .mipLevels = 1, .arrayLayers = 1, .samples = VK_SAMPLE_COUNT_1_BIT,
+        .usage = VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT);
     VkMemoryRequirements requirements;
     GET(play->vk.CreateImage(play->device, &info, NULL, &object->image));
     play->vk.GetImageMemoryRequirements(play->device, object->image, &requirements);
@@ -119,10 +120,13 @@ static struct play_object *add(struct play *play, const char *name)
     return object;
 }
 
-VkQueryPool play_create_queries(const struct play *play)
+VkQueryPool play_create_queries(const struct play *play, const char *name)
 {
     return query_pool_create(&play->vk, play->device,
-                             VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, 1);
+                             name[1] == 'M'
+                                 ? VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT
+                                 : VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+                             2);
 }
 
 /* Programs deserialize data that they have not serialized: these are data of the null driver. */
@@ -155,7 +159,7 @@ static void create(struct play *play, struct play_object *object)
         create_image(play, object);
         break;
     case 'P':
-        object->queries = play_create_queries(play);
+        object->queries = play_create_queries(play, object->name);
         play->vk.ResetQueryPool(play->device, object->queries, 0, 1);
         break;
     case 'c':
@@ -224,7 +228,8 @@ void play_alias(struct play *play, char **words)
 {
     VkDeviceSize offset;
     const struct play_object *other = play_place(play, words[2], &offset);
-    const VkBufferCreateInfo info = play_buffer_info(play, PLAY_BUFFER_SIZE - offset);
+    const VkBufferCreateInfo info =
+        play_buffer_info(play, words[3] ? strtoull(words[3], NULL, 0) : PLAY_BUFFER_SIZE - offset);
     PLAY_REQUIRE(play, !find(play, words[1]));
     struct device_buffer buffer = {.size = info.size, .bytes = other->buffer.bytes + offset};
     GET(play->vk.CreateBuffer(play->device, &info, NULL, &buffer.handle));

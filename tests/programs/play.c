@@ -2,6 +2,7 @@
 /* Plays the lines of programs. */
 #include "play.h"
 
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -128,6 +129,19 @@ bool play_line(struct play *play, unsigned line)
     play->fixture.messages.answer = VK_FALSE;
     judge_result(play, played, is_mistake);
     return judge_line(play, line);
+}
+
+void play_text(struct play *play, struct program *program, const char *format, ...)
+{
+    char text[256];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof(text), format, arguments);
+    va_end(arguments);
+    program->line_count = 0;
+    program->used = 0;
+    program_add(program, text, 1);
+    play_line(play, 0);
 }
 
 /* ---- programs */

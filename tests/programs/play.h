@@ -3,7 +3,8 @@
  * judges each by what the layer reports meanwhile.
  *
  * An object exists from its first use on. The first letter of its name says what it is:
- * B and T bottom- and top-level structures, M micromaps, E events, F images, P query pools,
+ * B and T bottom- and top-level structures, M micromaps, E events, F images (FC: of blocks of 4 * 4
+ * texels), P query pools (PM: of micromaps),
  * c command buffers, d deferred operations, s binary semaphores, t timelines, q queues, all other
  * capital letters buffers, which the host has mapped but for U; D has serialized data of the null
  * driver, and no command writes H. NAME+OFFSET is a place in a buffer.
@@ -129,6 +130,9 @@ void play_close(struct play *play);
 bool play_begin(struct play *play, const struct program *program);
 bool play_line(struct play *play, unsigned line);
 void play_end(struct play *play);
+/* Plays a line, which replaces the lines of the program. */
+__attribute__((format(printf, 3, 4))) void play_text(struct play *play, struct program *program,
+                                                     const char *format, ...);
 
 /* Notes the result of a call that lines can expect to fail. Positive results are successes. */
 void play_note_result(struct play *play, VkResult result);
@@ -189,8 +193,8 @@ void play_destroy_objects(struct play *play);
 /* Destroys an object, which can be created again; and the parts of the creation. */
 void play_destroy_object(struct play *play, struct play_object *object);
 void play_create_buffer(struct play *play, struct play_object *object);
-/* A pool of one query, which nothing has reset. */
-VkQueryPool play_create_queries(const struct play *play);
+/* A pool of two queries, which nothing has reset; of micromaps if the name begins with PM. */
+VkQueryPool play_create_queries(const struct play *play, const char *name);
 void play_create_structure(struct play *play, struct play_object *object, VkBuffer buffer,
                            VkDeviceSize offset, VkDeviceSize size,
                            VkAccelerationStructureTypeKHR type);
@@ -199,7 +203,7 @@ VkBufferCreateInfo play_buffer_info(const struct play *play, VkDeviceSize size);
 void play_write(struct play *play, const char *place, const void *bytes, size_t size);
 /* lives.c */
 bool play_life(struct play *play, char **words);
-/* alias NAME PLACE: a buffer in the memory of another one.
+/* alias NAME PLACE [SIZE]: a buffer in the memory of another one.
  * place NAME PLACE: a structure in a buffer. */
 void play_alias(struct play *play, char **words);
 void play_put(struct play *play, char **words);
@@ -228,8 +232,14 @@ bool play_build(struct play *play, char **words);
 /* records.c */
 bool play_records(struct play *play, char **words);
 void play_skip_records(struct play *play);
+VkDeviceOrHostAddressKHR play_unused_scratch(struct play *play, bool is_host);
+/* micromaps.c */
+void play_build_micromap(struct play *play, char **words, bool is_host);
+void play_copy_micromap(struct play *play, char **words, bool is_host);
 /* copies.c */
 bool play_copy(struct play *play, char **words);
+/* transfers.c */
+bool play_transfer(struct play *play, char **words);
 /* sync.c */
 bool play_sync(struct play *play, char **words);
 VkPipelineStageFlags2 play_stages(struct play *play, const char *names);

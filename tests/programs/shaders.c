@@ -4,8 +4,10 @@
  *     shade PLACE COUNT NUMBER    a dispatch, which writes COUNT floats of a value
  *     trace TOP                   a dispatch with a ray query; with VK_KHR_ray_query
  *     rays                        vkCmdTraceRaysKHR without a pipeline: only null
- *     draw                        vkCmdDraw without a pipeline: only null */
+ *     draw                        vkCmdDraw without a pipeline: only null
+ *     probe STRUCTURE [hits | misses]     vkTraceRaysASSAY of one ray along x: only cpu */
 #include "play.h"
+#include "tests/fixture/trace.h"
 
 #include <stdlib.h>
 
@@ -78,6 +80,23 @@ static void trace(struct play *play, const char *name)
                                      play->device, &info)});
 }
 
+static void probe(struct play *play, char **words)
+{
+    const PFN_vkTraceRaysASSAY trace_rays =
+        (PFN_vkTraceRaysASSAY)play->fixture.get_device_proc_addr(play->device, "vkTraceRaysASSAY");
+    const AssayRay ray = {
+        .origin = {-1, 0.25f, 0.25f}, .direction = {1, 0, 0}, .tMax = 1000, .cullMask = 0xff};
+    AssayHit hit = {0};
+    const AssayTraceInfo info = trace_info((uint64_t)play_object(play, words[1])->structure,
+                                           ASSAY_ACCURACY_FAST, 1, &ray, &hit);
+    PLAY_REQUIRE(play, trace_rays != NULL);
+    play_note(play, trace_rays(play->device, &info));
+    if (!words[2] || hit.isHit == play_is(words[2], "hits"))
+        return;
+    play_say(play, "the ray hits %s\n", hit.isHit ? "something" : "nothing");
+    play->outcome = OUTCOME_FAILED;
+}
+
 bool play_shader(struct play *play, char **words)
 {
     const VkStridedDeviceAddressRegionKHR none = {0};
@@ -87,6 +106,8 @@ bool play_shader(struct play *play, char **words)
         trace(play, words[1]);
     else if (play_is(words[0], "rays"))
         play->vk.CmdTraceRaysKHR(play_commands(play), &none, &none, &none, &none, 1, 1, 1);
+    else if (play_is(words[0], "probe"))
+        probe(play, words);
     else if (play_is(words[0], "draw"))
         play->vk.CmdDraw(play_commands(play), 3, 1, 0, 0);
     else

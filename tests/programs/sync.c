@@ -8,12 +8,17 @@
  *     setKHR, waitKHR, resetKHR      set, wait and reset by their older names
  *     host set EVENT                 host reset EVENT
  *     image NAME               makes its layout GENERAL, and waits
- *     render DEPENDENCY [, DEPENDENCY]         an empty render pass; its dependencies are those
- *                                              from and to what is outside
+ *     render DEPENDENCY [, DEPENDENCY]...      an empty render pass; its dependencies are those
+ *                        from and to what is outside, and one between two subpasses; the fourth is
+ *                        a barrier in the second subpass
+ *     render2 ..., render2KHR ...              the same by newer names
  *
- * DEPENDENCY: [on PLACE [SIZE]] [image NAME] [from FAMILY to FAMILY] STAGES[:ACCESSES] >
- * STAGES[:ACCESSES]. STAGES and ACCESSES are words of the tables below, with | between them. */
-#include "play.h"
+ * DEPENDENCY: [on PLACE [SIZE]] [image NAME] [from FAMILY to FAMILY] [src3 | dst3]
+ * STAGES[:ACCESSES] > STAGES[:ACCESSES]. `src3`, `dst3`: with a flag of
+ * VkMemoryBarrierAccessFlags3KHR. A dependency of an extension begins with `at PLACE SIZE` (an
+ * address range), `tensor`, `tensors` (in a list), or `unknown`. STAGES and ACCESSES are words of
+ * the tables below, with | between them. */
+#include "sync.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -98,25 +103,12 @@ static VkAccessFlags2 accesses_of(struct play *play, const char *word)
 
 /* ---- dependencies */
 
-struct dependencies {
-    VkDependencyInfo info;
-    VkMemoryBarrier2 memory[PLAY_ITEMS];
-    VkBufferMemoryBarrier2 buffers[PLAY_ITEMS];
-    VkImageMemoryBarrier2 images[PLAY_ITEMS];
-    /* As the older commands take them: with one pair of stage masks for all. */
-    struct {
-        VkPipelineStageFlags src, dst;
-        VkMemoryBarrier memory[PLAY_ITEMS];
-        VkBufferMemoryBarrier buffers[PLAY_ITEMS];
-        VkImageMemoryBarrier images[PLAY_ITEMS];
-    } old;
-};
-
 /* What stands in front of the masks. */
 struct target {
     const struct play_object *buffer, *image;
     VkDeviceSize offset, size;
     uint32_t src_family, dst_family;
+    const char *extension; /* the word of one, or NULL */
 };
 
 static char **read_target(struct play *play, char **words, struct target *target)
@@ -132,13 +124,19 @@ static char **read_target(struct play *play, char **words, struct target *target
     } else if (play_is(words[0], "image")) {
         target->image = play_object(play, words[1]);
         words += 2;
+    } else if (play_is(words[0], "at")) {
+        target->extension = words[0];
+        target->buffer = play_place(play, words[1], &target->offset);
+        target->size = strtoull(words[2], NULL, 0);
+        words += 3;
+    } else if (strncmp(words[0], "tensor", 6) == 0 || play_is(words[0], "unknown")) {
+        target->extension = *words++;
     }
     if (play_is(words[0], "from")) {
         target->src_family = (uint32_t)atoi(words[1]);
         target->dst_family = (uint32_t)atoi(words[3]);
         words += 4;
     }
-    PLAY_REQUIRE(play, words[0] && play_is(words[1], ">") && words[2]);
     return words;
 }
 
@@ -147,7 +145,7 @@ static void add_buffer(struct dependencies *to, const struct target *target,
 {
     const uint32_t i = to->info.bufferMemoryBarrierCount++;
     to->buffers[i] =
-        MAKE(VkBufferMemoryBarrier2, .srcStageMask = masks->srcStageMask,
+        MAKE(VkBufferMemoryBarrier2, .pNext = masks->pNext, .srcStageMask = masks->srcStageMask,
              .srcAccessMask = masks->srcAccessMask, .dstStageMask = masks->dstStageMask,
              .dstAccessMask = masks->dstAccessMask, .srcQueueFamilyIndex = target->src_family,
              .dstQueueFamilyIndex = target->dst_family, .buffer = target->buffer->buffer.handle,
@@ -178,8 +176,39 @@ static void add_image(struct dependencies *to, const struct target *target,
         .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1});
 }
 
+/* Of these, a command has one at most. */
+static void add_extension(struct dependencies *to, const struct target *target,
+                          const VkMemoryBarrier2 *masks)
+{
+    const char *word = target->extension;
+    to->tensor = MAKE(VkTensorMemoryBarrierARM, .srcStageMask = masks->srcStageMask,
+                      .srcAccessMask = masks->srcAccessMask, .dstStageMask = masks->dstStageMask,
+                      .dstAccessMask = masks->dstAccessMask);
+    to->tensors = MAKE(VkTensorDependencyInfoARM, .tensorMemoryBarrierCount = 1,
+                       .pTensorMemoryBarriers = &to->tensor);
+    to->range =
+        MAKE(VkMemoryRangeBarrierKHR, .pNext = masks->pNext, .srcStageMask = masks->srcStageMask,
+             .srcAccessMask = masks->srcAccessMask, .dstStageMask = masks->dstStageMask,
+             .dstAccessMask = masks->dstAccessMask, .srcQueueFamilyIndex = target->src_family,
+             .dstQueueFamilyIndex = target->dst_family);
+    if (target->buffer)
+        to->range.addressRange = (VkDeviceAddressRangeKHR){
+            target->buffer->buffer.address + target->offset, target->size};
+    to->ranges = MAKE(VkMemoryRangeBarriersInfoKHR, .memoryRangeBarrierCount = 1,
+                      .pMemoryRangeBarriers = &to->range);
+    to->unknown.sType = (VkStructureType)0x7ffffff0;
+    to->info.pNext = play_is(word, "at")        ? (const void *)&to->ranges
+                     : play_is(word, "tensor")  ? (const void *)&to->tensor
+                     : play_is(word, "tensors") ? (const void *)&to->tensors
+                                                : (const void *)&to->unknown;
+}
+
 static void add(struct dependencies *to, const struct target *target, const VkMemoryBarrier2 *masks)
 {
+    if (target->extension) {
+        add_extension(to, target, masks);
+        return;
+    }
     to->old.src |= (VkPipelineStageFlags)masks->srcStageMask;
     to->old.dst |= (VkPipelineStageFlags)masks->dstStageMask;
     if (target->buffer) {
@@ -195,7 +224,7 @@ static void add(struct dependencies *to, const struct target *target, const VkMe
     }
 }
 
-static void read_dependencies(struct play *play, char **words, struct dependencies *to)
+void play_read_dependencies(struct play *play, char **words, struct dependencies *to)
 {
     struct target target;
     *to = (struct dependencies){.info = MAKE(VkDependencyInfo, .pMemoryBarriers = to->memory,
@@ -203,8 +232,14 @@ static void read_dependencies(struct play *play, char **words, struct dependenci
                                              .pImageMemoryBarriers = to->images)};
     while (*words) {
         words = read_target(play, words, &target);
+        const bool is_src_3 = play_is(words[0], "src3"), is_dst_3 = play_is(words[0], "dst3");
+        to->flags_3 = MAKE(VkMemoryBarrierAccessFlags3KHR, .srcAccessMask3 = is_src_3,
+                           .dstAccessMask3 = is_dst_3);
+        words += is_src_3 || is_dst_3;
+        PLAY_REQUIRE(play, words[0] && play_is(words[1], ">") && words[2]);
         add(to, &target,
-            &MAKE(VkMemoryBarrier2, .srcStageMask = play_stages(play, words[0]),
+            &MAKE(VkMemoryBarrier2, .pNext = is_src_3 || is_dst_3 ? &to->flags_3 : NULL,
+                  .srcStageMask = play_stages(play, words[0]),
                   .srcAccessMask = accesses_of(play, words[0]),
                   .dstStageMask = play_stages(play, words[2]),
                   .dstAccessMask = accesses_of(play, words[2])));
@@ -219,7 +254,7 @@ static void read_dependencies(struct play *play, char **words, struct dependenci
 static void play_barrier(struct play *play, char **words)
 {
     struct dependencies all;
-    read_dependencies(play, words + 1, &all);
+    play_read_dependencies(play, words + 1, &all);
     if (play_is(words[0], "barrier")) {
         play->vk.CmdPipelineBarrier2(play_commands(play), &all.info);
         return;
@@ -233,7 +268,7 @@ static void play_barrier(struct play *play, char **words)
 static void play_wait(struct play *play, char **words, VkEvent event)
 {
     struct dependencies all;
-    read_dependencies(play, words + 2, &all);
+    play_read_dependencies(play, words + 2, &all);
     if (!play_is(words[0], "wait1")) {
         (play_is(words[0], "wait") ? play->vk.CmdWaitEvents2 : play->vk.CmdWaitEvents2KHR)(
             play_commands(play), 1, &event, &all.info);
@@ -252,7 +287,7 @@ static bool play_event(struct play *play, char **words)
         return false;
     VkEvent event = play_object(play, words[1])->event;
     if (play_is(words[0], "set") || play_is(words[0], "setKHR")) {
-        read_dependencies(play, words + 2, &all);
+        play_read_dependencies(play, words + 2, &all);
         (play_is(words[0], "set") ? play->vk.CmdSetEvent2 : play->vk.CmdSetEvent2KHR)(
             play_commands(play), event, &all.info);
     } else if (play_is(words[0], "set1")) {
@@ -270,41 +305,6 @@ static bool play_event(struct play *play, char **words)
         return false;
     }
     return true;
-}
-
-static VkRenderPass create_render_pass(const struct play *play, const struct dependencies *all)
-{
-    VkSubpassDependency dependencies[2];
-    for (uint32_t i = 0; i < 2; i++)
-        dependencies[i] =
-            (VkSubpassDependency){.srcSubpass = i ? 0 : VK_SUBPASS_EXTERNAL,
-                                  .dstSubpass = i ? VK_SUBPASS_EXTERNAL : 0,
-                                  .srcStageMask = (VkPipelineStageFlags)all->memory[i].srcStageMask,
-                                  .dstStageMask = (VkPipelineStageFlags)all->memory[i].dstStageMask,
-                                  .srcAccessMask = (VkAccessFlags)all->memory[i].srcAccessMask,
-                                  .dstAccessMask = (VkAccessFlags)all->memory[i].dstAccessMask};
-    const VkSubpassDescription subpass = {.pipelineBindPoint = VK_PIPELINE_BIND_POINT_GRAPHICS};
-    const STRUCT(VkRenderPassCreateInfo, info, .subpassCount = 1, .pSubpasses = &subpass,
-                 .dependencyCount = all->info.memoryBarrierCount, .pDependencies = dependencies);
-    VkRenderPass pass;
-    GET(play->vk.CreateRenderPass(play->device, &info, NULL, &pass));
-    return pass;
-}
-
-/* The program keeps one render pass, and its framebuffer. */
-static void render(struct play *play, char **words)
-{
-    struct dependencies all;
-    read_dependencies(play, words + 1, &all);
-    PLAY_REQUIRE(play, !play->render_pass && all.info.memoryBarrierCount <= 2);
-    play->render_pass = create_render_pass(play, &all);
-    const STRUCT(VkFramebufferCreateInfo, info, .renderPass = play->render_pass, .width = 4,
-                 .height = 4, .layers = 1);
-    GET(play->vk.CreateFramebuffer(play->device, &info, NULL, &play->framebuffer));
-    const STRUCT(VkRenderPassBeginInfo, begin, .renderPass = play->render_pass,
-                 .framebuffer = play->framebuffer, .renderArea.extent = {4, 4});
-    play->vk.CmdBeginRenderPass(play_commands(play), &begin, VK_SUBPASS_CONTENTS_INLINE);
-    play->vk.CmdEndRenderPass(play_commands(play));
 }
 
 static void prepare_image(struct play *play, const char *name)
@@ -328,8 +328,8 @@ bool play_sync(struct play *play, char **words)
         play_barrier(play, words);
     else if (play_is(words[0], "image"))
         prepare_image(play, words[1]);
-    else if (play_is(words[0], "render"))
-        render(play, words);
+    else if (strncmp(words[0], "render", 6) == 0)
+        play_render(play, words);
     else if (play_is(words[0], "host") && play_is(words[1], "set"))
         GET(play->vk.SetEvent(play->device, play_object(play, words[2])->event));
     else if (play_is(words[0], "host") && play_is(words[1], "reset") && words[2] &&

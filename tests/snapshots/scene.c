@@ -104,13 +104,6 @@ void scene_invalidate_box(uint32_t i)
     ((VkAabbPositionsKHR *)scene.boxes.bytes)[i] = (VkAabbPositionsKHR){.minX = 1, .maxX = -1};
 }
 
-void scene_set_name(VkObjectType type, uint64_t handle, const char *name)
-{
-    GET(fixture.vk.SetDebugUtilsObjectNameEXT(
-        fixture.device, &MAKE(VkDebugUtilsObjectNameInfoEXT, .objectType = type,
-                              .objectHandle = handle, .pObjectName = name)));
-}
-
 void expect_messages(uint32_t count, const char *text)
 {
     struct messages *messages = &fixture.instance.messages;

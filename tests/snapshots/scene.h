@@ -55,8 +55,6 @@ void scene_invalidate_box(uint32_t i);
 /* There are `count` messages, and each contains the text; forgets them. */
 void expect_messages(uint32_t count, const char *text);
 
-void scene_set_name(VkObjectType type, uint64_t handle, const char *name);
-
 /* A test between open_scene(), which its file defines, and scene_close(). unit_test_open() opens
  * the platform, by default the null driver. */
 #define SCENE_TEST(name) TEST_BETWEEN_IF(name, open_scene, scene_close, true)

@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Micromaps:
+ *
+ *     micromap NAME [data PLACE] [triangles PLACE] [scratch PLACE]
+ *     clone | serialize | deserialize SRC > DST
+ *     query NAME > POOL          of the serialization size; the pool's name begins with PM
+ *     host micromap ...          host clone | serialize | deserialize ...
+ *
+ * A micromap has 2 triangles; its data are in V0, and the triangles in V1. */
+#include "play.h"
+
+enum { TRIANGLES = 2 };
+
+static VkDeviceOrHostAddressConstKHR input(struct play *play, const char *word, bool is_host)
+{
+    return (VkDeviceOrHostAddressConstKHR){.deviceAddress =
+                                               play_address_for(play, word, is_host).deviceAddress};
+}
+
+void play_build_micromap(struct play *play, char **words, bool is_host)
+{
+    const VkMicromapUsageEXT usage = {TRIANGLES, 0, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
+    STRUCT(VkMicromapBuildInfoEXT, info, .type = play_micromap_type(play),
+           .dstMicromap = play_object(play, words[1])->micromap, .usageCountsCount = 1,
+           .pUsageCounts = &usage, .triangleArrayStride = sizeof(VkMicromapTriangleEXT));
+    char *triangles = "V1";
+    info.data = input(play, "V0", is_host);
+    info.scratchData = play_unused_scratch(play, is_host);
+    for (words += 2; *words; words += 2) {
+        if (play_is(words[0], "data"))
+            info.data = input(play, words[1], is_host);
+        else if (play_is(words[0], "triangles"))
+            triangles = words[1];
+        else if (play_is(words[0], "scratch"))
+            info.scratchData = play_address_for(play, words[1], is_host);
+        else
+            play_fail(play, words[0]);
+    }
+    play_init(play, (char *[]){"", triangles, "triangles"});
+    info.triangleArray = input(play, triangles, is_host);
+    if (is_host)
+        play_note(play, play->vk.BuildMicromapsEXT(play->device, VK_NULL_HANDLE, 1, &info));
+    else
+        play->vk.CmdBuildMicromapsEXT(play_commands(play), 1, &info);
+}
+
+static void serialize(struct play *play, char **words, bool is_host)
+{
+    const STRUCT(VkCopyMicromapToMemoryInfoEXT, info, .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT,
+                 .src = play_object(play, words[1])->micromap,
+                 .dst = play_address_for(play, words[3], is_host));
+    if (is_host)
+        play_note(play, play->vk.CopyMicromapToMemoryEXT(play->device, VK_NULL_HANDLE, &info));
+    else
+        play->vk.CmdCopyMicromapToMemoryEXT(play_commands(play), &info);
+}
+
+static void deserialize(struct play *play, char **words, bool is_host)
+{
+    const STRUCT(VkCopyMemoryToMicromapInfoEXT, info, .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT,
+                 .src = input(play, words[1], is_host),
+                 .dst = play_object(play, words[3])->micromap);
+    if (is_host)
+        play_note(play, play->vk.CopyMemoryToMicromapEXT(play->device, VK_NULL_HANDLE, &info));
+    else
+        play->vk.CmdCopyMemoryToMicromapEXT(play_commands(play), &info);
+}
+
+static void clone(struct play *play, char **words, bool is_host)
+{
+    const STRUCT(VkCopyMicromapInfoEXT, info, .mode = VK_COPY_MICROMAP_MODE_CLONE_EXT,
+                 .src = play_object(play, words[1])->micromap,
+                 .dst = play_object(play, words[3])->micromap);
+    if (is_host)
+        play_note(play, play->vk.CopyMicromapEXT(play->device, VK_NULL_HANDLE, &info));
+    else
+        play->vk.CmdCopyMicromapEXT(play_commands(play), &info);
+}
+
+void play_copy_micromap(struct play *play, char **words, bool is_host)
+{
+    if (play_is(words[0], "serialize"))
+        serialize(play, words, is_host);
+    else if (play_is(words[0], "deserialize"))
+        deserialize(play, words, is_host);
+    else
+        clone(play, words, is_host);
+}
