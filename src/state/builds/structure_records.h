@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The members of a table of structures. Only structures.c and uses.c include this header. */
+/* The members of a table of structures. Only structure_records.c and uses.c include this header. */
 #ifndef ASSAY_STATE_BUILDS_STRUCTURE_RECORDS_H
 #define ASSAY_STATE_BUILDS_STRUCTURE_RECORDS_H
 

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The records of structures. */
-#include "src/state/builds/structures.h"
+#include "src/state/builds/structure_records.h"
 
 #include <stdlib.h>
 
 #include "src/base/array.h"
-#include "src/state/builds/structure_records.h"
 
 /* The largest undo capacity, in records, that is kept for reuse. */
 enum { UNDO_RETAINED = 1024 };
