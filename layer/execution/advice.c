@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include "src/check/replay/single_calls.h"
 #include "src/report/advice_list.h"
 #include "src/rules/advice.h"
 #include "src/state/commands/object_names.h"
@@ -18,6 +19,7 @@ struct device_advice {
     atomic_uint outstanding; /* batches that were submitted and did not execute yet */
     atomic_uint tiny;        /* structures with few primitives that are alive */
     uint32_t most_tiny;      /* at a time; read when all work has executed */
+    uint32_t single_calls;   /* the most in a row; read then, too */
     atomic_bool is_unknown;  /* uses of structures may be missing */
     /* The last id of an object after each of the last submissions, by their number: a ring. */
     uint32_t ring_size; /* as many as the limit; 0: none */
@@ -103,6 +105,7 @@ static void note_copy(struct noting *noting, const struct journal_entry *entry)
     note(noting, entry->dst_id, USE_FILLED);
     note_tiny(noting, entry->dst_id,
               structures_find_uses(noting->structures, entry->src_id, &of_src) && of_src.is_tiny);
+    structures_copy_box(noting->structures, entry->dst_id, entry->src_id);
 }
 
 static void note_read(struct noting *noting, const struct journal_entry *entry)
@@ -170,9 +173,21 @@ static void note_entry(struct noting *noting, const struct journal_entry *entry)
     }
 }
 
+/* The journals of some submissions: those whose number is a power of two. */
+static void note_single_calls(struct device_advice *advice, const struct journal *journal)
+{
+    const uint32_t number = advice->submissions;
+    if (number & (number - 1))
+        return;
+    const uint32_t calls = journal_find_single_calls(journal);
+    advice->single_calls = calls > advice->single_calls ? calls : advice->single_calls;
+}
+
 /* Recursive: the device limits how deep secondary command buffers nest. */
 static void note_journal(struct noting *noting, const struct journal *journal)
 {
+    if (noting->advice->device->hazard_checks)
+        note_single_calls(noting->advice, journal);
     struct journal_cursor cursor = journal_start(
         journal, JOURNAL_WRITES | JOURNAL_BIT(JOURNAL_PRIMITIVES) | JOURNAL_BIT(JOURNAL_READ) |
                      JOURNAL_BIT(JOURNAL_ANSWER) | JOURNAL_BIT(JOURNAL_EXECUTE));
@@ -312,7 +327,8 @@ static void judge(struct device_advice *advice, const struct accel_facts *accel,
 
 static void judge_all(struct device_advice *advice)
 {
-    const struct crowd_view view = {.tiny = advice->most_tiny, .limits = advice->limits};
+    const struct crowd_view view = {
+        .tiny = advice->most_tiny, .single_calls = advice->single_calls, .limits = advice->limits};
     struct judging judging = {advice, VK_OBJECT_TYPE_DEVICE,
                               (uint64_t)(uintptr_t)advice->device->handle};
     if (!advice->is_unknown)

@@ -375,6 +375,7 @@ static void begin_advice(const struct read_call *call, struct executed_build *ex
     executed->wants_digest = wanted.is_compared && !call->reading->when;
     if (wanted.is_compared && !executed->wants_digest)
         structures_note_input(device->structures, call->dst_id, NULL);
+    executed->number = wanted.number;
     if (wanted.is_judged)
         executed->limits = &reporter_settings(device->instance->reporter)->advice_limits;
 }

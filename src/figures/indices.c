@@ -91,10 +91,12 @@ static bool suit_narrower(const uint8_t *indices, uint32_t size, uint64_t count,
                           struct other_indices *other)
 {
     const uint64_t max = indices_max(indices, size, count);
+    if (count * 100 > max + 1)
+        return false;
     other->triangles = count / 3;
     other->max = indices_max(indices, other->size, count);
-    return count * 100 <= max + 1 && other->max < limit &&
-           halves_are_alike(indices, count, other->max) && is_mesh(indices, other);
+    return other->max < limit && halves_are_alike(indices, count, other->max) &&
+           is_mesh(indices, other);
 }
 
 bool indices_suit_another_size(const uint8_t *indices, uint32_t size, uint64_t count,

@@ -128,37 +128,53 @@ static struct axes axes_by_columns(const VkTransformMatrixKHR *transform)
     return axes;
 }
 
-/* Returns the magnitude of the cosine of the angle between two axes; 1 if one of them is 0. */
-static double cosine(const struct axes *axes, int i, int j)
-{
-    double products[3] = {0};
-    for (int k = 0; k < 3; k++) {
-        products[0] += axes->of[i][k] * axes->of[j][k];
-        products[1] += axes->of[i][k] * axes->of[i][k];
-        products[2] += axes->of[j][k] * axes->of[j][k];
-    }
-    const double size = sqrt(products[1] * products[2]);
-    return size > 0 ? fabs(products[0]) / size : 1;
-}
-
-/* The largest of the three. */
-static double largest_cosine(const struct axes *axes)
-{
-    double largest = 0;
-    for (int i = 0; i < 3; i++)
-        largest = fmax(largest, cosine(axes, i, (i + 1) % 3));
-    return largest;
-}
-
 #define ORTHOGONAL 1e-4 /* the most that rounding makes of a right angle */
 #define OBLIQUE 0.1     /* the least of axes that are meant to be oblique */
 #define PARALLEL 0.9
 
+static double product_of(const double one[3], const double other[3])
+{
+    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2];
+}
+
+/* Returns the square of the largest cosine of the angle between two axes; 1 if one of them is 0.
+ * Most products are 0, which needs no division. */
+static double largest_squared_cosine(const struct axes *axes)
+{
+    double squares[3], largest = 0;
+    for (int i = 0; i < 3; i++)
+        squares[i] = product_of(axes->of[i], axes->of[i]);
+    if (squares[0] == 0 || squares[1] == 0 || squares[2] == 0)
+        return 1;
+    for (int i = 0; i < 3; i++) {
+        const double product = product_of(axes->of[i], axes->of[(i + 1) % 3]);
+        if (product != 0)
+            largest = fmax(largest, product * product / (squares[i] * squares[(i + 1) % 3]));
+    }
+    return largest;
+}
+
+/* Most oblique axes stay oblique by columns, as two of them show. */
+static bool are_orthogonal(const struct axes *axes)
+{
+    for (int i = 0; i < 3; i++) {
+        const double *one = axes->of[i], *other = axes->of[(i + 1) % 3];
+        const double squares = product_of(one, one) * product_of(other, other),
+                     product = product_of(one, other);
+        if (squares == 0 || product * product > ORTHOGONAL * ORTHOGONAL * squares)
+            return false;
+    }
+    return true;
+}
+
+/* `largest` is the square of the largest cosine of the transform's axes. */
 static void measure_rotation(struct instance_figures *figures, uint32_t index,
                              const VkTransformMatrixKHR *transform, double largest)
 {
+    if (largest < OBLIQUE * OBLIQUE)
+        return;
     const struct axes axes = axes_by_columns(transform);
-    if (largest < OBLIQUE || largest_cosine(&axes) > ORTHOGONAL)
+    if (!are_orthogonal(&axes))
         return;
     bool is_free = true;
     for (int i = 0; i < 9; i++)
@@ -187,7 +203,7 @@ static void measure_shear(struct instance_figures *figures, uint32_t index,
     if (m[0][3] != 0 || m[1][3] != 0 || m[2][3] != 0)
         return;
     figures->unmoved++;
-    if (largest < PARALLEL || !has_large_row(transform))
+    if (largest < PARALLEL * PARALLEL || !has_large_row(transform))
         return;
     if (!figures->sheared++) {
         figures->first_sheared = index;
@@ -222,8 +238,18 @@ void instance_figures_begin(struct instance_figures *figures, uint32_t capacity)
     *figures = (struct instance_figures){.placements = make_placements(capacity)};
 }
 
+static void measure_box(struct instance_figures *figures,
+                        const VkAccelerationStructureInstanceKHR *instance, double determinant,
+                        const struct figure_box *box)
+{
+    if (box)
+        box_figures_add(&figures->boxes, box, &instance->transform, determinant, instance->mask);
+    else
+        figures->unboxed++;
+}
+
 static void place(struct instance_figures *figures, uint32_t index,
-                  const VkAccelerationStructureInstanceKHR *instance)
+                  const VkAccelerationStructureInstanceKHR *instance, const struct figure_box *box)
 {
     const struct determinant determinant = determinant_of(&instance->transform);
     const struct axes axes = axes_of(&instance->transform);
@@ -231,16 +257,18 @@ static void place(struct instance_figures *figures, uint32_t index,
         figures->singular++;
         return;
     }
-    const double largest = largest_cosine(&axes);
+    const double largest = largest_squared_cosine(&axes);
     figures->placed++;
     measure_loss(figures, index, &determinant);
     measure_rotation(figures, index, &instance->transform, largest);
     measure_shear(figures, index, &instance->transform, largest);
     add_placement(figures, index, instance);
+    measure_box(figures, instance, determinant.sum, box);
 }
 
 void instance_figures_add(struct instance_figures *figures,
-                          const VkAccelerationStructureInstanceKHR *instance)
+                          const VkAccelerationStructureInstanceKHR *instance,
+                          const struct figure_box *box)
 {
     const uint32_t index = (uint32_t)figures->count++;
     if (!instance->accelerationStructureReference)
@@ -248,7 +276,9 @@ void instance_figures_add(struct instance_figures *figures,
     else if (!instance->mask)
         figures->masked++;
     else if (is_finite(&instance->transform))
-        place(figures, index, instance);
+        place(figures, index, instance, box);
+    else
+        figures->unboxed++;
 }
 
 void instance_figures_end(struct instance_figures *figures)

@@ -9,6 +9,8 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
+#include "src/figures/boxes.h"
+
 struct instance_figures {
     uint64_t count;
     uint64_t inactive; /* their reference is 0 */
@@ -39,13 +41,19 @@ struct instance_figures {
     bool sheared_rows_differ; /* not all sheared ones have that row */
     bool is_rotated_freely;   /* a rotated one has no element of 0 in these columns */
 
+    /* Placed instances whose structure has a known box. Others that a ray may hit. */
+    struct box_figures boxes;
+    uint64_t unboxed;
+
     struct placements *placements; /* between begin and end */
 };
 
-/* The caller adds at most `capacity` instances, then calls instance_figures_end(). */
+/* The caller adds at most `capacity` instances, then calls instance_figures_end(). `box` is that of
+ * the instance's structure; NULL: unknown. */
 void instance_figures_begin(struct instance_figures *figures, uint32_t capacity);
 void instance_figures_add(struct instance_figures *figures,
-                          const VkAccelerationStructureInstanceKHR *instance);
+                          const VkAccelerationStructureInstanceKHR *instance,
+                          const struct figure_box *box);
 void instance_figures_end(struct instance_figures *figures);
 
 /* Whether all transforms were certainly stored by columns, and the first such instance. */

@@ -7,6 +7,7 @@
 
 enum {
     COARSE_PARTS = 1000, /* a step of more than one of these parts of a triangle is coarse */
+    FAR_TIMES = 8,       /* as far as so many times its extent, a geometry is far from the origin */
     STRAY_PARTS = 1000,  /* without its stray vertex, a geometry has at most one of these parts */
     JUMPING_PARTS = 4,   /* of a geometry: larger triangles jump across it */
     SMALL_PARTS = 32,    /* of a geometry: smaller triangles do not */
@@ -109,83 +110,144 @@ static double step_at(float magnitude)
     return bits ? (double)power * 0x1p-23 : 0x1p-149;
 }
 
-/* ---- all triangles */
+/* ---- all triangles. A first pass finds what each one is, and the box around all. What it costs
+ * is most of what advice costs, so the rest looks at a sample, or seldom. */
 
-struct triangle_reading {
-    struct triangle_figures *figures;
-    struct extents extents;
-    bool is_float; /* the format has 32 bits for each coordinate */
-};
-
-static void grow(struct triangle_figures *figures, const struct box *box)
+static void grow(struct box *box, const float corner[3])
 {
-    if (!figures->measured++) {
-        memcpy(figures->lower, box->lower, sizeof(box->lower));
-        memcpy(figures->upper, box->upper, sizeof(box->upper));
-        return;
-    }
     for (int i = 0; i < 3; i++) {
-        figures->lower[i] = less_of(figures->lower[i], box->lower[i]);
-        figures->upper[i] = more_of(figures->upper[i], box->upper[i]);
+        box->lower[i] = less_of(box->lower[i], corner[i]);
+        box->upper[i] = more_of(box->upper[i], corner[i]);
     }
 }
 
-static void measure(struct triangle_reading *reading, uint32_t primitive,
-                    const struct triangle_record *triangle)
+static void count_one(uint64_t *number, uint32_t *first, uint32_t primitive)
 {
-    struct triangle_figures *figures = reading->figures;
-    const struct box box = box_of(triangle);
-    const double extent = extent_of(box.lower, box.upper);
-    const float farthest = farthest_in(&box);
-    if (!isfinite(farthest))
-        return;
-    grow(figures, &box);
-    count_extent(&reading->extents, extent);
-    if (!reading->is_float || step_at(farthest) * COARSE_PARTS <= extent)
-        return;
-    if (!figures->coarse++) {
-        figures->first_coarse = primitive;
-        figures->smallest_coarse = extent;
+    if (!(*number)++)
+        *first = primitive;
+}
+
+static const struct box empty_box = {{INFINITY, INFINITY, INFINITY},
+                                     {-INFINITY, -INFINITY, -INFINITY}};
+
+/* The box may be infinite. Returns as triangle_figures_read(). */
+static bool read_all(const struct source *source, struct triangle_figures *figures, struct box *all)
+{
+    struct box box = empty_box;
+    for (uint32_t i = 0; i < source->count; i++) {
+        struct triangle_record triangle;
+        const enum source_state state = source_triangle(source, i, &triangle);
+        if (state == SOURCE_INACTIVE) {
+            count_one(&figures->inactive, &figures->first_inactive, i);
+        } else if (state != SOURCE_ACTIVE) {
+            return false;
+        } else if (is_degenerate(&triangle)) {
+            count_one(&figures->degenerate, &figures->first_degenerate, i);
+        } else {
+            grow(&box, triangle.a);
+            grow(&box, triangle.b);
+            grow(&box, triangle.c);
+            figures->measured++;
+        }
+    }
+    *all = box;
+    return true;
+}
+
+/* Reads a triangle that is to be measured. Returns false for others. */
+static bool find_box(const struct source *source, uint32_t primitive, struct box *box)
+{
+    struct triangle_record triangle;
+    if (source_triangle(source, primitive, &triangle) != SOURCE_ACTIVE || is_degenerate(&triangle))
+        return false;
+    *box = box_of(&triangle);
+    return isfinite(farthest_in(box));
+}
+
+/* The triangles whose coordinates are all finite. */
+static void measure_finite(const struct source *source, struct triangle_figures *figures,
+                           struct box *all)
+{
+    *all = empty_box;
+    figures->measured = 0;
+    for (uint32_t i = 0; i < source->count; i++) {
+        struct box box;
+        if (!find_box(source, i, &box))
+            continue;
+        grow(all, box.lower);
+        grow(all, box.upper);
+        figures->measured++;
     }
 }
 
-static void read_triangle(struct triangle_reading *reading, uint32_t primitive,
-                          enum source_state state, const struct triangle_record *triangle)
+/* Measures one in so many triangles. Returns how many these are. */
+static uint64_t measure_extents(const struct source *source, uint32_t step, struct extents *extents)
 {
-    struct triangle_figures *figures = reading->figures;
-    if (state == SOURCE_INACTIVE) {
-        if (!figures->inactive++)
-            figures->first_inactive = primitive;
-    } else if (is_degenerate(triangle)) {
-        if (!figures->degenerate++)
-            figures->first_degenerate = primitive;
-    } else {
-        measure(reading, primitive, triangle);
+    uint64_t measured = 0;
+    *extents = (struct extents){0};
+    for (uint64_t i = 0; i < source->count; i += step) {
+        struct box box;
+        if (!find_box(source, (uint32_t)i, &box))
+            continue;
+        count_extent(extents, extent_of(box.lower, box.upper));
+        measured++;
     }
+    return measured;
+}
+
+/* Looks at all triangles if the sample has few that count. The step is odd, because many meshes
+ * consist of pairs. */
+static double estimate_median(const struct source *source)
+{
+    const uint32_t step = ((source->count - 1) / SAMPLES_MAX + 1) | 1;
+    struct extents extents;
+    uint64_t measured = measure_extents(source, step, &extents);
+    if (step > 1 && measured < SAMPLES_MIN)
+        measured = measure_extents(source, 1, &extents);
+    return find_median(&extents, measured);
+}
+
+static void find_coarse(const struct source *source, struct triangle_figures *figures)
+{
+    for (uint32_t i = 0; i < source->count; i++) {
+        struct box box;
+        if (!find_box(source, i, &box))
+            continue;
+        const double extent = extent_of(box.lower, box.upper);
+        if (step_at(farthest_in(&box)) * COARSE_PARTS <= extent)
+            continue;
+        if (!figures->coarse)
+            figures->smallest_coarse = extent;
+        count_one(&figures->coarse, &figures->first_coarse, i);
+    }
+}
+
+static void find_figures(const struct source *source, struct triangle_figures *figures,
+                         const struct box *all)
+{
+    /* Formats with NaN have floats or halves. Only floats take 8 bytes or more. */
+    const bool is_float = source->format->has_nan && source->format->size >= 2 * sizeof(float);
+    const float farthest = farthest_in(all);
+    memcpy(figures->lower, all->lower, sizeof(figures->lower));
+    memcpy(figures->upper, all->upper, sizeof(figures->upper));
+    figures->extent = extent_of(all->lower, all->upper);
+    figures->median = estimate_median(source);
+    figures->farthest = farthest;
+    figures->step = step_at(farthest);
+    if (is_float && figures->farthest >= FAR_TIMES * figures->extent)
+        find_coarse(source, figures);
 }
 
 bool triangle_figures_read(const struct source *source, struct triangle_figures *figures)
 {
+    struct box all;
     *figures = (struct triangle_figures){.count = source->count};
-    struct triangle_reading reading = {.figures = figures};
-    /* Formats with NaN have floats or halves. Only floats take 8 bytes or more. */
-    reading.is_float = source->format->has_nan && source->format->size >= 2 * sizeof(float);
-    for (uint32_t i = 0; i < source->count; i++) {
-        struct triangle_record triangle;
-        const enum source_state state = source_triangle(source, i, &triangle);
-        if (state != SOURCE_ACTIVE && state != SOURCE_INACTIVE)
-            return false;
-        read_triangle(&reading, i, state, &triangle);
-    }
-    if (!figures->measured)
-        return true;
-    const struct box all = {{figures->lower[0], figures->lower[1], figures->lower[2]},
-                            {figures->upper[0], figures->upper[1], figures->upper[2]}};
-    const float farthest = farthest_in(&all);
-    figures->extent = extent_of(figures->lower, figures->upper);
-    figures->median = find_median(&reading.extents, figures->measured);
-    figures->farthest = farthest;
-    figures->step = step_at(farthest);
+    if (!read_all(source, figures, &all))
+        return false;
+    if (figures->measured && !isfinite(farthest_in(&all)))
+        measure_finite(source, figures, &all);
+    if (figures->measured)
+        find_figures(source, figures, &all);
     return true;
 }
 
@@ -266,17 +328,19 @@ bool stray_vertex_find(const struct source *source, const struct triangle_figure
 
 /* ---- another stride */
 
-/* Reads the first triangles. Returns how many of them are in the data. */
-static uint64_t sample(const struct source *source, struct triangle_reading *reading)
+/* Measures the first triangles. Returns how many triangles are in the data. */
+static uint64_t sample(const struct source *source, struct extents *extents, struct box *all)
 {
     uint64_t count = 0;
     for (uint32_t i = 0; i < source->count && count < SAMPLES_MAX; i++) {
         struct triangle_record triangle;
-        const enum source_state state = source_triangle(source, i, &triangle);
-        if (state != SOURCE_OUT_OF_RANGE)
-            count++;
-        if (state == SOURCE_ACTIVE)
-            read_triangle(reading, i, state, &triangle);
+        struct box box;
+        count += source_triangle(source, i, &triangle) != SOURCE_OUT_OF_RANGE;
+        if (!find_box(source, i, &box))
+            continue;
+        count_extent(extents, extent_of(box.lower, box.upper));
+        grow(all, box.lower);
+        grow(all, box.upper);
     }
     return count;
 }
@@ -293,12 +357,12 @@ static uint64_t count_within(const struct extents *extents, double most)
 /* Nine of ten triangles are small, and no more than one of ten is degenerate or no triangle. */
 static bool is_smooth(const struct source *source, struct other_stride *other)
 {
-    struct triangle_figures figures = {0};
-    struct triangle_reading reading = {.figures = &figures};
-    const uint64_t count = sample(source, &reading);
-    other->extent = extent_of(figures.lower, figures.upper);
+    struct extents extents = {0};
+    struct box all = empty_box;
+    const uint64_t count = sample(source, &extents, &all);
+    other->extent = extent_of(all.lower, all.upper);
     other->small = other->extent / SMALL_PARTS;
-    return count >= SAMPLES_MIN && count_within(&reading.extents, other->small) * 10 >= count * 9;
+    return count >= SAMPLES_MIN && count_within(&extents, other->small) * 10 >= count * 9;
 }
 
 /* If one stride is a multiple of the other, the application may use every second vertex on

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Figures of the triangles of one geometry, as a build reads them: before the geometry's transform.
  *
- * The functions read each triangle at most twice and allocate nothing. They need the environment of
+ * The functions read each triangle a few times and allocate nothing. They need the environment of
  * src/base/float_environment.h. */
 #ifndef ASSAY_FIGURES_TRIANGLES_H
 #define ASSAY_FIGURES_TRIANGLES_H
@@ -20,11 +20,14 @@ struct triangle_figures {
     uint64_t measured;
     float lower[3], upper[3];
     double extent;
-    double median;   /* of the extents of triangles: at least, and less than twice as large */
+    /* Of the extents of triangles: at least, and less than twice as large. Of more than 4,096
+     * triangles a sample is measured. */
+    double median;
     double farthest; /* the largest magnitude of a coordinate */
     double step;     /* from that coordinate to the next float */
     /* Triangles whose coordinates are so large that a step to the next float is larger than a
-     * thousandth of the triangle's extent. Only of formats with 32 bits each. */
+     * thousandth of the triangle's extent. Only of formats with 32 bits each, and if `farthest`
+     * is at least eight times `extent`. */
     uint64_t coarse;
     uint32_t first_coarse;
     double smallest_coarse; /* the extent of the first coarse one */

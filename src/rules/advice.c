@@ -201,6 +201,17 @@ bool allowed_updates_are_made(const struct use_view *use, struct finding *findin
 
 /* ---- all structures */
 
+bool builds_share_calls(const struct crowd_view *crowd, struct finding *finding, uint64_t *weight)
+{
+    *weight = crowd->single_calls;
+    return !crowd->single_calls || crowd->single_calls < crowd->limits->of[ADVICE_LIMIT_calls] ||
+           violated(finding, "",
+                    "executed {} of vkCmdBuildAccelerationStructuresKHR in a row with one build "
+                    "each. No build needs another one of them, and between them its command buffer "
+                    "has nothing but barriers from builds to builds",
+                    count_of(crowd->single_calls, "call"));
+}
+
 bool few_structures_are_small(const struct crowd_view *crowd, struct finding *finding,
                               uint64_t *weight)
 {

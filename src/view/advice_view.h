@@ -22,6 +22,7 @@ struct use_view {
 struct crowd_view {
     /* The most structures with few primitives (a limit) that were there at a time. */
     uint32_t tiny;
+    uint32_t single_calls; /* the most that journal_find_single_calls() found */
     const struct advice_limits *limits;
 };
 

@@ -31,7 +31,7 @@ static struct instance_figures figures_of(const VkAccelerationStructureInstanceK
     struct instance_figures figures;
     instance_figures_begin(&figures, count);
     for (uint32_t i = 0; i < count; i++)
-        instance_figures_add(&figures, &instances[i]);
+        instance_figures_add(&figures, &instances[i], NULL);
     instance_figures_end(&figures);
     assert_null(figures.placements);
     return figures;
@@ -192,7 +192,7 @@ TEST(test_no_memory_for_repeated_instances)
     struct instance_figures figures;
     WITHOUT_MEMORY(instance_figures_begin(&figures, COUNT));
     for (int i = 0; i < COUNT; i++)
-        instance_figures_add(&figures, &instances[i]);
+        instance_figures_add(&figures, &instances[i], NULL);
     instance_figures_end(&figures);
     assert_int_equal(figures.repeated, 0);
     assert_int_equal(figures.placed, COUNT);

@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "src/check/content/advice.h"
 
+#include <math.h>
+
 #include "src/bvh/input/source.h"
+#include "src/figures/refits.h"
 #include "src/rules/advice.h"
+#include "src/state/builds/build_info.h"
 #include "src/view/formats.h"
 #include "src/view/geometry_data.h"
 
@@ -73,6 +77,22 @@ static bool find_layout(const struct content *content, const struct source *sour
     return true;
 }
 
+/* Samples what is built, and compares what is updated with the sample of the build. */
+static double find_refit_cost(const struct content *content, const struct source *source)
+{
+    const struct content_advice *advice = content->walk->advice;
+    struct geometry_inputs *retained = content->retained;
+    if (!retained)
+        return 0;
+    if (!build_is_update(content->range->geometry->build->info)) {
+        retained->sample = triangle_sample_create(source);
+        return 0;
+    }
+    return retained->sample && advice->number >= advice->limits->of[ADVICE_LIMIT_refits]
+               ? triangle_sample_refit_cost(retained->sample, source)
+               : 0;
+}
+
 static void judge_mesh(struct content *content, const struct source *source,
                        const struct triangle_figures *figures)
 {
@@ -94,10 +114,30 @@ static void judge_mesh(struct content *content, const struct source *source,
         .smooth = find_stride(content, source, figures, &smooth) ? &smooth : NULL,
         .layout = has_layout ? &layout : NULL,
         .contradicting = has_layout ? vertex_layouts_find_other(&advice->layouts, &layout) : NULL,
+        .refit_cost = find_refit_cost(content, source),
     };
     advice_judge_mesh(&view, keep, advice);
     if (has_layout)
         vertex_layouts_add(&advice->layouts, &layout);
+}
+
+static void add_to_box(struct content_advice *advice, const float lower[3], const float upper[3])
+{
+    struct structure_contents *contents = &advice->contents;
+    figure_box_add(&contents->box, !contents->has_box, lower, upper);
+    contents->has_box = true;
+}
+
+/* The figures are those before the geometry's transform, and of finite triangles. */
+static void add_triangles_to_box(const struct content *content,
+                                 const struct triangle_figures *figures)
+{
+    struct content_advice *advice = content->walk->advice;
+    advice->has_unknown_box |=
+        triangles_in(content->range->geometry->geometry)->transformData.deviceAddress ||
+        figures->measured + figures->inactive + figures->degenerate != figures->count;
+    if (figures->measured)
+        add_to_box(advice, figures->lower, figures->upper);
 }
 
 /* Every index is within maxVertex, or the figures are unknown. */
@@ -109,6 +149,7 @@ static bool advise_triangles(struct content *content, const struct source *sourc
         return false;
     contents->inactive += figures.inactive;
     contents->invisible += figures.degenerate;
+    add_triangles_to_box(content, &figures);
     judge_mesh(content, source, &figures);
     return true;
 }
@@ -116,13 +157,15 @@ static bool advise_triangles(struct content *content, const struct source *sourc
 /* A ray may hit an AABB without volume. */
 static bool advise_boxes(struct content *content, const struct source *source)
 {
-    struct structure_contents *contents = &content->walk->advice->contents;
+    struct content_advice *advice = content->walk->advice;
     for (uint32_t i = 0; i < source->count; i++) {
         struct aabb_record box;
         const enum source_state state = source_aabb(source, i, &box);
         if (state != SOURCE_ACTIVE && state != SOURCE_INACTIVE)
             return false;
-        contents->inactive += state == SOURCE_INACTIVE;
+        advice->contents.inactive += state == SOURCE_INACTIVE;
+        if (state == SOURCE_ACTIVE)
+            add_to_box(advice, box.lower, box.upper);
     }
     return true;
 }
@@ -165,6 +208,22 @@ void content_advise_begin(struct content *content)
                            content->range->range->primitiveCount);
 }
 
+/* Looks up the box of a structure once for all its instances. Returns NULL if it is unknown. */
+static const struct figure_box *find_box(const struct content *content, struct instance_use *use)
+{
+    const struct structures *structures = content->walk->context->structures;
+    if (!use->is_box_found && structures)
+        use->has_box = structures_find_box(structures, use->referenced.id, &use->box);
+    use->is_box_found = true;
+    return use->has_box ? &use->box : NULL;
+}
+
+void content_advise_instance(struct content *content, struct instance_use *use,
+                             const VkAccelerationStructureInstanceKHR *instance)
+{
+    instance_figures_add(&content->walk->advice->instances, instance, find_box(content, use));
+}
+
 /* ---- builds */
 
 void content_advise(struct content *content)
@@ -192,6 +251,13 @@ static void leave_reason(struct kept_advice *kept)
     kept[ADVICE_most_triangles_can_be_hit].weight = 0;
 }
 
+/* An AABB may reach infinity. */
+static bool is_finite(const struct figure_box *box)
+{
+    return isfinite(box->upper[0] - box->lower[0]) && isfinite(box->upper[1] - box->lower[1]) &&
+           isfinite(box->upper[2] - box->lower[2]);
+}
+
 /* If no ray can hit anything, that is one advice, about the structure. A geometry whose range is in
  * a buffer that could not be copied was not read. */
 bool content_advice_end(struct content_advice *advice, uint32_t geometry_count)
@@ -199,5 +265,6 @@ bool content_advice_end(struct content_advice *advice, uint32_t geometry_count)
     leave_reason(advice->kept);
     if (structure_is_hollow(&advice->contents))
         advice->kept[ADVICE_most_triangles_can_be_hit].weight = 0;
+    advice->contents.has_box &= !advice->has_unknown_box && is_finite(&advice->contents.box);
     return !advice->is_unknown && advice->geometry_count == geometry_count;
 }

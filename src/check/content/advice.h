@@ -14,9 +14,11 @@
 /* What was found of a build. */
 struct content_advice {
     const struct advice_limits *limits;
+    uint32_t number;                    /* of the structure's builds and updates, from 1 on */
     struct structure_contents contents; /* of all geometries so far */
     uint32_t geometry_count;            /* that were read */
     bool is_unknown;                    /* not all their primitives could be judged */
+    bool has_unknown_box;               /* contents.box is not around all of them */
     struct kept_advice {
         uint64_t weight; /* 0: none was kept */
         struct finding finding;
@@ -25,8 +27,12 @@ struct content_advice {
     struct vertex_layouts layouts;     /* of the geometries before it */
 };
 
-/* Call before the instances of a geometry are read. */
+/* Call before the instances of a geometry are read, and for each of them. `use`: the structure that
+ * it refers to. */
 void content_advise_begin(struct content *content);
+struct instance_use;
+void content_advise_instance(struct content *content, struct instance_use *use,
+                             const VkAccelerationStructureInstanceKHR *instance);
 /* Judges a geometry that was read. */
 void content_advise(struct content *content);
 /* Judges the build, which has so many geometries. Returns whether all its primitives are known. */

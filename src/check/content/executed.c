@@ -282,8 +282,10 @@ static void retain_data(struct executed_call *call, const struct executed_build 
 static void begin_advice(struct executed_call *call, const struct executed_build *build)
 {
     call->walk.advice = build->limits ? calloc(1, sizeof(*call->walk.advice)) : NULL;
-    if (call->walk.advice)
-        call->walk.advice->limits = build->limits;
+    if (!call->walk.advice)
+        return;
+    call->walk.advice->limits = build->limits;
+    call->walk.advice->number = build->number;
 }
 
 static void end_advice(struct executed_call *call, const struct executed_build *build)

@@ -19,6 +19,7 @@ struct executed_build {
     const struct used_micromap_note *used;    /* the micromaps that its geometries use */
     uint32_t used_count;
     const struct advice_limits *limits;  /* to judge it by, see struct content_advice; or NULL */
+    uint32_t number;                     /* if there are limits: see struct content_advice */
     bool wants_digest;                   /* of what it reads */
     const struct execution_point *point; /* of a build of instances; NULL: unknown */
 };

@@ -5,6 +5,7 @@
 
 #include "src/bvh/input/source.h"
 #include "src/check/content/content.h"
+#include "src/figures/refits.h"
 #include "src/state/builds/build_info.h"
 #include "src/view/geometry_data.h"
 
@@ -127,6 +128,15 @@ static void retain_indices(const struct content_indices *indices, struct geometr
             : kept_indices_create(indices->bytes, indices->count * indices->size, indices->max);
 }
 
+/* An update keeps the tree that its source was built with. */
+static void retain_sample(const struct content *content)
+{
+    const struct geometry_inputs *source =
+        build_inputs_of(content->walk->source_inputs, content->range->geometry->index);
+    if (source && source->sample)
+        content->retained->sample = triangle_sample_share(source->sample);
+}
+
 /* Returns the retained inputs of the geometry, or NULL. Creates them for host builds; for device
  * builds the caller has created them. */
 static struct geometry_inputs *retained_inputs_of(struct content *content)
@@ -156,6 +166,7 @@ void content_retain_inputs(const struct content *content)
         return;
     content->retained->inactive = find_inactive(content);
     retain_indices(&content->indices, content->retained);
+    retain_sample(content);
 }
 
 void content_retain_instance(const struct content *content, uint32_t index, uint64_t reference)

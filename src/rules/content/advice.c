@@ -141,7 +141,7 @@ bool coordinates_are_fine_enough(const struct mesh_view *mesh, struct finding *f
     const struct triangle_figures *figures = mesh->figures;
     *weight = figures->coarse;
     return is_misread(mesh) || figures->measured < limit_of(mesh->limits, ADVICE_LIMIT_triangles) ||
-           figures->coarse * 2 < figures->measured || figures->farthest < 8 * figures->extent ||
+           !figures->coarse || figures->coarse * 2 < figures->measured ||
            violated(
                finding, "",
                "was built from pGeometries[{}], whose coordinates reach {}, where the next float "
@@ -166,6 +166,20 @@ bool no_vertex_is_far_from_all_others(const struct mesh_view *mesh, struct findi
                     "without it: that of triangle {} whose x is {}",
                     number(mesh->geometry->index), real(figures->extent), real(mesh->stray->extent),
                     number(mesh->stray->triangle), real(mesh->stray->position[0]));
+}
+
+/* ---- updates */
+
+bool updates_suit_the_tree(const struct mesh_view *mesh, struct finding *finding, uint64_t *weight)
+{
+    *weight = mesh->figures->count;
+    return is_misread(mesh) ||
+           mesh->refit_cost < limit_of(mesh->limits, ADVICE_LIMIT_refit_times) ||
+           violated(finding, "",
+                    "was updated with pGeometries[{}], whose triangles have moved so far since the "
+                    "last build that its tree costs rays {} times as much as a new one. The layer "
+                    "has computed that with trees of its own over a sample of the triangles",
+                    number(mesh->geometry->index), real(mesh->refit_cost));
 }
 
 /* ---- instances */
@@ -210,6 +224,25 @@ bool no_instance_repeats_another(const struct placing_view *placing, struct find
                "of instance {}, and a mask that overlaps with its mask",
                count_of(figures->repeated, "repeated instance"), number(figures->first_repeated),
                number(figures->twin));
+}
+
+/* If one of these has another advice about its place, that explains the boxes. An unknown box may
+ * make the box around all larger. */
+bool instances_overlap_little(const struct placing_view *placing, struct finding *finding,
+                              uint64_t *weight)
+{
+    const struct instance_figures *figures = placing->figures;
+    const double depth = box_figures_depth(&figures->boxes);
+    uint32_t first;
+    *weight = figures->placed;
+    return figures->unboxed || figures->singular || figures->repeated ||
+           depth < limit_of(placing->limits, ADVICE_LIMIT_overlap) ||
+           instances_are_stored_by_columns(figures, &first) ||
+           violated(finding, "",
+                    "was built from {} whose boxes overlap: a random point of the box around all "
+                    "lies in {} of them on average, and a random line through it meets {}",
+                    count_of(figures->placed, "instance"), real(depth),
+                    real(box_figures_met(&figures->boxes)));
 }
 
 /* ---- all rows */

@@ -7,6 +7,7 @@
 #include <vulkan/vulkan.h>
 
 #include "src/base/chain.h"
+#include "src/figures/refits.h"
 
 struct build_inputs *build_inputs_share(struct build_inputs *inputs); /* may be NULL */
 
@@ -60,6 +61,7 @@ void build_inputs_release(struct build_inputs *inputs)
     for (uint32_t i = 0; i < inputs->count; i++) {
         free(inputs->items[i].inactive);
         release_indices(inputs->items[i].indices);
+        triangle_sample_release(inputs->items[i].sample);
     }
     free(inputs);
 }

@@ -31,6 +31,7 @@ struct geometry_inputs {
     uint32_t primitive_count;
     uint64_t *inactive; /* bit i of word i / 64: primitive 64 * (i / 64) + i % 64 */
     struct kept_indices *indices;
+    struct triangle_sample *sample; /* of the last build that was no update, for setting advice */
 };
 
 /* The reader of the data fills the items and then calls build_inputs_mark_known(); from then on

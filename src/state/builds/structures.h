@@ -16,6 +16,7 @@
 #define ASSAY_STATE_BUILDS_STRUCTURES_H
 
 #include "src/base/handle_table.h"
+#include "src/figures/boxes.h"
 #include "src/state/builds/built.h"
 #include "src/state/order/clock.h"
 
@@ -59,6 +60,8 @@ struct structure_contents {
     uint64_t
         invisible; /* others that no ray can hit: degenerate triangles, instances with mask 0 */
     bool is_top;
+    bool has_box;          /* of a bottom level */
+    struct figure_box box; /* around all that a ray can hit */
 };
 
 static inline bool structure_is_hollow(const struct structure_contents *contents)
@@ -94,6 +97,8 @@ struct structure_uses {
      * can hit anything in hollow_builds of these. */
     uint32_t read_builds, hollow_builds;
     struct structure_contents contents; /* of the last hollow one */
+    bool has_box;                       /* of one build or copy */
+    struct figure_box box;
     struct input_repeats repeats;
     uint64_t advised;         /* bits 1 << enum advice: given about the input data */
     bool is_tiny;             /* its last build has few primitives */
@@ -159,6 +164,8 @@ bool structures_note_build(struct structures *structures, uint64_t id, uint32_t 
 /* Notes whether a structure is tiny, and returns whether it was; with false, when it is destroyed.
  */
 bool structures_note_tiny(const struct structures *structures, uint64_t id, bool is_tiny);
+/* A copy to a structure that has a record takes the box of its source, if that is known. */
+void structures_copy_box(const struct structures *structures, uint64_t dst_id, uint64_t src_id);
 /* The host has read the compacted size of a structure that has a record. */
 bool structures_note_compacted_size(struct structures *structures, uint64_t id, VkDeviceSize size);
 
@@ -220,11 +227,11 @@ bool structures_find_uses(const struct structures *structures, uint64_t id,
                           struct structure_uses *uses);
 
 /* Counts a build whose input data is read. Data that is built again and again costs little: it is
- * judged if all builds before it were hollow, or if its number is a power of two. Its input is
- * compared with that of the next one if it is one of the first, or if its number is a power of two
- * or a multiple of 31. */
+ * judged if all builds before it were hollow, or if its number is a power of four. Its input is
+ * compared with that of the next one if its number is a power of two or a multiple of 61. */
 struct reading_wanted {
     bool is_judged, is_compared;
+    uint32_t number; /* from 1 on; 0: unknown */
 };
 struct reading_wanted structures_begin_read(const struct structures *structures, uint64_t id);
 /* What a build that is to be compared has read. NULL: that is not known. Returns true for some that
@@ -236,6 +243,9 @@ void structures_note_shared(const struct structures *structures, uint64_t id);
 /* That build has these contents. */
 void structures_note_contents(const struct structures *structures, uint64_t id,
                               const struct structure_contents *contents);
+/* Finds the box of a bottom-level structure that one build has written, or one copy of such a
+ * structure, and nothing else. Returns false if it is unknown. */
+bool structures_find_box(const struct structures *structures, uint64_t id, struct figure_box *box);
 /* Returns whether an advice about input data (enum advice) is the first one of a structure. */
 bool structures_note_advised(const struct structures *structures, uint64_t id, unsigned advice);
 

@@ -1,63 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The records of structures. */
-#include "src/state/builds/structures.h"
+#include "src/state/builds/structure_records.h"
 
 #include <stdlib.h>
 
 #include "src/base/array.h"
-#include "src/platform/threads.h"
 
 /* The largest undo capacity, in records, that is kept for reuse. */
 enum { UNDO_RETAINED = 1024 };
-
-/* Guarded by the table's lock. */
-struct structure_more {
-    /* Instances may disable micromaps, or not, since the write with serial `since` at `written`:
-     * every later write had the same flag. `since` 0: unknown. */
-    bool allows_disabling;
-    uint64_t since;
-    struct timestamp written;
-    void *input; /* of the latest build that was read; NULL: unknown */
-    /* While `input` is unknown: the id of the structure that this one was copied from, or 0. */
-    uint64_t copy_of;
-    struct structure_uses uses; /* for setting advice */
-};
-
-/* A record before commands that may fail. */
-struct structure_before {
-    uint64_t id;
-    struct built built; /* state BUILT_NEVER if there was no record */
-    struct timestamp written;
-};
-
-struct structures_shared {
-    struct structure_before *undo; /* only the writer uses these three */
-    uint32_t undo_count, undo_capacity;
-    enum structures_keeping keeping;       /* keeping and inputs never change */
-    const struct structure_inputs *inputs; /* or NULL */
-    pthread_mutex_t lock;                  /* guards the members below */
-    bool is_unknown;                       /* all records were removed */
-    uint64_t serial;                       /* number of writes; if serials are kept */
-    struct handle_table other_inputs; /* by id, of structures without a record: executions that were
-                                       * not read yet may have used them */
-    struct destroyed_ids {
-        uint64_t first_id;
-        uint32_t count;
-    } * destroyed;
-    uint32_t destroyed_count, destroyed_capacity;
-};
-
-static void lock_shared(const struct structures *structures)
-{
-    if (structures->shared)
-        pthread_mutex_lock(&structures->shared->lock);
-}
-
-static void unlock_shared(const struct structures *structures)
-{
-    if (structures->shared)
-        pthread_mutex_unlock(&structures->shared->lock);
-}
 
 struct structures *structures_create(enum structures_keeping keeping,
                                      const struct structure_inputs *inputs)
@@ -86,13 +36,6 @@ void structures_destroy(struct structures *structures)
     free(structures->shared->destroyed);
     free(structures->shared);
     free(structures);
-}
-
-static struct structure_more *more_of(struct structure *structure)
-{
-    if (!structure->more)
-        structure->more = calloc(1, sizeof(*structure->more));
-    return structure->more;
 }
 
 /* ---- records */
@@ -219,185 +162,6 @@ bool structures_note_first_build(struct structures *structures, uint64_t id, uin
         unlock_shared(structures);
     }
     return is_first || structures->shared->is_unknown;
-}
-
-/* ---- uses, for setting advice */
-
-/* Returns what became of a structure, with the lock held; NULL if there is no memory or no record.
- */
-static struct structure_uses *lock_uses(struct structures *structures, uint64_t id,
-                                        bool *has_memory)
-{
-    struct structure *structure = structures_find(structures, id);
-    lock_shared(structures);
-    struct structure_more *more = structure ? more_of(structure) : NULL;
-    *has_memory = more || !structure;
-    return more ? &more->uses : NULL;
-}
-
-bool structures_note_use(struct structures *structures, uint64_t id, enum structure_use use)
-{
-    bool has_memory;
-    struct structure_uses *uses = lock_uses(structures, id, &has_memory);
-    if (uses)
-        uses->counts[use]++;
-    unlock_shared(structures);
-    return has_memory;
-}
-
-bool structures_note_build(struct structures *structures, uint64_t id, uint32_t submission,
-                           VkBuildAccelerationStructureFlagsKHR flags, VkDeviceSize needed)
-{
-    bool has_memory;
-    struct structure_uses *uses = lock_uses(structures, id, &has_memory);
-    if (uses && !uses->counts[USE_BUILT]++) {
-        uses->first_build = submission;
-        uses->flags = flags;
-    }
-    if (uses) {
-        uses->flags &= flags;
-        uses->needed_size = needed;
-    }
-    unlock_shared(structures);
-    return has_memory;
-}
-
-bool structures_note_compacted_size(struct structures *structures, uint64_t id, VkDeviceSize size)
-{
-    bool has_memory;
-    struct structure_uses *uses = lock_uses(structures, id, &has_memory);
-    if (uses)
-        uses->compacted_size = size;
-    unlock_shared(structures);
-    return has_memory;
-}
-
-/* Returns what became of a structure, with the lock held. NULL if it was destroyed, or if nothing
- * is known. */
-static struct structure_uses *lock_known_uses(const struct structures *structures, uint64_t id)
-{
-    lock_shared(structures);
-    const struct structure *structure = structures_find(structures, id);
-    return structure && structure->more ? &structure->more->uses : NULL;
-}
-
-bool structures_note_tiny(const struct structures *structures, uint64_t id, bool is_tiny)
-{
-    struct structure_uses *uses = lock_known_uses(structures, id);
-    const bool was_tiny = uses && uses->is_tiny;
-    if (uses)
-        uses->is_tiny = is_tiny;
-    unlock_shared(structures);
-    return was_tiny;
-}
-
-static bool is_power_of_two(uint32_t number)
-{
-    return !(number & (number - 1));
-}
-
-/* Which builds are compared with the next one, and with those compared before. Input that takes
- * turns with others would hide at powers of two alone. */
-enum { COMPARED_FIRST = 16, COMPARED_EACH = 31 };
-
-static bool begins_comparison(uint32_t number)
-{
-    return number < COMPARED_FIRST || is_power_of_two(number) || number % COMPARED_EACH == 0;
-}
-
-struct reading_wanted structures_begin_read(const struct structures *structures, uint64_t id)
-{
-    struct structure_uses *uses = lock_known_uses(structures, id);
-    struct reading_wanted wanted = {0};
-    if (uses) {
-        const uint32_t before = uses->read_builds++, number = uses->read_builds;
-        wanted.is_judged = is_power_of_two(number) || uses->hollow_builds == before;
-        wanted.is_compared = begins_comparison(number) || begins_comparison(before);
-    }
-    unlock_shared(structures);
-    return wanted;
-}
-
-static bool is_equal(const struct input_digest *one, const struct input_digest *other)
-{
-    return one->words[0] == other->words[0] && one->words[1] == other->words[1] &&
-           one->is_top == other->is_top;
-}
-
-/* The boxes of a top-level structure are those of other structures. They are as they were if it
- * alone was written in between. */
-static bool is_repeated(const struct input_repeats *known, uint32_t number,
-                        const struct input_digest *digest)
-{
-    return known->is_known && is_equal(&known->last, digest) &&
-           (!digest->is_top ||
-            digest->serial - known->last.serial == (uint64_t)number - known->number);
-}
-
-/* Returns whether the input is that of the build just before. */
-static bool note_digest(struct input_repeats *known, uint32_t number,
-                        const struct input_digest *digest)
-{
-    const bool is_same = digest && is_repeated(known, number, digest),
-               is_next = is_same && number == known->number + 1;
-    known->since = is_same ? known->since : number;
-    known->equal_ones = is_same ? known->equal_ones + is_next : 0;
-    known->number = number;
-    known->is_known = digest;
-    if (digest)
-        known->last = *digest;
-    return is_next;
-}
-
-bool structures_note_input(const struct structures *structures, uint64_t id,
-                           const struct input_digest *digest)
-{
-    struct structure_uses *uses = lock_known_uses(structures, id);
-    const bool asks = uses && note_digest(&uses->repeats, uses->read_builds, digest) &&
-                      is_power_of_two(uses->repeats.equal_ones);
-    unlock_shared(structures);
-    return asks;
-}
-
-void structures_note_shared(const struct structures *structures, uint64_t id)
-{
-    struct structure_uses *uses = lock_known_uses(structures, id);
-    if (uses)
-        uses->repeats.is_shared = true;
-    unlock_shared(structures);
-}
-
-void structures_note_contents(const struct structures *structures, uint64_t id,
-                              const struct structure_contents *contents)
-{
-    struct structure_uses *uses = lock_known_uses(structures, id);
-    if (uses && structure_is_hollow(contents)) {
-        uses->hollow_builds++;
-        uses->contents = *contents;
-    }
-    unlock_shared(structures);
-}
-
-bool structures_note_advised(const struct structures *structures, uint64_t id, unsigned advice)
-{
-    const uint64_t bit = UINT64_C(1) << advice;
-    struct structure_uses *uses = lock_known_uses(structures, id);
-    const bool is_first = uses && !(uses->advised & bit);
-    if (is_first)
-        uses->advised |= bit;
-    unlock_shared(structures);
-    return is_first;
-}
-
-bool structures_find_uses(const struct structures *structures, uint64_t id,
-                          struct structure_uses *uses)
-{
-    lock_shared(structures);
-    const struct structure *structure = structures_find(structures, id);
-    const bool is_known = id && !structures->shared->is_unknown;
-    *uses = structure && structure->more ? structure->more->uses : (struct structure_uses){0};
-    unlock_shared(structures);
-    return is_known;
 }
 
 /* Called with the lock held. */

@@ -1,0 +1,125 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "src/check/replay/single_calls.h"
+
+#include <string.h>
+
+#include "src/state/commands/hazard_entries.h"
+
+/* More accesses end a row, so that the search costs little. */
+enum { ACCESSES_MAX = 1024 };
+
+struct row {
+    uint32_t calls, most;
+    /* Of the calls in the row; from `first` on those of the call that is being read. */
+    const struct hazard_entry *accesses[ACCESSES_MAX];
+    uint32_t first, count;
+    bool is_open;              /* the last command may belong to the row */
+    bool has_dst, has_scratch; /* that command's are known */
+    bool has_overflown;
+};
+
+static bool overlap(const struct hazard_entry *one, const struct hazard_entry *other)
+{
+    return one->bytes.memory == other->bytes.memory && one->bytes.begin < other->bytes.end &&
+           other->bytes.begin < one->bytes.end;
+}
+
+static bool conflict(const struct hazard_entry *one, const struct hazard_entry *other)
+{
+    return (access_is_write((enum access_kind)one->access) ||
+            access_is_write((enum access_kind)other->access)) &&
+           overlap(one, other);
+}
+
+/* Whether the command that was read needs a dependency on one before it. */
+static bool needs_order(const struct row *row)
+{
+    for (uint32_t i = row->first; i < row->count; i++)
+        for (uint32_t j = 0; j < row->first; j++)
+            if (conflict(row->accesses[i], row->accesses[j]))
+                return true;
+    return false;
+}
+
+static void clear(struct row *row)
+{
+    row->calls = row->first = row->count = 0;
+    row->is_open = row->has_overflown = false;
+}
+
+/* Begins a row with the command that was read. */
+static void restart(struct row *row)
+{
+    row->count -= row->first;
+    memmove(row->accesses, row->accesses + row->first, row->count * sizeof(row->accesses[0]));
+    row->calls = 0;
+}
+
+/* Without its structure or its scratch memory it is unknown what the command needs. */
+static void end_command(struct row *row)
+{
+    if (!row->is_open)
+        return;
+    if (!row->has_dst || !row->has_scratch || row->has_overflown) {
+        clear(row);
+        return;
+    }
+    if (needs_order(row))
+        restart(row);
+    row->calls++;
+    row->first = row->count;
+    row->is_open = false;
+    row->most = row->calls > row->most ? row->calls : row->most;
+}
+
+static void add_access(struct row *row, const struct hazard_entry *access)
+{
+    if (!row->is_open)
+        return;
+    row->has_dst |= access->role == HAZARD_DST;
+    row->has_scratch |= access->role == HAZARD_SCRATCH;
+    row->has_overflown |= row->count == ACCESSES_MAX || !access->bytes.memory;
+    if (!row->has_overflown)
+        row->accesses[row->count++] = access;
+}
+
+static bool is_single_build(const struct hazard_entry *entry)
+{
+    return entry->kind == HAZARD_COMMAND && entry->info == 1 && !entry->reads_references &&
+           strcmp(entry->command, build_command_name(COMMAND_DEVICE)) == 0;
+}
+
+/* No other command waits for these stages, nor do they wait for another one. The source has the
+ * stages before those that the barrier names: a copy reads its parameters before it copies. */
+static bool is_between_builds(const struct hazard_entry *entry)
+{
+    const stage_set builds = 1U << SYNC_BUILD | 1U << SYNC_ACCEL_COPY | 1U << SYNC_COPY_INDIRECT;
+    return entry->kind == HAZARD_BARRIER && !entry->is_acquisition &&
+           !((entry->dependency.src | entry->dependency.dst) & ~builds);
+}
+
+static void add_command(struct row *row, const struct hazard_entry *entry)
+{
+    end_command(row);
+    if (is_single_build(entry)) {
+        row->is_open = true;
+        row->has_dst = row->has_scratch = false;
+    } else if (!is_between_builds(entry)) {
+        clear(row);
+    }
+}
+
+uint32_t journal_find_single_calls(const struct journal *journal)
+{
+    struct row row = {0};
+    struct journal_cursor cursor =
+        journal_start(journal, JOURNAL_HAZARDS | JOURNAL_BIT(JOURNAL_EXECUTE));
+    for (const struct hazard_entry *entry; (entry = hazard_next(&cursor));) {
+        if (hazard_entry_is_access(entry))
+            add_access(&row, entry);
+        else
+            add_command(&row, entry);
+    }
+    end_command(&row);
+    return journal->lacks_hazards ? 0 : row.most;
+}

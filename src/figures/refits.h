@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What an update makes of the tree of a build: it keeps the tree, however far its triangles have
+ * moved. Judged by the reference builder, on a sample of the triangles of one geometry.
+ *
+ * The functions need the environment of src/base/float_environment.h. */
+#ifndef ASSAY_FIGURES_REFITS_H
+#define ASSAY_FIGURES_REFITS_H
+
+#include <stdatomic.h>
+#include <stdint.h>
+
+#include "src/bvh/input/source.h"
+
+/* Immutable; any thread. */
+struct triangle_sample {
+    atomic_uint references;
+    uint32_t count; /* of triangles in the sample */
+    uint32_t of;    /* of triangles in the geometry */
+    float corners[][3][3];
+};
+
+/* Reads triangles at equal distances. Returns NULL if the geometry has few triangles, if one of the
+ * sample cannot be hit or is not finite, or if there is no memory. */
+struct triangle_sample *triangle_sample_create(const struct source *source);
+struct triangle_sample *triangle_sample_share(struct triangle_sample *sample);
+void triangle_sample_release(struct triangle_sample *sample); /* accepts NULL */
+
+/* Returns how many times as much the tree of the sample costs after an update to the triangles of
+ * `now` as a new tree of these (the surface area heuristic), or 0 if that is unknown. */
+double triangle_sample_refit_cost(const struct triangle_sample *built, const struct source *now);
+
+#endif

@@ -1,0 +1,219 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What became of structures, and what their builds have read: for setting advice. */
+#include "src/state/builds/structure_records.h"
+
+/* Returns what became of a structure, with the lock held; NULL if there is no memory or no record.
+ */
+static struct structure_uses *lock_uses(struct structures *structures, uint64_t id,
+                                        bool *has_memory)
+{
+    struct structure *structure = structures_find(structures, id);
+    lock_shared(structures);
+    struct structure_more *more = structure ? more_of(structure) : NULL;
+    *has_memory = more || !structure;
+    return more ? &more->uses : NULL;
+}
+
+bool structures_note_use(struct structures *structures, uint64_t id, enum structure_use use)
+{
+    bool has_memory;
+    struct structure_uses *uses = lock_uses(structures, id, &has_memory);
+    if (uses)
+        uses->counts[use]++;
+    unlock_shared(structures);
+    return has_memory;
+}
+
+bool structures_note_build(struct structures *structures, uint64_t id, uint32_t submission,
+                           VkBuildAccelerationStructureFlagsKHR flags, VkDeviceSize needed)
+{
+    bool has_memory;
+    struct structure_uses *uses = lock_uses(structures, id, &has_memory);
+    if (uses && !uses->counts[USE_BUILT]++) {
+        uses->first_build = submission;
+        uses->flags = flags;
+    }
+    if (uses) {
+        uses->flags &= flags;
+        uses->needed_size = needed;
+    }
+    unlock_shared(structures);
+    return has_memory;
+}
+
+bool structures_note_compacted_size(struct structures *structures, uint64_t id, VkDeviceSize size)
+{
+    bool has_memory;
+    struct structure_uses *uses = lock_uses(structures, id, &has_memory);
+    if (uses)
+        uses->compacted_size = size;
+    unlock_shared(structures);
+    return has_memory;
+}
+
+/* Returns what became of a structure, with the lock held. NULL if it was destroyed, or if nothing
+ * is known. */
+static struct structure_uses *lock_known_uses(const struct structures *structures, uint64_t id)
+{
+    lock_shared(structures);
+    const struct structure *structure = structures_find(structures, id);
+    return structure && structure->more ? &structure->more->uses : NULL;
+}
+
+bool structures_note_tiny(const struct structures *structures, uint64_t id, bool is_tiny)
+{
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    const bool was_tiny = uses && uses->is_tiny;
+    if (uses)
+        uses->is_tiny = is_tiny;
+    unlock_shared(structures);
+    return was_tiny;
+}
+
+static bool is_power_of_two(uint32_t number)
+{
+    return !(number & (number - 1));
+}
+
+static bool is_power_of_four(uint32_t number)
+{
+    return is_power_of_two(number) && number & 0x55555555;
+}
+
+/* Which builds are compared with the next one, and with those compared before. Input that takes
+ * turns with others would hide at powers of two alone. */
+enum { COMPARED_EACH = 61 };
+
+static bool begins_comparison(uint32_t number)
+{
+    return is_power_of_two(number) || number % COMPARED_EACH == 0;
+}
+
+struct reading_wanted structures_begin_read(const struct structures *structures, uint64_t id)
+{
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    struct reading_wanted wanted = {0};
+    if (uses) {
+        const uint32_t before = uses->read_builds++, number = uses->read_builds;
+        wanted.number = number;
+        wanted.is_judged = is_power_of_four(number) || uses->hollow_builds == before;
+        wanted.is_compared = begins_comparison(number) || begins_comparison(before);
+    }
+    unlock_shared(structures);
+    return wanted;
+}
+
+static bool is_equal(const struct input_digest *one, const struct input_digest *other)
+{
+    return one->words[0] == other->words[0] && one->words[1] == other->words[1] &&
+           one->is_top == other->is_top;
+}
+
+/* The boxes of a top-level structure are those of other structures. They are as they were if it
+ * alone was written in between. */
+static bool is_repeated(const struct input_repeats *known, uint32_t number,
+                        const struct input_digest *digest)
+{
+    return known->is_known && is_equal(&known->last, digest) &&
+           (!digest->is_top ||
+            digest->serial - known->last.serial == (uint64_t)number - known->number);
+}
+
+/* Returns whether the input is that of the build just before. */
+static bool note_digest(struct input_repeats *known, uint32_t number,
+                        const struct input_digest *digest)
+{
+    const bool is_same = digest && is_repeated(known, number, digest),
+               is_next = is_same && number == known->number + 1;
+    known->since = is_same ? known->since : number;
+    known->equal_ones = is_same ? known->equal_ones + is_next : 0;
+    known->number = number;
+    known->is_known = digest;
+    if (digest)
+        known->last = *digest;
+    return is_next;
+}
+
+bool structures_note_input(const struct structures *structures, uint64_t id,
+                           const struct input_digest *digest)
+{
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    const bool asks = uses && note_digest(&uses->repeats, uses->read_builds, digest) &&
+                      is_power_of_two(uses->repeats.equal_ones);
+    unlock_shared(structures);
+    return asks;
+}
+
+void structures_note_shared(const struct structures *structures, uint64_t id)
+{
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    if (uses)
+        uses->repeats.is_shared = true;
+    unlock_shared(structures);
+}
+
+void structures_note_contents(const struct structures *structures, uint64_t id,
+                              const struct structure_contents *contents)
+{
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    if (uses && structure_is_hollow(contents)) {
+        uses->hollow_builds++;
+        uses->contents = *contents;
+    }
+    if (uses) {
+        uses->has_box = contents->has_box;
+        uses->box = contents->box;
+    }
+    unlock_shared(structures);
+}
+
+/* ---- boxes. The one write is the one that the box is of. */
+
+static bool was_written_once(const struct structure_uses *uses)
+{
+    return uses->counts[USE_BUILT] + uses->counts[USE_UPDATED] + uses->counts[USE_FILLED] == 1;
+}
+
+bool structures_find_box(const struct structures *structures, uint64_t id, struct figure_box *box)
+{
+    const struct structure_uses *uses = lock_known_uses(structures, id);
+    const bool is_known = uses && uses->has_box && was_written_once(uses);
+    if (is_known)
+        *box = uses->box;
+    unlock_shared(structures);
+    return is_known;
+}
+
+void structures_copy_box(const struct structures *structures, uint64_t dst_id, uint64_t src_id)
+{
+    struct figure_box box;
+    const bool is_known = structures_find_box(structures, src_id, &box);
+    struct structure_uses *uses = lock_known_uses(structures, dst_id);
+    if (uses && is_known) {
+        uses->has_box = true;
+        uses->box = box;
+    }
+    unlock_shared(structures);
+}
+
+bool structures_note_advised(const struct structures *structures, uint64_t id, unsigned advice)
+{
+    const uint64_t bit = UINT64_C(1) << advice;
+    struct structure_uses *uses = lock_known_uses(structures, id);
+    const bool is_first = uses && !(uses->advised & bit);
+    if (is_first)
+        uses->advised |= bit;
+    unlock_shared(structures);
+    return is_first;
+}
+
+bool structures_find_uses(const struct structures *structures, uint64_t id,
+                          struct structure_uses *uses)
+{
+    lock_shared(structures);
+    const struct structure *structure = structures_find(structures, id);
+    const bool is_known = id && !structures->shared->is_unknown;
+    *uses = structure && structure->more ? structure->more->uses : (struct structure_uses){0};
+    unlock_shared(structures);
+    return is_known;
+}
