@@ -219,6 +219,7 @@ bool no_instance_repeats_another(const struct placing_view *placing, struct find
         found(user, ADVICE_##name, &finding, weight);
 #define JUDGE_use(name)
 #define JUDGE_crowd(name)
+#define JUDGE_traced(name)
 #define ADVICE(subject, name, kind, id, hint) JUDGE_##subject(name)
 
 void advice_judge_mesh(const struct mesh_view *mesh, advice_found *found, void *user)
