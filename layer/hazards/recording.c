@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "layer/hazards/descriptors.h"
 #include "layer/intercepts/intercepts.h"
 #include "src/base/handle_table.h"
 #include "src/base/reader_lock.h"
@@ -154,6 +155,7 @@ struct image {
 struct hazard_objects {
     struct reader_lock lock;
     struct handle_table images, render_passes, tracing[TRACING_OBJECTS];
+    struct descriptor_sets sets;
 };
 
 struct hazard_objects *hazard_objects_create(void)
@@ -169,7 +171,13 @@ void hazard_objects_destroy(struct hazard_objects *objects)
     handle_table_drop(&objects->render_passes, free);
     for (unsigned i = 0; i < TRACING_OBJECTS; i++)
         handle_table_drop(&objects->tracing[i], free);
+    descriptor_sets_end(&objects->sets);
     free(objects);
+}
+
+struct descriptor_sets *hazard_objects_sets(struct hazard_objects *objects)
+{
+    return objects ? &objects->sets : NULL;
 }
 
 /* Takes over the record, which may be NULL: then the handle is removed. */

@@ -101,6 +101,10 @@ const struct subpass_dependency *hazard_objects_dependencies(struct hazard_objec
                                                              VkRenderPass render_pass,
                                                              uint32_t *count);
 
+/* Returns NULL for NULL. */
+struct descriptor_sets;
+struct descriptor_sets *hazard_objects_sets(struct hazard_objects *objects);
+
 /* Modules and compute pipelines of shaders with ray queries; others have no record. */
 enum tracing_object { TRACING_MODULE, TRACING_PIPELINE, TRACING_OBJECTS };
 void hazard_objects_set_tracing(struct hazard_objects *objects, enum tracing_object type,

@@ -3,6 +3,7 @@
  * by descriptors and code, which are not followed: a shader may write any bytes. */
 #include "layer/execution/hazards/host_writes.h"
 #include "layer/hazards/recording.h"
+#include "layer/hazards/traced.h"
 #include "observers.h"
 #include "src/base/chain.h"
 #include "src/base/readable.h"
@@ -14,6 +15,15 @@ static void add(struct hazard_recording *recording, enum access_kind kind)
 {
     hazard_recording_add_anywhere(recording,
                                   &(struct hazard_use){.kind = kind, .role = HAZARD_SHADER});
+}
+
+/* Without memory for what may be traced the trace is left out, too. */
+static void add_trace(struct hazard_recording *recording, enum access_kind kind,
+                      enum traced_point point)
+{
+    hazards_add_traced(recording, kind, point);
+    if (!recording->journal->lacks_hazards)
+        add(recording, kind);
 }
 
 /* A command adds nothing if it follows one of the same name, with no other entry between them.
@@ -47,7 +57,7 @@ void hazards_dispatch(struct hazard_recording *recording, const char *name)
     if (!add_command(recording, name, ACCESS_COMPUTE_WRITE))
         return;
     if (recording->journal->has_tracing_pipeline)
-        add(recording, ACCESS_COMPUTE_TRACE);
+        add_trace(recording, ACCESS_COMPUTE_TRACE, TRACED_BY_COMPUTE);
     end_command(recording, name);
 }
 
@@ -55,7 +65,7 @@ void hazards_trace(struct hazard_recording *recording, const char *name)
 {
     if (!add_command(recording, name, ACCESS_RAYS_WRITE))
         return;
-    add(recording, ACCESS_RAYS_TRACE);
+    add_trace(recording, ACCESS_RAYS_TRACE, TRACED_BY_RAYS);
     end_command(recording, name);
 }
 
@@ -76,10 +86,13 @@ void hazards_build_unfollowed(struct hazard_recording *command)
 void hazards_note_module(struct layer_device *device, VkShaderModule module,
                          const VkShaderModuleCreateInfo *info)
 {
+    const bool traces = shader_code_traces(info->pCode, info->codeSize);
     hazard_objects_set_tracing(device->hazard_objects, TRACING_MODULE, (uint64_t)(uintptr_t)module,
-                               shader_code_traces(info->pCode, info->codeSize));
+                               traces);
     if (shader_code_stores(info->pCode, info->codeSize))
         host_writes_stop(device->host_writes);
+    if (traces && shader_code_traces_addresses(info->pCode, info->codeSize))
+        hazards_lack_descriptors(device);
 }
 
 void hazards_forget_module(struct layer_device *device, VkShaderModule module)
@@ -93,6 +106,7 @@ void hazards_forget_module(struct layer_device *device, VkShaderModule module)
 void hazards_note_unseen_code(struct layer_device *device)
 {
     host_writes_stop(device->host_writes);
+    hazards_lack_descriptors(device);
 }
 
 /* The stages may be ignored, and then be no pointer. The code of modules was read before. */
@@ -101,9 +115,12 @@ static void note_stages(struct layer_device *device, uint32_t count,
 {
     if (!count || !readable(readable_cache_of_thread(), stages, count * sizeof(*stages)))
         return;
-    for (uint32_t i = 0; i < count; i++)
+    for (uint32_t i = 0; i < count; i++) {
         if (shader_stage_stores(&stages[i]))
             hazards_note_unseen_code(device);
+        if (shader_stage_traces_addresses(&stages[i]))
+            hazards_lack_descriptors(device);
+    }
 }
 
 void hazards_note_graphics_pipelines(struct layer_device *device, uint32_t count,

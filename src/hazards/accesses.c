@@ -102,22 +102,25 @@ static bool is_superseded(const struct hazards *hazards, struct piece *piece, ac
     return false;
 }
 
+/* Whether a write of that kind by the current command happens after the read. */
+static bool read_is_ordered(const struct hazards *hazards, access_mark read, enum access_kind write)
+{
+    const uint64_t earlier = mark_number(read);
+    const uint32_t past_queue = mark_queue(read);
+    if (earlier >= hazards->command_first || earlier <= hazards->queues[past_queue].settled)
+        return true;
+    const struct frontier *frontier = hazards->queues[hazards->queue].from[past_queue];
+    return frontier &&
+           frontier_executes(frontier, earlier, access_stage(mark_kind(read)), access_stage(write));
+}
+
 static void judge_reads(struct hazards *hazards, struct piece *piece, uint64_t number,
                         const struct hazard_access *access)
 {
-    const struct hazard_queue *queue = &hazards->queues[hazards->queue];
     for (uint32_t i = 0; i < piece_read_count(piece); i++) {
         const access_mark read = *piece_read(piece, i);
-        const uint64_t earlier = mark_number(read);
-        const uint32_t past_queue = mark_queue(read);
-        if (!read || earlier >= hazards->command_first ||
-            earlier <= hazards->queues[past_queue].settled)
-            continue;
-        const struct frontier *frontier = queue->from[past_queue];
-        if (frontier && frontier_executes(frontier, earlier, access_stage(mark_kind(read)),
-                                          access_stage(access->kind)))
-            continue;
-        if (!is_superseded(hazards, piece, read))
+        if (read && !read_is_ordered(hazards, read, access->kind) &&
+            !is_superseded(hazards, piece, read))
             report(hazards, piece, read, WRITE_AFTER_READ, number, access);
     }
 }
@@ -233,14 +236,35 @@ uint64_t hazards_access(struct hazards *hazards, const struct hazard_access *acc
     return number;
 }
 
+void hazards_write_after(struct hazards *hazards, const struct hazard_side *read, uint64_t number,
+                         const struct hazard_access *write)
+{
+    const access_mark mark = mark_of(read->number, read->queue, read->kind);
+    struct piece piece = {.begin = write->bytes.begin, .end = write->bytes.begin + 1};
+    if (!read_is_ordered(hazards, mark, write->kind))
+        report(hazards, &piece, mark, WRITE_AFTER_READ, number, write);
+}
+
+/* Returns the piece of the first byte if its last write is known; else NULL. */
+static const struct piece *find_written(struct hazards *hazards, const struct hazard_bytes *bytes)
+{
+    struct hazard_memory *memory = hazards_memory(hazards, bytes->memory, false);
+    const struct piece *piece =
+        memory ? cursor_piece(ranges_find(&memory->ranges, bytes->begin)) : NULL;
+    return piece && piece->begin <= bytes->begin && piece->write ? piece : NULL;
+}
+
+uint64_t hazards_last_write(struct hazards *hazards, const struct hazard_bytes *bytes)
+{
+    const struct piece *piece = find_written(hazards, bytes);
+    return piece ? mark_number(piece->write) : 0;
+}
+
 bool hazards_read_is_early(struct hazards *hazards, const struct hazard_access *read,
                            struct hazard *hazard)
 {
-    struct hazard_memory *memory = hazards_memory(hazards, read->bytes.memory, false);
-    const struct piece *piece =
-        memory ? cursor_piece(ranges_find(&memory->ranges, read->bytes.begin)) : NULL;
-    if (!piece || piece->begin > read->bytes.begin || !piece->write ||
-        write_is_ordered(hazards, piece, read->kind))
+    const struct piece *piece = find_written(hazards, &read->bytes);
+    if (!piece || write_is_ordered(hazards, piece, read->kind))
         return false;
     *hazard = describe(hazards, piece, piece->write, READ_AFTER_WRITE, hazards->number, read);
     return true;

@@ -72,6 +72,8 @@ enum hazard_type {
     EARLY_TRACE,       /* a command that traces rays, and no top-level structure is visible to it */
     READ_AFTER_SHADER, /* a build reads what a shader must have written */
     READ_RACING_HOST,  /* the host has written what a build reads that need not be complete */
+    TRACE_OF_DESTROYED,  /* a command traces rays in what the host has destroyed */
+    READ_OF_OVERWRITTEN, /* a structure is read whose bytes something else has written */
 };
 
 struct hazard {
@@ -135,6 +137,13 @@ uint64_t hazards_access(struct hazards *hazards, const struct hazard_access *acc
  * fills `hazard`, whose later access has the last number that was given. The read is not kept. */
 bool hazards_read_is_early(struct hazards *hazards, const struct hazard_access *read,
                            struct hazard *hazard);
+
+/* Compares a write by the current command, which has that number, with a read that was described by
+ * an access without bytes, and is of its first byte. */
+void hazards_write_after(struct hazards *hazards, const struct hazard_side *read, uint64_t number,
+                         const struct hazard_access *write);
+/* Returns the number of the last write of the first byte; 0 if it is unknown. */
+uint64_t hazards_last_write(struct hazards *hazards, const struct hazard_bytes *bytes);
 
 /* ---- Writes of unknown bytes, by shaders. The last ones are kept.
  *

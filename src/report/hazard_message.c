@@ -6,6 +6,7 @@
 #include <inttypes.h>
 
 #include "src/report/message.h"
+#include "src/state/commands/object_names.h"
 
 enum hazard_id hazard_id_of(const struct hazard *hazard)
 {
@@ -20,6 +21,10 @@ enum hazard_id hazard_id_of(const struct hazard *hazard)
         return HAZARD_ID_LATE_SHADER;
     case READ_RACING_HOST:
         return HAZARD_ID_HOST_WRITE;
+    case TRACE_OF_DESTROYED:
+        return HAZARD_ID_TRACE_DESTROYED;
+    case READ_OF_OVERWRITTEN:
+        return HAZARD_ID_OVERWRITTEN;
     case WRITE_AFTER_WRITE:
         break;
     }
@@ -162,8 +167,8 @@ static void append_trace(struct text_buffer *text, struct message *message,
                          const struct hazard_report *report)
 {
     text_append(text,
-                " traces rays, and no top-level structure is visible to it. The last one that "
-                "was built is ");
+                " traces rays, and no top-level structure that it may trace is visible to it. The "
+                "last one of them that was built is ");
     append_object_of(text, message, &report->earlier);
     text_append(text, ": ");
     append_member(text, &report->earlier);
@@ -202,6 +207,46 @@ static void append_host_write(struct text_buffer *text, struct message *message,
                 " The host has overwritten them since the build was submitted, and has not "
                 "observed that the build is complete. Wait on the host until it is, for example "
                 "for a fence, before the write, or give each frame in flight a buffer of its own.");
+}
+
+/* Appends an object that is destroyed, with the name that it had, or one without memory. */
+static void append_lost(struct text_buffer *text, struct message *message,
+                        const struct hazard_report *report)
+{
+    if (report->is_freed) {
+        append_object_of(text, message, &report->earlier);
+        return;
+    }
+    text_append(text, "%s 0x%" PRIx64, object_type_name(report->earlier.type),
+                report->earlier.object);
+    if (report->destroyed_name[0]) {
+        text_append(text, "[");
+        text_append_quoted(text, report->destroyed_name, MESSAGE_NAME_SIZE - 1);
+        text_append(text, "]");
+    }
+}
+
+/* What was lost is the top-level structure itself if `later` has no object. */
+static void append_trace_of_destroyed(struct text_buffer *text, struct message *message,
+                                      const struct hazard_report *report)
+{
+    const char *how = report->is_freed ? "Its memory was freed" : "That was destroyed";
+    text_append(text, " traces rays in ");
+    if (report->later.object) {
+        append_object_of(text, message, &report->later);
+        text_append(text, ", an instance of which refers to ");
+    }
+    append_lost(text, message, report);
+    if (report->hazard.is_racing)
+        text_append(text,
+                    ". %s, and the application had not observed that this command is complete. "
+                    "Wait on the host until it is, for example for a fence, before that.",
+                    how);
+    else
+        text_append(text,
+                    ". %s before this command executed. Build the top-level structure without it "
+                    "first, or keep it.",
+                    how);
 }
 
 static void append_accesses(struct text_buffer *text, struct message *message,
@@ -306,6 +351,13 @@ void message_of_hazard(struct message *message, const struct hazard_report *repo
     message->path_length = text.length - before;
     if (report->hazard.type == READ_RACING_HOST) {
         append_host_write(&text, message, report);
+    } else if (report->hazard.type == TRACE_OF_DESTROYED) {
+        append_trace_of_destroyed(&text, message, report);
+    } else if (report->hazard.type == READ_OF_OVERWRITTEN) {
+        append_accesses(&text, message, report);
+        text_append(&text,
+                    " Nothing has built or copied the structure since. Give each structure "
+                    "memory of its own, or build it again before its use.");
     } else {
         append_accesses(&text, message, report);
         append_reason(&text, report);

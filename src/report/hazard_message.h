@@ -24,6 +24,11 @@ struct hazard_report {
     struct hazard hazard;
     struct hazard_access_text earlier, later;
     struct barrier_features features; /* of the device */
+    /* TRACE_OF_DESTROYED: `earlier` has only the destroyed object, and this is the name it had; ""
+     * if it had none. The trace is `later`; its object is the top-level structure, or 0 if that is
+     * the destroyed one. */
+    const char *destroyed_name;
+    bool is_freed; /* it is alive, and its memory was freed */
     uint32_t more; /* accesses of the same kind in this command that have such a hazard, too */
 };
 

@@ -229,6 +229,7 @@ bool few_structures_are_small(const struct crowd_view *crowd, struct finding *fi
         found(user, ADVICE_##name, &finding, weight);
 #define JUDGE_mesh(name)
 #define JUDGE_placing(name)
+#define JUDGE_traced(name)
 
 void advice_judge_use(const struct use_view *use, advice_found *found, void *user)
 {

@@ -18,6 +18,11 @@ struct use_view {
     const struct advice_limits *limits;
 };
 
+/* A top-level structure when a command traces it. */
+struct traced_view {
+    uint64_t changed; /* handle of what an instance refers to and was written since; 0: none */
+};
+
 /* All structures of a device. */
 struct crowd_view {
     /* The most structures with few primitives (a limit) that were there at a time. */

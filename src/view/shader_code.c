@@ -43,6 +43,7 @@ enum {
     OP_UNREACHABLE = 255,
     OP_NO_LINE = 317,
     STORAGE_CLASS_PHYSICAL_STORAGE_BUFFER = 5349,
+    OP_CONVERT_U_TO_ACCELERATION_STRUCTURE_KHR = 4447,
     CAPABILITY_UNTYPED_POINTERS_KHR = 4473,
     CAPABILITY_PHYSICAL_STORAGE_BUFFER_ADDRESSES = 5347,
     CAPABILITY_RAY_QUERY_PROVISIONAL_KHR = 4471,
@@ -81,6 +82,20 @@ bool shader_code_traces(const uint32_t *code, size_t size)
         if (capability_traces(code[i + 1]))
             return true;
     }
+    return false;
+}
+
+/* ---- traces by address */
+
+bool shader_code_traces_addresses(const uint32_t *code, size_t size)
+{
+    const size_t words = size / sizeof(*code);
+    if (words < SPIRV_HEADER_WORDS || !readable(readable_cache_of_thread(), code, size) ||
+        code[0] != SPIRV_MAGIC)
+        return true;
+    for (size_t i = SPIRV_HEADER_WORDS; i < words; i += code[i] >> 16)
+        if (!(code[i] >> 16) || (code[i] & 0xffff) == OP_CONVERT_U_TO_ACCELERATION_STRUCTURE_KHR)
+            return true;
     return false;
 }
 
@@ -191,11 +206,16 @@ bool shader_code_stores(const uint32_t *code, size_t size)
     return result;
 }
 
+/* Returns the code in the chain of a stage without a module; NULL: there is none. */
+static const VkShaderModuleCreateInfo *code_of(const VkPipelineShaderStageCreateInfo *stage)
+{
+    return stage->module ? NULL
+                         : chain_find(stage->pNext, VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO);
+}
+
 bool shader_stage_stores(const VkPipelineShaderStageCreateInfo *stage)
 {
-    const VkShaderModuleCreateInfo *module =
-        stage->module ? NULL
-                      : chain_find(stage->pNext, VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO);
+    const VkShaderModuleCreateInfo *module = code_of(stage);
     return !stage->module && (!module || shader_code_stores(module->pCode, module->codeSize));
 }
 
@@ -203,8 +223,12 @@ bool shader_stage_stores(const VkPipelineShaderStageCreateInfo *stage)
 
 bool shader_stage_traces(const VkPipelineShaderStageCreateInfo *stage)
 {
-    const VkShaderModuleCreateInfo *module =
-        stage->module ? NULL
-                      : chain_find(stage->pNext, VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO);
+    const VkShaderModuleCreateInfo *module = code_of(stage);
     return module && shader_code_traces(module->pCode, module->codeSize);
+}
+
+bool shader_stage_traces_addresses(const VkPipelineShaderStageCreateInfo *stage)
+{
+    const VkShaderModuleCreateInfo *module = code_of(stage);
+    return module && shader_code_traces_addresses(module->pCode, module->codeSize);
 }

@@ -305,6 +305,16 @@ void play_init(struct play *play, char **words)
             strtoull(words[3], NULL, 0);
     else if (play_is(words[2], "ranges"))
         play_write(play, words[1], &range, sizeof(range));
+    else if (play_is(words[2], "address"))
+        play_write(play, words[1], &(uint64_t){play_address(play, words[3])}, sizeof(uint64_t));
+    else if (play_is(words[2], "structure"))
+        play_write(play, words[1],
+                   &(uint64_t){structure_address(&play->vk, play->device,
+                                                 play_object(play, words[3])->structure)},
+                   sizeof(uint64_t));
+    else if (play_is(words[2], "handle"))
+        play_write(play, words[1], &(uint64_t){(uint64_t)play_object(play, words[3])->structure},
+                   sizeof(uint64_t));
     else if (play_is(words[2], "word"))
         play_write(play, words[1], &(uint64_t){strtoull(words[3], NULL, 0)}, sizeof(uint64_t));
     else if (!play_init_input(play, words))

@@ -52,10 +52,12 @@ struct play_object {
 };
 
 /* Compute pipelines of programs, which they create at the first use. */
-enum { PLAY_SHADE, PLAY_TRACE, PLAY_SHADERS };
+enum { PLAY_SHADE, PLAY_TRACE, PLAY_TRACE_SET, PLAY_SHADERS };
 struct play_shader {
     VkPipelineLayout layout;
     VkPipeline pipeline;
+    VkDescriptorSetLayout set; /* of PLAY_TRACE_SET alone */
+    VkDescriptorPool pool;
 };
 
 struct play {

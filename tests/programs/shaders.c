@@ -3,6 +3,8 @@
  *
  *     shade PLACE COUNT NUMBER    a dispatch, which writes COUNT floats of a value
  *     trace TOP                   a dispatch with a ray query; with VK_KHR_ray_query
+ *     trace set TOP [TOP]         the same with a descriptor set in which the first one is used;
+ *                                 on a device on which no `trace TOP` is
  *     rays                        vkCmdTraceRaysKHR without a pipeline: only null
  *     draw                        vkCmdDraw without a pipeline: only null
  *     probe STRUCTURE [hits | misses]     vkTraceRaysASSAY of one ray along x: only cpu */
@@ -18,7 +20,13 @@ static const uint32_t trace_words[] = {
 #include "trace_comp.h"
 };
 
-/* The constants of both shaders. */
+static const uint32_t trace_set_words[] = {
+#include "trace_set_comp.h"
+};
+
+enum { SETS = 16, SET_BINDINGS = 2 };
+
+/* The constants of shaders. */
 struct constants {
     VkDeviceAddress address;
     uint32_t count;
@@ -33,10 +41,12 @@ static void make_pipeline(struct play *play, struct play_shader *shader, const u
     VkShaderModule module;
     if (shader->pipeline)
         return;
-    GET(play->vk.CreatePipelineLayout(play->device,
-                                      &MAKE(VkPipelineLayoutCreateInfo, .pushConstantRangeCount = 1,
-                                            .pPushConstantRanges = &range),
-                                      NULL, &shader->layout));
+    GET(play->vk.CreatePipelineLayout(
+        play->device,
+        &MAKE(VkPipelineLayoutCreateInfo, .setLayoutCount = shader->set != VK_NULL_HANDLE,
+              .pSetLayouts = &shader->set, .pushConstantRangeCount = 1,
+              .pPushConstantRanges = &range),
+        NULL, &shader->layout));
     GET(play->vk.CreateShaderModule(
         play->device, &MAKE(VkShaderModuleCreateInfo, .codeSize = size, .pCode = words), NULL,
         &module));
@@ -97,11 +107,63 @@ static void probe(struct play *play, char **words)
     play->outcome = OUTCOME_FAILED;
 }
 
+/* The layout has two bindings, and the pool so many sets as a program needs. */
+static void make_sets(struct play *play, struct play_shader *shader)
+{
+    const VkDescriptorSetLayoutBinding bindings[SET_BINDINGS] = {
+        {0, VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1, VK_SHADER_STAGE_COMPUTE_BIT, NULL},
+        {1, VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1, VK_SHADER_STAGE_COMPUTE_BIT, NULL}};
+    const VkDescriptorPoolSize size = {VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR,
+                                       SETS * SET_BINDINGS};
+    if (shader->pool)
+        return;
+    GET(play->vk.CreateDescriptorSetLayout(
+        play->device,
+        &MAKE(VkDescriptorSetLayoutCreateInfo, .bindingCount = SET_BINDINGS, .pBindings = bindings),
+        NULL, &shader->set));
+    GET(play->vk.CreateDescriptorPool(
+        play->device,
+        &MAKE(VkDescriptorPoolCreateInfo, .maxSets = SETS, .poolSizeCount = 1, .pPoolSizes = &size),
+        NULL, &shader->pool));
+}
+
+static void write_top(struct play *play, VkDescriptorSet set, uint32_t binding, const char *name)
+{
+    const STRUCT(VkWriteDescriptorSetAccelerationStructureKHR, top, .accelerationStructureCount = 1,
+                 .pAccelerationStructures = &play_object(play, name)->structure);
+    play->vk.UpdateDescriptorSets(
+        play->device, 1,
+        &MAKE(VkWriteDescriptorSet, .pNext = &top, .dstSet = set, .dstBinding = binding,
+              .descriptorCount = 1,
+              .descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR),
+        0, NULL);
+}
+
+static void trace_set(struct play *play, char **names)
+{
+    struct play_shader *shader = &play->shaders[PLAY_TRACE_SET];
+    VkDescriptorSet set;
+    make_sets(play, shader);
+    make_pipeline(play, shader, trace_set_words, sizeof(trace_set_words));
+    GET(play->vk.AllocateDescriptorSets(play->device,
+                                        &MAKE(VkDescriptorSetAllocateInfo,
+                                              .descriptorPool = shader->pool,
+                                              .descriptorSetCount = 1, .pSetLayouts = &shader->set),
+                                        &set));
+    for (uint32_t i = 0; names[i]; i++)
+        write_top(play, set, i, names[i]);
+    play->vk.CmdBindDescriptorSets(play_commands(play), VK_PIPELINE_BIND_POINT_COMPUTE,
+                                   shader->layout, 0, 1, &set, 0, NULL);
+    dispatch(play, shader, &(struct constants){.count = 0});
+}
+
 bool play_shader(struct play *play, char **words)
 {
     const VkStridedDeviceAddressRegionKHR none = {0};
     if (play_is(words[0], "shade"))
         shade(play, words);
+    else if (play_is(words[0], "trace") && play_is(words[1], "set"))
+        trace_set(play, words + 2);
     else if (play_is(words[0], "trace"))
         trace(play, words[1]);
     else if (play_is(words[0], "rays"))
@@ -120,6 +182,8 @@ void play_destroy_shaders(struct play *play)
     for (unsigned i = 0; i < PLAY_SHADERS; i++) {
         play->vk.DestroyPipeline(play->device, play->shaders[i].pipeline, NULL);
         play->vk.DestroyPipelineLayout(play->device, play->shaders[i].layout, NULL);
+        play->vk.DestroyDescriptorPool(play->device, play->shaders[i].pool, NULL);
+        play->vk.DestroyDescriptorSetLayout(play->device, play->shaders[i].set, NULL);
         play->shaders[i] = (struct play_shader){0};
     }
 }

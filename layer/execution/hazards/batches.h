@@ -9,6 +9,7 @@
 #include "src/report/hazard_message.h"
 #include "src/state/commands/hazard_entries.h"
 #include "src/state/order/order.h"
+#include "src/state/resources/destroyed.h"
 
 enum hazard_input_kind {
     INPUT_REFERENCE, /* a structure that an instance refers to */
@@ -51,6 +52,19 @@ struct hazard_command {
 /* The end of an object of which the hazard check has a record. */
 enum hazard_end { MEMORY_FREED, EVENT_DESTROYED, STRUCTURE_DESTROYED };
 
+struct ended_object {
+    struct ended_object *next;
+    enum hazard_end ended;
+    uint64_t id;                    /* of memory; of others the handle */
+    uint64_t after;                 /* the number of batches before */
+    char name[DESTROYED_NAME_SIZE]; /* STRUCTURE_DESTROYED: its debug name */
+    /* But for events: what the host had observed to be complete, see
+     * execution_order_find_observed(). */
+    bool knows_observed;
+    uint64_t untracked;
+    struct execution_clock observed;
+};
+
 /* The slot of a batch, from its execution point on. Until it is judged, the lock of the list guards
  * the members up to `lacks_inputs`; then they and the others belong to the thread that judges.
  */
@@ -62,7 +76,8 @@ struct hazard_batch_record {
     uint32_t awaited;   /* command buffers whose instances are not yet known */
     struct hazard_input *inputs;
     uint32_t input_count, input_capacity;
-    bool lacks_inputs; /* memory ran out */
+    bool lacks_inputs;  /* memory ran out */
+    uint64_t untracked; /* see execution_order_find_observed(), before the submission */
 
     /* In ascending order, once the batch is judged. */
     struct hazard_command *commands;

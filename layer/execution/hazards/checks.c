@@ -6,13 +6,7 @@
 
 #include "layer/execution/hazards/judge.h"
 #include "src/base/drain.h"
-
-/* An object that has ended behind `after` batches. */
-struct ended_object {
-    struct ended_object *next;
-    enum hazard_end ended;
-    uint64_t id, after;
-};
+#include "src/state/commands/object_names.h"
 
 struct hazard_checks {
     struct layer_device *device;
@@ -38,7 +32,7 @@ static void end_object(struct hazard_checks *checks)
     if (!checks->ended)
         checks->ended_last = &checks->ended;
     pthread_mutex_unlock(&checks->batches->lock);
-    hazard_judge_end_object(&checks->judge, object->ended, object->id);
+    hazard_judge_end_object(&checks->judge, object);
     free(object);
     pthread_mutex_lock(&checks->batches->lock);
 }
@@ -76,6 +70,15 @@ static void judge_and_unlock(struct hazard_checks *checks)
     pthread_mutex_unlock(&checks->batches->lock);
 }
 
+static void note_observed(const struct layer_device *device, struct ended_object *object)
+{
+    if (object->ended == STRUCTURE_DESTROYED)
+        object_names_get(device->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, object->id,
+                         object->name, sizeof(object->name));
+    object->knows_observed =
+        execution_order_find_observed(device->order, &object->observed, &object->untracked);
+}
+
 void hazard_checks_forget(struct hazard_checks *checks, enum hazard_end ended, uint64_t id)
 {
     struct ended_object *object = checks && id ? calloc(1, sizeof(*object)) : NULL;
@@ -83,6 +86,8 @@ void hazard_checks_forget(struct hazard_checks *checks, enum hazard_end ended, u
         return;
     object->ended = ended;
     object->id = id;
+    if (ended != EVENT_DESTROYED)
+        note_observed(checks->device, object);
     pthread_mutex_lock(&checks->batches->lock);
     object->after = checks->kept;
     *checks->ended_last = object;
@@ -107,12 +112,24 @@ static bool concerns(const struct order_batch *batch)
     return batch->is_replayed && batch->work != WORK_BEGINS && batch->work != WORK_FAILS;
 }
 
+/* Until the batch is kept, its slot has what hazard_batch_record.untracked will be. */
+static void submit(void *user, struct order_batch *batch)
+{
+    const struct hazard_checks *checks = user;
+    struct execution_clock observed;
+    uint64_t untracked = 0;
+    execution_order_find_observed(checks->device->order, &observed, &untracked);
+    batch->slots[USES_HAZARDS] = (void *)(uintptr_t)untracked;
+}
+
 static void run(void *user, struct order_batch *batch)
 {
     struct hazard_checks *checks = user;
     if (!concerns(batch))
         return;
     struct hazard_batch_record *record = hazard_batch_create(batch);
+    if (record)
+        record->untracked = (uintptr_t)batch->slots[USES_HAZARDS];
     if (record)
         order_batch_keep(batch, USES_HAZARDS, record);
     atomic_fetch_add(record ? &checks->kept : &checks->missed, 1);
@@ -140,7 +157,7 @@ static void ran(void *user, struct order_batch *batch)
 
 struct batch_consumer hazard_checks_consumer(struct hazard_checks *checks)
 {
-    return (struct batch_consumer){.user = checks, .run = run, .ran = ran};
+    return (struct batch_consumer){.user = checks, .submit = submit, .run = run, .ran = ran};
 }
 
 /* ---- references and indices */

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "layer/execution/hazards/overwritten.h"
+#include "layer/execution/hazards/traces.h"
 #include "src/state/commands/journal.h"
 #include "src/state/order/order.h"
 
@@ -39,8 +41,8 @@ static struct order_batch *next_judged(const struct hazard_judge *judge,
 }
 
 /* Commands were numbered in execution order, so the last batch with an early enough one has it. */
-static bool find_side(const struct hazard_judge *judge, uint64_t number,
-                      struct hazard_access_text *side)
+bool hazard_judge_find_side(const struct hazard_judge *judge, uint64_t number,
+                            struct hazard_access_text *side)
 {
     bool found = judge->current && hazard_batch_find(judge->current, number, side);
     for (struct order_batch *batch = NULL; !found && (batch = next_judged(judge, batch));) {
@@ -65,9 +67,11 @@ static void report(const struct hazard_judge *judge, const struct kind_of_hazard
                                                 .structure_copies = facts->ray_tracing_maintenance1,
                                                 .micromaps = facts->micromap.ext},
                                    .more = kind->count - 1};
-    if (!find_side(judge, kind->first.later.number, &report.later) ||
-        !find_side(judge, kind->first.earlier.number, &report.earlier))
+    if (!hazard_judge_find_side(judge, kind->first.later.number, &report.later) ||
+        !hazard_judge_find_side(judge, kind->first.earlier.number, &report.earlier))
         return;
+    if (kind->first.type == READ_OF_OVERWRITTEN)
+        judge_name_traced(judge, kind->first.later.number, &report.later);
     if (kind->first.type == EARLY_TRACE) {
         report.later.type = report.earlier.type;
         report.later.object = report.earlier.object;
@@ -89,7 +93,7 @@ static bool is_same_kind(const struct hazard *a, const struct hazard *b)
 }
 
 /* The engine's callback. */
-static void found(void *user, const struct hazard *hazard)
+void hazard_judge_found(void *user, const struct hazard *hazard)
 {
     struct hazard_judge *judge = user;
     if (judge->lost ||
@@ -123,6 +127,7 @@ static void start_over(struct hazard_judge *judge)
     uint64_t all[HAZARD_QUEUES];
     memset(all, 0xff, sizeof(all));
     judge->shaders.lacks_tops = true;
+    handle_table_release(&judge->written);
     while (judge->judged_count)
         forget_first(judge);
     hazards_prune(judge->hazards, all, HAZARD_QUEUES);
@@ -135,29 +140,13 @@ static bool is_compared(const struct hazard_judge *judge)
     return judge->current->batch->predecessors_known;
 }
 
-static void note_top(struct hazard_judge *judge, const struct hazard_command *command,
-                     const struct hazard_entry *item)
-{
-    struct top_level top = {.structure = item->object,
-                            .first = item->bytes,
-                            .is_built = command->item && command->item->info};
-    top.first.end = top.first.begin + 1;
-    if (item->object_type != VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR)
-        top.first.memory = 0;
-    shader_judge_add_top(&judge->shaders, &top);
-}
-
 /* An access whose bytes are not known. */
 static void judge_access_anywhere(struct hazard_judge *judge, enum access_kind kind)
 {
-    struct hazard hazard;
-    if (access_is_write(kind)) {
+    if (access_is_write(kind))
         hazards_write_anywhere(judge->hazards, access_is_anywhere(kind) ? kind : ACCESS_KINDS);
-        return;
-    }
-    hazards_access(judge->hazards, &(struct hazard_access){.kind = kind});
-    if (shader_judge_trace(&judge->shaders, kind, &hazard))
-        found(judge, &hazard);
+    else
+        judge_trace(judge, kind);
 }
 
 /* What the access has read, if that is known. */
@@ -171,25 +160,59 @@ static void judge_data(struct hazard_judge *judge, const struct hazard_command *
         return;
     const struct data_read *data = hazard_batch_data(judge->current, command, item);
     if (data && shader_judge_read(&judge->shaders, ACCESS_BUILD_SHADER_READ, data, &hazard))
-        found(judge, &hazard);
+        hazard_judge_found(judge, &hazard);
 }
 
+/* Whether the access concerns a structure, in the role of dst or src. */
+static bool is_of_structure(const struct hazard_entry *item)
+{
+    return item->object_type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR &&
+           (item->role == HAZARD_DST || item->role == HAZARD_TOP_DST || item->role == HAZARD_SRC);
+}
+
+/* A structure is written or read. */
+static void judge_structure(struct hazard_judge *judge, const struct hazard_entry *item)
+{
+    const struct hazard_access access = {(enum access_kind)item->access, item->bytes};
+    if (item->role == HAZARD_SRC) {
+        judge_structure_read(judge, &access, item->object);
+        return;
+    }
+    const uint64_t number = hazards_access(judge->hazards, &access);
+    judge_written(judge, item->object, number);
+    if (item->role == HAZARD_DST)
+        judge_bottom(judge, &access, item->object, number);
+}
+
+static void judge_bytes(struct hazard_judge *judge, const struct hazard_entry *item)
+{
+    const struct hazard_access access = {(enum access_kind)item->access, item->bytes};
+    if (is_of_structure(item))
+        judge_structure(judge, item);
+    else
+        hazards_access(judge->hazards, &access);
+    if (access_is_write(access.kind))
+        shader_judge_write(&judge->shaders, &item->bytes);
+}
+
+/* An access at an unknown time leaves nothing known of what it writes. */
 static void judge_access(struct hazard_judge *judge, const struct hazard_command *command,
                          const struct hazard_entry *item)
 {
-    const struct hazard_access access = {(enum access_kind)item->access, item->bytes};
     if (!is_compared(judge)) {
         judge->shaders.lacks_tops |= item->role == HAZARD_TOP_DST;
+        if (is_of_structure(item))
+            judge_written(judge, item->object, 0);
         return;
     }
-    if (item->bytes.memory)
-        hazards_access(judge->hazards, &access);
+    if (item->role == HAZARD_TRACED)
+        judge_traced(judge, item);
+    else if (item->bytes.memory)
+        judge_bytes(judge, item);
     else
-        judge_access_anywhere(judge, access.kind);
-    if (access_is_write(access.kind) && item->bytes.memory)
-        shader_judge_write(&judge->shaders, &item->bytes);
+        judge_access_anywhere(judge, (enum access_kind)item->access);
     if (item->role == HAZARD_TOP_DST)
-        note_top(judge, command, item);
+        judge_top(judge, command, item);
     judge_data(judge, command, item);
 }
 
@@ -212,9 +235,14 @@ static void judge_references(struct hazard_judge *judge, const struct hazard_com
     uint32_t count;
     const struct hazard_input *references =
         hazard_batch_references(judge->current, command, &count);
-    for (uint32_t i = 0; i < count && is_compared(judge); i++)
-        hazards_access(judge->hazards,
-                       &(struct hazard_access){ACCESS_BUILD_ACCEL_READ, references[i].bytes});
+    for (uint32_t i = 0; i < count && is_compared(judge); i++) {
+        judge_structure_read(judge,
+                             &(struct hazard_access){ACCESS_BUILD_ACCEL_READ, references[i].bytes},
+                             references[i].structure);
+        shader_judge_add_reference(
+            &judge->shaders, command->first, references[i].place.position,
+            &(struct top_reference){references[i].structure, references[i].bytes.memory});
+    }
 }
 
 /* Judges `count` barriers, the first of which is `item`. */
@@ -290,6 +318,7 @@ static void judge_journal(struct hazard_judge *judge, const struct journal *jour
     struct hazard_command command = {0};
     struct journal_cursor cursor =
         journal_start(journal, JOURNAL_HAZARDS | JOURNAL_BIT(JOURNAL_EXECUTE));
+    judge->lacks_accesses |= journal->lacks_hazards;
     for (struct journal_entry *entry; (entry = journal_next(&cursor));) {
         const struct hazard_entry *item = (const void *)entry;
         if (entry->kind == HAZARD_ACCESS) {
@@ -358,18 +387,21 @@ static void keep(struct hazard_judge *judge, struct hazard_batch_record *record,
         judge->lost = true;
 }
 
-void hazard_judge_end_object(struct hazard_judge *judge, enum hazard_end ended, uint64_t id)
+void hazard_judge_end_object(struct hazard_judge *judge, const struct ended_object *ended)
 {
-    switch (ended) {
+    switch (ended->ended) {
     case MEMORY_FREED:
-        hazards_forget_memory(judge->hazards, id);
-        shader_judge_forget_memory(&judge->shaders, id);
+        judge_end_of_traced(judge, ended);
+        hazards_forget_memory(judge->hazards, ended->id);
+        shader_judge_forget_memory(&judge->shaders, ended->id);
         break;
     case EVENT_DESTROYED:
-        hazards_reset_event(judge->hazards, id);
+        hazards_reset_event(judge->hazards, ended->id);
         break;
     case STRUCTURE_DESTROYED:
-        shader_judge_remove_top(&judge->shaders, id);
+        judge_end_of_traced(judge, ended);
+        shader_judge_remove_top(&judge->shaders, ended->id);
+        judge_written(judge, ended->id, 0);
         break;
     }
 }
@@ -388,6 +420,7 @@ static void judge_commands(struct hazard_judge *judge, const struct order_batch 
                                             .count = before.queues,
                                             .is_certain = batch->predecessors_known,
                                         });
+    judge->lacks_accesses = false;
     judge_waits(judge, batch);
     for (uint32_t i = 0; i < batch->command_count; i++)
         if (batch->commands[i].captured)
@@ -419,7 +452,7 @@ bool hazard_judge_begin(struct hazard_judge *judge, struct layer_device *device)
 {
     judge->device = device;
     judge->batches = execution_order_batches(device->order);
-    judge->hazards = hazards_create(found, judge);
+    judge->hazards = hazards_create(hazard_judge_found, judge);
     shader_judge_begin(&judge->shaders, judge->hazards);
     /* A shader may trace a null descriptor, or a structure that an unknown command built. */
     judge->shaders.lacks_tops = device->facts.null_descriptor;
@@ -431,5 +464,6 @@ void hazard_judge_end(struct hazard_judge *judge)
     while (judge->judged_count)
         forget_first(judge);
     shader_judge_end(&judge->shaders);
+    handle_table_release(&judge->written);
     hazards_destroy(judge->hazards);
 }

@@ -27,6 +27,9 @@ struct hazard_judge {
     struct order_batch *last;
     uint32_t judged_count; /* that are kept */
     uint64_t batch_count;  /* that were judged */
+    /* Accesses of the current batch may be missing: a structure may have been written unseen. */
+    bool lacks_accesses;
+    struct handle_table written; /* number of the last access that wrote each structure */
     struct hazard_batch_record *current;
     struct kind_of_hazard kinds[HAZARD_KINDS_REPORTED];
     uint32_t kind_count;
@@ -38,6 +41,14 @@ void hazard_judge_end(struct hazard_judge *judge);
 /* Takes over the batch, whose references are all known, and lets go of it later. */
 void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *batch);
 /* Drops the record of an object. No batch that is yet to be judged uses it. */
-void hazard_judge_end_object(struct hazard_judge *judge, enum hazard_end ended, uint64_t id);
+void hazard_judge_end_object(struct hazard_judge *judge, const struct ended_object *ended);
+
+/* ---- for the files of the check */
+
+/* Describes an access by its number. Returns false if it is not known any more. */
+bool hazard_judge_find_side(const struct hazard_judge *judge, uint64_t number,
+                            struct hazard_access_text *side);
+/* The current command has a hazard. `user`: a struct hazard_judge. */
+void hazard_judge_found(void *user, const struct hazard *hazard);
 
 #endif

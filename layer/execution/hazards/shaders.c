@@ -15,6 +15,7 @@ void shader_judge_remove_top(struct shader_judge *judge, uint64_t structure)
 {
     for (uint32_t i = 0; i < judge->top_count; i++)
         if (judge->tops[i].structure == structure) {
+            free(judge->tops[i].references);
             judge->tops[i] = judge->tops[--judge->top_count];
             return;
         }
@@ -29,12 +30,96 @@ void shader_judge_add_top(struct shader_judge *judge, const struct top_level *to
         judge->lacks_tops = true;
 }
 
+static struct top_level *find_built(struct shader_judge *judge, uint64_t command, uint32_t position)
+{
+    for (uint32_t i = judge->top_count; i-- > 0;)
+        if (judge->tops[i].command == command && judge->tops[i].position == position)
+            return &judge->tops[i];
+    return NULL;
+}
+
+void shader_judge_add_reference(struct shader_judge *judge, uint64_t command, uint32_t position,
+                                const struct top_reference *reference)
+{
+    struct top_level *top = find_built(judge, command, position);
+    if (top && ARRAY_HAS_ROOM(top->references, top->reference_count, top->reference_capacity))
+        top->references[top->reference_count++] = *reference;
+    if (top)
+        top->is_sorted = false;
+}
+
+static int compare_references(const void *left, const void *right)
+{
+    const struct top_reference *a = left, *b = right;
+    return (a->structure > b->structure) - (a->structure < b->structure);
+}
+
+bool top_level_refers(struct top_level *top, uint64_t structure)
+{
+    const struct top_reference key = {.structure = structure};
+    if (!top->reference_count)
+        return false;
+    if (!top->is_sorted)
+        qsort(top->references, top->reference_count, sizeof(key), compare_references);
+    top->is_sorted = true;
+    return bsearch(&key, top->references, top->reference_count, sizeof(key), compare_references);
+}
+
+uint64_t top_level_drop(struct top_level *top, uint64_t structure, uint64_t memory)
+{
+    uint64_t first = 0;
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < top->reference_count; i++) {
+        const struct top_reference reference = top->references[i];
+        if (reference.structure != structure && reference.memory != memory)
+            top->references[kept++] = reference;
+        else if (!first)
+            first = reference.structure;
+    }
+    top->reference_count = kept;
+    return first;
+}
+
+void shader_judge_add_traced(struct shader_judge *judge, uint64_t structure,
+                             const struct hazard_bytes *first)
+{
+    uint32_t i = 0;
+    while (i < judge->top_count &&
+           (judge->tops[i].structure != structure || judge->tops[i].first.memory != first->memory ||
+            judge->tops[i].first.begin != first->begin))
+        i++;
+    judge->traced.is_incomplete |= i == judge->top_count;
+    if (i == judge->top_count || judge->traced.has[i])
+        return;
+    judge->traced.has[i] = true;
+    judge->traced.count++;
+}
+
+static bool may_be_traced(const struct shader_judge *judge, uint32_t top)
+{
+    return !judge->traced.count || judge->traced.is_incomplete || judge->traced.has[top];
+}
+
+struct top_level *shader_judge_only_top(struct shader_judge *judge)
+{
+    struct top_level *only = NULL;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < judge->top_count; i++)
+        if (may_be_traced(judge, i)) {
+            only = &judge->tops[i];
+            count++;
+        }
+    return count == 1 && !judge->lacks_tops && only->is_built ? only : NULL;
+}
+
 bool shader_judge_trace(struct shader_judge *judge, enum access_kind kind, struct hazard *hazard)
 {
     bool found = false;
     for (uint32_t i = 0; i < judge->top_count && !judge->lacks_tops; i++) {
         const struct top_level *top = &judge->tops[i];
         struct hazard early;
+        if (!may_be_traced(judge, i))
+            continue;
         if (!hazards_read_is_early(judge->hazards, &(struct hazard_access){kind, top->first},
                                    &early))
             return false;
@@ -175,6 +260,8 @@ void shader_judge_forget_memory(struct shader_judge *judge, uint64_t memory)
 void shader_judge_begin_command(struct shader_judge *judge)
 {
     judge->first_open = 0;
+    if (judge->traced.count || judge->traced.is_incomplete)
+        memset(&judge->traced, 0, sizeof(judge->traced));
 }
 
 void shader_judge_begin(struct shader_judge *judge, struct hazards *hazards)
@@ -184,5 +271,7 @@ void shader_judge_begin(struct shader_judge *judge, struct hazards *hazards)
 
 void shader_judge_end(struct shader_judge *judge)
 {
+    while (judge->top_count)
+        shader_judge_remove_top(judge, judge->tops[0].structure);
     forget_inputs(judge);
 }

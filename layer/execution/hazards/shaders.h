@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What shaders must have read and written. Descriptors and code are not followed, so this tells two
- * mistakes only:
+/* What shaders must have read and written. Descriptors and code are not followed, so this tells few
+ * mistakes:
  *
  * - A command that traces rays executes, and no top-level structure is visible to it: whichever it
  *   traces, it reads too early.
+ * - If there is only one top-level structure, the command traces that one: builds that overwrite it
+ *   must wait, and neither it nor what its instances refer to may be destroyed meanwhile.
  * - A build reads data that have changed since an earlier build read the same bytes, and no access
  *   that is known can have written them. So a shader did, and no write by shaders since then is
  *   visible to the build.
@@ -15,6 +17,8 @@
 
 #include "src/base/handle_table.h"
 #include "src/hazards/hazards.h"
+#include "src/state/order/clock.h"
+#include "src/state/resources/destroyed.h"
 
 enum { TOP_LEVELS_KEPT = 64 };
 
@@ -25,15 +29,52 @@ struct data_read {
     uint64_t hash;         /* of the elements */
 };
 
+/* A command that traced a structure: its access, and its batch. */
+struct top_trace {
+    struct hazard_side side; /* number 0: none is certain */
+    struct timestamp batch;
+    uint64_t untracked; /* of the batch */
+};
+
+/* The structure or one of its references, which is destroyed, or without memory. */
+struct lost_structure {
+    uint64_t structure; /* 0: none */
+    bool is_freed;      /* its memory was freed */
+    char name[DESTROYED_NAME_SIZE];
+};
+
+struct top_level {
+    uint64_t structure;        /* handle */
+    struct hazard_bytes first; /* its first byte */
+    bool is_built;             /* by a build; else by a copy, and perhaps not top-level */
+    /* Of the build: the first access of the command, the position in the command buffer, and when
+     * it executed. */
+    uint64_t command;
+    uint32_t position;
+    struct timestamp batch;
+    /* What its instances refer to, as far as it is known; owned. */
+    struct top_reference {
+        uint64_t structure; /* handle */
+        uint64_t memory;    /* id */
+    } * references;
+    uint32_t reference_count, reference_capacity;
+    bool is_sorted;         /* the references, by structure */
+    struct top_trace trace; /* the last one */
+    uint64_t changed;       /* one of the references that was written since; 0: none */
+    struct lost_structure lost;
+};
+
 struct shader_judge {
     struct hazards *hazards;
-    struct top_level {
-        uint64_t structure;        /* handle */
-        struct hazard_bytes first; /* its first byte */
-        bool is_built;             /* by a build; else by a copy, and perhaps not top-level */
-    } tops[TOP_LEVELS_KEPT];
+    struct top_level tops[TOP_LEVELS_KEPT];
     uint32_t top_count;
-    bool lacks_tops;            /* others may exist */
+    bool lacks_tops; /* others may exist */
+    /* The tops that the current command may trace, by their indices, if `count` > 0; all else. */
+    struct {
+        uint32_t count;
+        bool is_incomplete; /* others, too: all count */
+        bool has[TOP_LEVELS_KEPT];
+    } traced;
     struct handle_table inputs; /* what builds have read, by id of memory + 1 */
     uint32_t input_count;
     /* See hazards_first_open_write(); 0: not yet known for the current command. */
@@ -50,8 +91,23 @@ void shader_judge_begin_command(struct shader_judge *judge);
 /* A top-level structure was written. Without memory (id 0): one that is not known. */
 void shader_judge_add_top(struct shader_judge *judge, const struct top_level *top);
 void shader_judge_remove_top(struct shader_judge *judge, uint64_t structure);
-/* The current command traces rays. Returns whether it does so too early; then fills `hazard`. */
+/* An instance of the build at `position`, in the command whose first access is `command`, refers to
+ * a structure. References of one build follow each other. */
+void shader_judge_add_reference(struct shader_judge *judge, uint64_t command, uint32_t position,
+                                const struct top_reference *reference);
+bool top_level_refers(struct top_level *top, uint64_t structure);
+/* Removes the references to a structure, or into memory. Returns the handle of the first one; 0 if
+ * there was none. */
+uint64_t top_level_drop(struct top_level *top, uint64_t structure, uint64_t memory);
+/* The current command may trace a structure, which lies there, and others only if this is called
+ * for them, too. Without a call it may trace all. */
+void shader_judge_add_traced(struct shader_judge *judge, uint64_t structure,
+                             const struct hazard_bytes *first);
+/* The next access of the current command traces rays. Returns whether it does so too early; then
+ * fills `hazard`. */
 bool shader_judge_trace(struct shader_judge *judge, enum access_kind kind, struct hazard *hazard);
+/* Returns the structure that a command traces, whichever it is; NULL if that is unknown. */
+struct top_level *shader_judge_only_top(struct shader_judge *judge);
 
 /* The bytes were written by an access that is known. */
 void shader_judge_write(struct shader_judge *judge, const struct hazard_bytes *bytes);

@@ -60,6 +60,10 @@ static const char *hazard_name(enum hazard_id hazard)
         return "ASSAY-shader-write-not-visible";
     case HAZARD_ID_HOST_WRITE:
         return "ASSAY-input-overwritten";
+    case HAZARD_ID_TRACE_DESTROYED:
+        return "ASSAY-trace-destroyed";
+    case HAZARD_ID_OVERWRITTEN:
+        return "ASSAY-structure-overwritten";
     case HAZARD_ID_COUNT:
         break;
     }

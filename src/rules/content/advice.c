@@ -252,6 +252,7 @@ bool instances_overlap_little(const struct placing_view *placing, struct finding
         found(user, ADVICE_##name, &finding, weight);
 #define JUDGE_use(name)
 #define JUDGE_crowd(name)
+#define JUDGE_traced(name)
 #define ADVICE(subject, name, kind, id, hint) JUDGE_##subject(name)
 
 void advice_judge_mesh(const struct mesh_view *mesh, advice_found *found, void *user)

@@ -27,6 +27,7 @@ enum hazard_role {
     HAZARD_REFERENCE,   /* a structure that an instance refers to */
     HAZARD_MEMORY,      /* deviceAddress of a serialization or deserialization */
     HAZARD_SHADER,      /* a shader of a dispatch, trace or draw */
+    HAZARD_TRACED,      /* a structure that such a shader may trace, in front of the trace */
     HAZARD_ROLES,
 };
 

@@ -183,6 +183,12 @@ __attribute__((cold, noinline)) static void release_held(struct journal *journal
     journal->work = NULL;
 }
 
+static void forget_sets(struct journal *journal)
+{
+    memset(journal->sets, 0, sizeof(journal->sets));
+    journal->has_sets = journal->lacks_sets = false;
+}
+
 /* Every recording begins with this call, and most recordings have nothing to release. */
 ON_RECORDING_PATH void journal_clear(struct journal *journal)
 {
@@ -190,6 +196,8 @@ ON_RECORDING_PATH void journal_clear(struct journal *journal)
         release_held(journal);
     if (!chunk_list_is_empty(&journal->entries))
         forget_recent_inputs(journal);
+    if (journal->has_sets)
+        forget_sets(journal);
     chunk_list_clear(&journal->entries);
     journal->has_references = journal->has_sources_to_check = false;
     journal->secondary_count = 0;

@@ -252,6 +252,10 @@ struct host_view {
     struct execution_clock executed, submitted;
 };
 
+/* Bind points whose commands trace rays, and the descriptor sets of each that are followed. */
+enum traced_point { TRACED_BY_COMPUTE, TRACED_BY_RAYS, TRACED_POINTS };
+enum { JOURNAL_SETS = 8 };
+
 struct journal {
     atomic_uint references;
     uint32_t label_changes;         /* of the labels of the last origin */
@@ -272,6 +276,10 @@ struct journal {
     const void *shaders_end;
     const char *shaders_name;
     bool has_tracing_pipeline; /* setting hazards: the bound compute pipeline traces rays */
+    /* Setting hazards: the VkDescriptorSets that are bound at each bind point; 0: none. */
+    bool has_sets;   /* false: all are 0 */
+    bool lacks_sets; /* others may be bound, too */
+    uint64_t sets[TRACED_POINTS][JOURNAL_SETS];
     bool binds;                /* all entries are JOURNAL_BIND */
     bool has_references;       /* see journal_entry_has_references */
     bool has_sources_to_check; /* see journal_entry_has_source_to_check */

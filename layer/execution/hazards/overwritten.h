@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The part of the hazard check that is about structures whose memory something else has
+ * overwritten. */
+#ifndef ASSAY_LAYER_EXECUTION_HAZARDS_OVERWRITTEN_H
+#define ASSAY_LAYER_EXECUTION_HAZARDS_OVERWRITTEN_H
+
+#include "layer/execution/hazards/judge.h"
+
+/* A structure was written by the access of that number. 0: perhaps, and nothing is known then. */
+void judge_written(struct hazard_judge *judge, uint64_t structure, uint64_t number);
+/* An access by the current command reads the structure, whose first bytes these are. Returns the
+ * number of the access. */
+uint64_t judge_structure_read(struct hazard_judge *judge, const struct hazard_access *read,
+                              uint64_t structure);
+
+#endif

@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Commands that trace rays: what they read is compared with builds, and must not be destroyed. */
+#include "layer/execution/hazards/traces.h"
+
+#include <string.h>
+
+#include "layer/execution/advice.h"
+#include "layer/execution/hazards/overwritten.h"
+#include "src/rules/advice.h"
+
+/* ---- reports */
+
+/* Reports that something was destroyed which the last trace of a structure reads. */
+static void report_lost(const struct hazard_judge *judge, const struct top_level *top,
+                        const struct lost_structure *lost, bool is_pending)
+{
+    struct hazard_report report = {
+        .hazard = {.type = TRACE_OF_DESTROYED, .is_racing = is_pending},
+        .earlier = {.type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, .object = lost->structure},
+        .destroyed_name = lost->name,
+        .is_freed = lost->is_freed,
+    };
+    if (judge->lost ||
+        !reporter_wants_hazard(judge->device->instance->reporter, HAZARD_ID_TRACE_DESTROYED) ||
+        !hazard_judge_find_side(judge, top->trace.side.number, &report.later))
+        return;
+    report.earlier.origin = report.later.origin;
+    report.later.type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
+    report.later.object = lost->structure == top->structure ? 0 : top->structure;
+    reporter_send_hazard(judge->device->instance->reporter, &report);
+}
+
+/* Each structure gets the advice once. It may be destroyed by now. */
+static void advise_rebuild(const struct hazard_judge *judge, const struct top_level *top)
+{
+    const struct layer_device *device = judge->device;
+    const enum advice advice = ADVICE_top_level_is_newer_than_its_bottom_levels;
+    const struct traced_view view = {top->changed};
+    const uint64_t id = resources_find_id(device->resources, RESOURCE_ACCEL, top->structure);
+    struct finding finding;
+    uint64_t weight;
+    if (!device->advice || !id ||
+        top_level_is_newer_than_its_bottom_levels(&view, &finding, &weight) ||
+        !structures_note_advised(device->structures, id, advice))
+        return;
+    advice_add(device->advice, advice, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, top->structure,
+               &finding, weight);
+    advice_send_certain(device->advice);
+}
+
+/* ---- what is built and traced */
+
+void judge_top(struct hazard_judge *judge, const struct hazard_command *command,
+               const struct hazard_entry *item)
+{
+    struct top_level top = {.structure = item->object,
+                            .first = item->bytes,
+                            .is_built = command->item && command->item->info,
+                            .command = command->first,
+                            .batch = judge->current->batch->timestamp};
+    if (top.is_built)
+        top.position = command->item->geometry + item->info;
+    top.first.end = top.first.begin + 1;
+    if (item->object_type != VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR)
+        top.first.memory = 0;
+    shader_judge_add_top(&judge->shaders, &top);
+}
+
+void judge_bottom(struct hazard_judge *judge, const struct hazard_access *write, uint64_t structure,
+                  uint64_t number)
+{
+    for (uint32_t i = 0; i < judge->shaders.top_count; i++) {
+        struct top_level *top = &judge->shaders.tops[i];
+        if ((top->changed && !top->trace.side.number) || !top_level_refers(top, structure))
+            continue;
+        top->changed = structure;
+        if (top->trace.side.number)
+            hazards_write_after(judge->hazards, &top->trace.side, number, write);
+    }
+}
+
+static void note_trace(const struct hazard_judge *judge, struct top_level *top,
+                       const struct hazard_access *access, uint64_t number)
+{
+    const struct hazard_batch_record *record = judge->current;
+    const struct timestamp batch = record->batch->timestamp;
+    top->trace = (struct top_trace){{batch.queue, number, access->kind}, batch, record->untracked};
+    if (top->lost.structure)
+        report_lost(judge, top, &top->lost, false);
+    else
+        advise_rebuild(judge, top);
+    top->lost.structure = top->changed = 0;
+}
+
+/* A trace that is too early is reported, and not compared with what follows. */
+void judge_trace(struct hazard_judge *judge, enum access_kind kind)
+{
+    struct top_level *top = shader_judge_only_top(&judge->shaders);
+    struct hazard_access access = {.kind = kind};
+    struct hazard hazard;
+    const bool is_early = shader_judge_trace(&judge->shaders, kind, &hazard);
+    if (top && !is_early)
+        access.bytes = top->first;
+    hazard.later.number = top ? judge_structure_read(judge, &access, top->structure)
+                              : hazards_access(judge->hazards, &access);
+    if (is_early)
+        hazard_judge_found(judge, &hazard);
+    if (top)
+        note_trace(judge, top, &access, hazard.later.number);
+}
+
+void judge_name_traced(const struct hazard_judge *judge, uint64_t number,
+                       struct hazard_access_text *side)
+{
+    for (uint32_t i = 0; i < judge->shaders.top_count; i++)
+        if (judge->shaders.tops[i].trace.side.number == number) {
+            side->type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
+            side->object = judge->shaders.tops[i].structure;
+        }
+}
+
+/* The structure may be the one that the trace behind it reads. */
+void judge_traced(struct hazard_judge *judge, const struct hazard_entry *item)
+{
+    hazards_access(judge->hazards, &(struct hazard_access){.kind = (enum access_kind)item->access});
+    shader_judge_add_traced(&judge->shaders, item->object, &item->bytes);
+}
+
+/* ---- what is destroyed */
+
+/* Whether the structure was traced by a command that need not be complete, and was built by one
+ * that is. If that is not complete either, the destruction has an error of its own. */
+static bool is_trace_pending(const struct top_level *top, const struct ended_object *ended)
+{
+    return top->trace.side.number && ended->knows_observed &&
+           ended->untracked == top->trace.untracked &&
+           execution_clock_has(&ended->observed, top->batch) &&
+           !execution_clock_has(&ended->observed, top->trace.batch);
+}
+
+/* Finds what the end of an object takes from a structure: itself, or one of its references. */
+static bool find_lost(struct top_level *top, const struct ended_object *ended,
+                      struct lost_structure *lost)
+{
+    const bool is_freed = ended->ended == MEMORY_FREED;
+    const uint64_t structure = is_freed ? 0 : ended->id, memory = is_freed ? ended->id : 0;
+    const bool is_itself = is_freed ? top->first.memory == memory : top->structure == structure;
+    *lost = (struct lost_structure){.structure = is_itself ? top->structure
+                                                           : top_level_drop(top, structure, memory),
+                                    .is_freed = is_freed};
+    memcpy(lost->name, ended->name, sizeof(lost->name));
+    return lost->structure;
+}
+
+/* What follows may trace the structures again. */
+void judge_end_of_traced(struct hazard_judge *judge, const struct ended_object *ended)
+{
+    for (uint32_t i = 0; i < judge->shaders.top_count; i++) {
+        struct top_level *top = &judge->shaders.tops[i];
+        struct lost_structure lost;
+        if (!find_lost(top, ended, &lost))
+            continue;
+        if (is_trace_pending(top, ended))
+            report_lost(judge, top, &lost, true);
+        else if (execution_clock_has(&ended->observed, top->batch))
+            top->lost = lost;
+    }
+}

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The part of the hazard check that is about commands which trace rays. */
+#ifndef ASSAY_LAYER_EXECUTION_HAZARDS_TRACES_H
+#define ASSAY_LAYER_EXECUTION_HAZARDS_TRACES_H
+
+#include "layer/execution/hazards/judge.h"
+
+/* A structure was written that may be a top-level one. */
+void judge_top(struct hazard_judge *judge, const struct hazard_command *command,
+               const struct hazard_entry *item);
+/* An access of that number writes a structure to which instances may refer. */
+void judge_bottom(struct hazard_judge *judge, const struct hazard_access *write, uint64_t structure,
+                  uint64_t number);
+/* The command may trace this structure: an entry HAZARD_TRACED. */
+void judge_traced(struct hazard_judge *judge, const struct hazard_entry *item);
+/* The command traces rays. */
+void judge_trace(struct hazard_judge *judge, enum access_kind kind);
+/* If the access of that number traces a known structure, `side` names it from now on. */
+void judge_name_traced(const struct hazard_judge *judge, uint64_t number,
+                       struct hazard_access_text *side);
+/* A structure was destroyed, or memory freed. */
+void judge_end_of_traced(struct hazard_judge *judge, const struct ended_object *ended);
+
+#endif

@@ -1,0 +1,289 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Follows descriptor sets with acceleration structures, and records which structures are bound when
+ * a command traces rays. */
+#include "layer/hazards/descriptors.h"
+
+#include <stdlib.h>
+
+#include "layer/hazards/recording.h"
+#include "layer/hazards/traced.h"
+#include "observers.h"
+#include "src/base/chain.h"
+#include "src/base/readable.h"
+
+/* ---- sets */
+
+enum { SETS_KEPT = 1 << 16 };
+
+struct held_set {
+    bool is_unknown;
+    uint32_t count;
+    struct held_structure {
+        uint32_t binding, element;
+        uint64_t structure;
+    } items[TRACED_MAX];
+};
+
+void descriptor_sets_end(struct descriptor_sets *sets)
+{
+    handle_table_drop(&sets->sets, free);
+}
+
+void descriptor_sets_lack(struct descriptor_sets *sets)
+{
+    atomic_store(&sets->lacks, true);
+}
+
+void descriptor_sets_forget(struct descriptor_sets *sets, uint64_t set)
+{
+    reader_lock_write(&sets->lock);
+    struct held_set *held = handle_table_remove(&sets->sets, set);
+    sets->count -= held != NULL;
+    reader_lock_write_done(&sets->lock);
+    free(held);
+}
+
+/* Returns the record of a set, perhaps a new one. Call with the lock for writing. */
+static struct held_set *hold_set(struct descriptor_sets *sets, uint64_t set)
+{
+    struct held_set *held = handle_table_find(&sets->sets, set);
+    if (held)
+        return held;
+    held = sets->count < SETS_KEPT ? calloc(1, sizeof(*held)) : NULL;
+    if (held && handle_table_set(&sets->sets, set, held)) {
+        sets->count++;
+        return held;
+    }
+    free(held);
+    descriptor_sets_lack(sets);
+    return NULL;
+}
+
+/* Returns the item of a descriptor, or the first one that is free. */
+static uint32_t find_item(const struct held_set *held, uint32_t binding, uint32_t element)
+{
+    uint32_t i = 0;
+    while (i < held->count &&
+           (held->items[i].binding != binding || held->items[i].element != element))
+        i++;
+    return i;
+}
+
+void descriptor_sets_write(struct descriptor_sets *sets, uint64_t set, uint32_t binding,
+                           uint32_t element, uint64_t structure)
+{
+    reader_lock_write(&sets->lock);
+    struct held_set *held = hold_set(sets, set);
+    const uint32_t i = held ? find_item(held, binding, element) : TRACED_MAX;
+    if (i < TRACED_MAX)
+        held->items[i] = (struct held_structure){binding, element, structure};
+    if (held && i == held->count && i < TRACED_MAX)
+        held->count++;
+    else if (held && i == TRACED_MAX)
+        held->is_unknown = true;
+    reader_lock_write_done(&sets->lock);
+}
+
+void descriptor_sets_lose(struct descriptor_sets *sets, uint64_t set)
+{
+    reader_lock_write(&sets->lock);
+    struct held_set *held = hold_set(sets, set);
+    if (held)
+        held->is_unknown = true;
+    reader_lock_write_done(&sets->lock);
+}
+
+static bool is_held_set(struct descriptor_sets *sets, uint64_t set)
+{
+    const unsigned stripe = reader_lock_enter(&sets->lock);
+    const bool is_held = handle_table_find(&sets->sets, set);
+    reader_lock_leave(&sets->lock, stripe);
+    return is_held;
+}
+
+void descriptor_sets_copy(struct descriptor_sets *sets, uint64_t set, uint64_t to)
+{
+    if (is_held_set(sets, set))
+        descriptor_sets_lose(sets, to);
+}
+
+bool descriptor_sets_find(struct descriptor_sets *sets, uint64_t set, uint64_t found[TRACED_MAX],
+                          uint32_t *count)
+{
+    const unsigned stripe = reader_lock_enter(&sets->lock);
+    const struct held_set *held = handle_table_find(&sets->sets, set);
+    const bool is_known = !held || (!held->is_unknown && held->count <= TRACED_MAX - *count);
+    for (uint32_t i = 0; held && is_known && i < held->count; i++)
+        found[(*count)++] = held->items[i].structure;
+    reader_lock_leave(&sets->lock, stripe);
+    return is_known;
+}
+
+/* ---- layouts: some sets cannot be followed */
+
+static bool may_hold_structures(VkDescriptorType type)
+{
+    return type == VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR ||
+           type == VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_NV ||
+           type == VK_DESCRIPTOR_TYPE_PARTITIONED_ACCELERATION_STRUCTURE_NV ||
+           type == VK_DESCRIPTOR_TYPE_MUTABLE_EXT;
+}
+
+/* Whether the set may be written after it is bound. Flags that cannot be read count as such. */
+static bool binding_changes(const VkDescriptorSetLayoutCreateInfo *info, uint32_t binding)
+{
+    const VkDescriptorSetLayoutBindingFlagsCreateInfo *flags =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_BINDING_FLAGS_CREATE_INFO);
+    if (!flags || !flags->bindingCount)
+        return false;
+    return binding >= flags->bindingCount ||
+           !readable(readable_cache_of_thread(), flags->pBindingFlags,
+                     flags->bindingCount * sizeof(*flags->pBindingFlags)) ||
+           flags->pBindingFlags[binding] & VK_DESCRIPTOR_BINDING_UPDATE_AFTER_BIND_BIT;
+}
+
+void hazards_note_set_layout(struct layer_device *device,
+                             const VkDescriptorSetLayoutCreateInfo *info)
+{
+    const bool is_followed =
+        !(info->flags & (VK_DESCRIPTOR_SET_LAYOUT_CREATE_PUSH_DESCRIPTOR_BIT |
+                         VK_DESCRIPTOR_SET_LAYOUT_CREATE_DESCRIPTOR_BUFFER_BIT_EXT |
+                         VK_DESCRIPTOR_SET_LAYOUT_CREATE_INDIRECT_BINDABLE_BIT_NV));
+    for (uint32_t i = 0; i < info->bindingCount; i++)
+        if (may_hold_structures(info->pBindings[i].descriptorType) &&
+            (!is_followed || binding_changes(info, i)))
+            hazards_lack_descriptors(device);
+}
+
+/* ---- writes */
+
+/* An array of descriptors may go on in the next binding: what it overwrites there stays known, too,
+ * which can only hide a mistake. */
+static void write_structures(struct descriptor_sets *sets, const VkWriteDescriptorSet *to)
+{
+    const uint64_t set = (uint64_t)(uintptr_t)to->dstSet;
+    const VkWriteDescriptorSetAccelerationStructureKHR *from =
+        chain_find(to->pNext, VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET_ACCELERATION_STRUCTURE_KHR);
+    if (to->descriptorType != VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR || !from ||
+        !readable(readable_cache_of_thread(), from->pAccelerationStructures,
+                  from->accelerationStructureCount * sizeof(*from->pAccelerationStructures))) {
+        descriptor_sets_lose(sets, set);
+        return;
+    }
+    for (uint32_t i = 0; i < from->accelerationStructureCount; i++)
+        descriptor_sets_write(sets, set, to->dstBinding, to->dstArrayElement + i,
+                              (uint64_t)(uintptr_t)from->pAccelerationStructures[i]);
+}
+
+void hazards_update_sets(struct layer_device *device, uint32_t write_count,
+                         const VkWriteDescriptorSet *writes, uint32_t copy_count,
+                         const VkCopyDescriptorSet *copies)
+{
+    struct descriptor_sets *sets = hazard_objects_sets(device->hazard_objects);
+    for (uint32_t i = 0; sets && i < write_count; i++)
+        if (may_hold_structures(writes[i].descriptorType))
+            write_structures(sets, &writes[i]);
+    for (uint32_t i = 0; sets && i < copy_count; i++)
+        descriptor_sets_copy(sets, (uint64_t)(uintptr_t)copies[i].srcSet,
+                             (uint64_t)(uintptr_t)copies[i].dstSet);
+}
+
+/* What a template writes is not followed. */
+void hazards_update_set_by_template(struct layer_device *device, VkDescriptorSet set)
+{
+    struct descriptor_sets *sets = hazard_objects_sets(device->hazard_objects);
+    if (sets)
+        descriptor_sets_lose(sets, (uint64_t)(uintptr_t)set);
+}
+
+/* Sets end with their pool, too, so only the beginning of a set is followed. */
+void hazards_allocate_sets(struct layer_device *device, uint32_t count, VkDescriptorSet *all)
+{
+    struct descriptor_sets *sets = hazard_objects_sets(device->hazard_objects);
+    for (uint32_t i = 0; sets && i < count; i++)
+        descriptor_sets_forget(sets, (uint64_t)(uintptr_t)all[i]);
+}
+
+void hazards_lack_descriptors(struct layer_device *device)
+{
+    struct descriptor_sets *sets = hazard_objects_sets(device->hazard_objects);
+    if (sets)
+        descriptor_sets_lack(sets);
+}
+
+/* ---- in command buffers */
+
+static void bind_sets(struct journal *journal, enum traced_point point, uint32_t first,
+                      uint32_t count, const VkDescriptorSet *sets)
+{
+    journal->shaders_end = NULL;
+    journal->has_sets = true;
+    journal->lacks_sets |= first > JOURNAL_SETS || count > JOURNAL_SETS - first;
+    for (uint32_t i = 0; !journal->lacks_sets && i < count; i++)
+        journal->sets[point][first + i] = (uint64_t)(uintptr_t)sets[i];
+}
+
+void hazards_bind_sets(struct hazard_recording *recording, VkPipelineBindPoint point,
+                       uint32_t first, uint32_t count, const VkDescriptorSet *sets)
+{
+    if (point == VK_PIPELINE_BIND_POINT_COMPUTE)
+        bind_sets(recording->journal, TRACED_BY_COMPUTE, first, count, sets);
+    else if (point == VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR)
+        bind_sets(recording->journal, TRACED_BY_RAYS, first, count, sets);
+}
+
+/* The stages of all ray tracing shaders: from ray generation to callable. */
+static const VkShaderStageFlags ray_stages =
+    VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR |
+    VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR | VK_SHADER_STAGE_MISS_BIT_KHR |
+    VK_SHADER_STAGE_INTERSECTION_BIT_KHR | VK_SHADER_STAGE_CALLABLE_BIT_KHR;
+
+void hazards_bind_sets_2(struct hazard_recording *recording, const VkBindDescriptorSetsInfo *info)
+{
+    if (info->stageFlags & VK_SHADER_STAGE_COMPUTE_BIT)
+        bind_sets(recording->journal, TRACED_BY_COMPUTE, info->firstSet, info->descriptorSetCount,
+                  info->pDescriptorSets);
+    if (info->stageFlags & ray_stages)
+        bind_sets(recording->journal, TRACED_BY_RAYS, info->firstSet, info->descriptorSetCount,
+                  info->pDescriptorSets);
+}
+
+/* Finds the structures that are bound. Returns 0 if others may be, too. */
+static uint32_t find_bound(struct hazard_recording *recording, enum traced_point point,
+                           uint64_t found[TRACED_MAX])
+{
+    const struct journal *journal = recording->journal;
+    struct descriptor_sets *sets = hazard_objects_sets(recording->device->hazard_objects);
+    uint32_t count = 0;
+    if (!sets || !journal->has_sets || journal->lacks_sets || atomic_load(&sets->lacks))
+        return 0;
+    for (uint32_t i = 0; i < JOURNAL_SETS; i++)
+        if (journal->sets[point][i] &&
+            !descriptor_sets_find(sets, journal->sets[point][i], found, &count))
+            return 0;
+    return count;
+}
+
+/* Returns false if it is unknown where the structure lies. */
+static bool locate_structure(struct hazard_recording *recording, uint64_t structure,
+                             struct accel_facts *facts)
+{
+    resources_look_up_accel(recording->device->resources,
+                            (VkAccelerationStructureKHR)(uintptr_t)structure, facts);
+    return facts->memory && !facts->is_sparse && facts->size &&
+           hazard_memory_id(recording->journal, recording->device->resources, facts->memory);
+}
+
+void hazards_add_traced(struct hazard_recording *recording, enum access_kind kind,
+                        enum traced_point point)
+{
+    const struct hazard_use use = {.kind = kind, .role = HAZARD_TRACED};
+    uint64_t bound[TRACED_MAX];
+    struct accel_facts facts[TRACED_MAX];
+    const uint32_t count = find_bound(recording, point, bound);
+    uint32_t located = 0;
+    while (located < count && locate_structure(recording, bound[located], &facts[located]))
+        located++;
+    for (uint32_t i = 0; located == count && i < count; i++)
+        hazard_recording_add_accel(recording, &use, &facts[i], 1);
+}
