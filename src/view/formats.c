@@ -67,8 +67,11 @@ ON_RECORDING_PATH __attribute__((const, noinline)) static uint32_t number_of_fac
     return facts.number;
 }
 
-static union format_facts facts_of(VkFormat format)
+/* The most common format needs no look-up. */
+static inline union format_facts facts_of(VkFormat format)
 {
+    if (format == VK_FORMAT_R32G32B32_SFLOAT)
+        return (union format_facts){{true, true, sizeof(float), sizeof(float)}};
     return (union format_facts){.number = number_of_facts(format)};
 }
 
@@ -92,7 +95,6 @@ uint32_t format_size(VkFormat format)
     return vkuGetFormatInfo(format).texel_block_size;
 }
 
-/* The most common format needs no look-up. */
 uint32_t format_position_size(VkFormat format)
 {
     if (format == VK_FORMAT_R32G32B32_SFLOAT)
