@@ -180,10 +180,12 @@ void hazards_end_batch(struct hazards *hazards)
     struct hazard_queue *queue = &hazards->queues[hazards->queue];
     const uint32_t count = queue->batch_count;
     struct signal *completion = hazards_complete_batch(hazards);
-    if (count && queue->batches[count - 1].number == hazards->batch)
+    if (count && queue->batches[count - 1].number == hazards->batch) {
         queue->batches[count - 1].completion = completion;
-    else
+    } else { /* no record: what the batch accesses would never count as complete */
         free(completion);
+        hazards->has_failed = true;
+    }
     hazards_settle_failure(hazards);
 }
 

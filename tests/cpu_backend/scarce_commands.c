@@ -18,8 +18,8 @@ void scarce_create_commands(VkQueryType type)
 void scarce_find_tracing(void)
 {
     trace_rays = (PFN_vkTraceRaysASSAY)vk.GetDeviceProcAddr(device, "vkTraceRaysASSAY");
-    outcome.mistakes++;
-    outcome.expected += trace_rays != NULL;
+    outcome.expected++;
+    outcome.found += trace_rays != NULL;
 }
 
 void scarce_build_micromap(VkMicromapEXT micromap, VkMicromapTypeEXT type,

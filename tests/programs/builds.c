@@ -8,6 +8,7 @@
  *         [last-format rgba16] [last-stride BYTES]                       of the last geometry
  *         [plain]                  with indices I0 and transform X0; what follows may change it
  *         [short-indices PLACE] [no-transform]
+ *         [micromaps NAME]         this one and those with the next numbers, one for each geometry
  *         [instances PLACE]        on the bottom level, too: it becomes a top-level build
  *         [ranges PLACE]           indirect, and the host writes the ranges
  *         [motion PLACE] [spheres PLACE] [swept PLACE] [no-indices]     with extensions of NVIDIA
@@ -26,10 +27,11 @@
 #include "play.h"
 #include "tests/fixture/geometry.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { PRIMITIVES = 2, GEOMETRIES = 2, SCRATCH_SIZE = 64 * 1024, INSTANCES_SIZE = 1024 };
+enum { PRIMITIVES = 2, GEOMETRIES = 20, SCRATCH_SIZE = 64 * 1024, INSTANCES_SIZE = 1024 };
 
 struct one_build {
     VkAccelerationStructureBuildGeometryInfoKHR info;
@@ -39,6 +41,8 @@ struct one_build {
     VkAccelerationStructureGeometryKHR geometries[GEOMETRIES];
     VkAccelerationStructureTrianglesOpacityMicromapEXT micromap;
     VkMicromapUsageEXT usage;
+    uint32_t first_micromap; /* of those with numbers; 0: all geometries have the same, if any */
+    VkAccelerationStructureTrianglesOpacityMicromapEXT micromaps[GEOMETRIES];
     union {
         VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
         VkAccelerationStructureGeometrySpheresDataNV spheres;
@@ -224,8 +228,9 @@ static bool read_triangles(struct build_line *line, struct one_build *build, con
         build->micromap.indexType = VK_INDEX_TYPE_UINT16;
         build->micromap.indexStride = sizeof(uint16_t);
         build->micromap.indexBuffer = input(line, word);
-    } else if (play_is(option, "micromap")) {
+    } else if (play_is(option, "micromap") || play_is(option, "micromaps")) {
         attach_micromap(line->play, build, word);
+        build->first_micromap = play_is(option, "micromaps") ? (uint32_t)atoi(word + 1) : 0;
     } else {
         return false;
     }
@@ -332,10 +337,22 @@ static void read_operand(struct build_line *line, struct one_build *build, const
     }
 }
 
+/* Attaches micromaps with numbers, one to each geometry. */
+static void number_micromaps(struct play *play, struct one_build *build)
+{
+    for (uint32_t i = 0; build->first_micromap && i < build->info.geometryCount; i++) {
+        char name[16];
+        snprintf(name, sizeof(name), "M%u", build->first_micromap + i);
+        build->micromaps[i] = build->micromap;
+        build->micromaps[i].micromap = play_object(play, name)->micromap;
+        build->geometries[i].geometry.triangles.pNext = &build->micromaps[i];
+    }
+}
+
 static void set_last(struct one_build *build)
 {
     VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
-        &build->geometries[GEOMETRIES - 1].geometry.triangles;
+        &build->geometries[build->info.geometryCount - 1].geometry.triangles;
     if (build->last_format)
         triangles->vertexFormat = build->last_format;
     if (build->last_stride)
@@ -370,6 +387,7 @@ static void finish(struct build_line *line, struct one_build *build, char **refe
         build->ranges[i] = build->range;
         build->counts[i] = build->range.primitiveCount;
     }
+    number_micromaps(play, build);
     set_last(build);
     if (build->indirect_place)
         play_write(play, build->indirect_place, build->ranges, sizeof(build->ranges));

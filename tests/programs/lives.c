@@ -2,6 +2,7 @@
 /* Objects that are created otherwise, or die before the program ends:
  *
  *     structures generic | nv [boxes | instances]     what B structures are; in front of their use
+ *     create NAME at PLACE     a structure, by vkCreateAccelerationStructure2KHR
  *     create NAME scratch build | update STRUCTURE SHAPE       a buffer, for the scratch of a build
  *     create NAME [generic | sparse | fitting SHAPE | compacted [less BYTES]]      a structure, in
  *                              its old buffer or a sparse one; SHAPE is the words of a build, and
@@ -11,7 +12,7 @@
  *     renew NAME               destroys and creates a buffer with its memory, an operation, or a
  *                              pool of queries, which nothing has reset
  *     event NAME               only the device can set it
- *     label NAME               unlabel           in the command buffer */
+ *     label NAME               insert NAME       unlabel           in the command buffer */
 #include "play.h"
 
 #include <stdlib.h>
@@ -55,6 +56,18 @@ static void create_scratch(struct play *play, char **words)
         play, play_is(words[3], "update") ? sizes.updateScratchSize : sizes.buildScratchSize);
     buffer_destroy(&play->vk, play->device, &object->buffer);
     object->buffer = buffer_create(&play->vk, play->device, play->memory_type, &info);
+}
+
+/* create NAME at PLACE */
+static void create_at(struct play *play, char **words)
+{
+    struct play_object *object = play_object(play, words[1]);
+    const STRUCT(VkAccelerationStructureCreateInfo2KHR, info,
+                 .addressRange = {play_address(play, words[3]), PLAY_STRUCTURE_SIZE},
+                 .addressFlags = VK_ADDRESS_COMMAND_STORAGE_BUFFER_USAGE_BIT_KHR,
+                 .type = play->bottom_type);
+    play_destroy_object(play, object);
+    GET(play->vk.CreateAccelerationStructure2KHR(play->device, &info, NULL, &object->structure));
 }
 
 static void create(struct play *play, char **words)
@@ -144,6 +157,8 @@ bool play_life(struct play *play, char **words)
         choose_structures(play, words);
     else if (play_is(words[0], "create") && play_is(words[2], "scratch"))
         create_scratch(play, words);
+    else if (play_is(words[0], "create") && play_is(words[2], "at"))
+        create_at(play, words);
     else if (play_is(words[0], "create"))
         create(play, words);
     else if (play_is(words[0], "destroy"))
@@ -157,6 +172,9 @@ bool play_life(struct play *play, char **words)
     else if (play_is(words[0], "label"))
         play->vk.CmdBeginDebugUtilsLabelEXT(play_commands(play),
                                             &MAKE(VkDebugUtilsLabelEXT, .pLabelName = words[1]));
+    else if (play_is(words[0], "insert"))
+        play->vk.CmdInsertDebugUtilsLabelEXT(play_commands(play),
+                                             &MAKE(VkDebugUtilsLabelEXT, .pLabelName = words[1]));
     else if (play_is(words[0], "unlabel"))
         play->vk.CmdEndDebugUtilsLabelEXT(play_commands(play));
     else

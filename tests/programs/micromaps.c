@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Micromaps:
  *
- *     micromap NAME [data PLACE] [triangles PLACE] [scratch PLACE]
+ *     micromap NAME [data PLACE] [triangles PLACE] [scratch PLACE] [and NAME ...]
  *     clone | serialize | deserialize SRC > DST
  *     query NAME > POOL          of the serialization size; the pool's name begins with PM
  *     host micromap ...          host clone | serialize | deserialize ...
@@ -17,31 +17,42 @@ static VkDeviceOrHostAddressConstKHR input(struct play *play, const char *word, 
                                                play_address_for(play, word, is_host).deviceAddress};
 }
 
-void play_build_micromap(struct play *play, char **words, bool is_host)
+/* Reads one build. Returns the words behind it. */
+static char **read_build(struct play *play, char **words, bool is_host,
+                         VkMicromapBuildInfoEXT *info)
 {
-    const VkMicromapUsageEXT usage = {TRIANGLES, 0, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
-    STRUCT(VkMicromapBuildInfoEXT, info, .type = play_micromap_type(play),
-           .dstMicromap = play_object(play, words[1])->micromap, .usageCountsCount = 1,
-           .pUsageCounts = &usage, .triangleArrayStride = sizeof(VkMicromapTriangleEXT));
+    static const VkMicromapUsageEXT usage = {TRIANGLES, 0, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
     char *triangles = "V1";
-    info.data = input(play, "V0", is_host);
-    info.scratchData = play_unused_scratch(play, is_host);
-    for (words += 2; *words; words += 2) {
+    *info = MAKE(VkMicromapBuildInfoEXT, .type = play_micromap_type(play),
+                 .dstMicromap = play_object(play, *words++)->micromap, .usageCountsCount = 1,
+                 .pUsageCounts = &usage, .data = input(play, "V0", is_host),
+                 .scratchData = play_unused_scratch(play, is_host),
+                 .triangleArrayStride = sizeof(VkMicromapTriangleEXT));
+    for (; *words && !play_is(*words, "and"); words += 2) {
         if (play_is(words[0], "data"))
-            info.data = input(play, words[1], is_host);
+            info->data = input(play, words[1], is_host);
         else if (play_is(words[0], "triangles"))
             triangles = words[1];
         else if (play_is(words[0], "scratch"))
-            info.scratchData = play_address_for(play, words[1], is_host);
+            info->scratchData = play_address_for(play, words[1], is_host);
         else
             play_fail(play, words[0]);
     }
     play_init(play, (char *[]){"", triangles, "triangles"});
-    info.triangleArray = input(play, triangles, is_host);
+    info->triangleArray = input(play, triangles, is_host);
+    return *words ? words + 1 : words;
+}
+
+void play_build_micromap(struct play *play, char **words, bool is_host)
+{
+    VkMicromapBuildInfoEXT infos[PLAY_ITEMS];
+    uint32_t count = 0;
+    for (words++; *words && count < PLAY_ITEMS;)
+        words = read_build(play, words, is_host, &infos[count++]);
     if (is_host)
-        play_note(play, play->vk.BuildMicromapsEXT(play->device, VK_NULL_HANDLE, 1, &info));
+        play_note(play, play->vk.BuildMicromapsEXT(play->device, VK_NULL_HANDLE, count, infos));
     else
-        play->vk.CmdBuildMicromapsEXT(play_commands(play), 1, &info);
+        play->vk.CmdBuildMicromapsEXT(play_commands(play), count, infos);
 }
 
 static void serialize(struct play *play, char **words, bool is_host)

@@ -21,7 +21,7 @@
 #include "tests/fixture/make.h"
 
 enum {
-    PLAY_OBJECTS = 64,
+    PLAY_OBJECTS = 128,
     PLAY_QUEUES = 3,          /* two of family 0, one of family 1 */
     PLAY_ITEMS = BATCH_ITEMS, /* of anything that a line or a submission lists */
     PLAY_BUFFER_SIZE = 128 * 1024,

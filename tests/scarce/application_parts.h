@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A ray-tracing application that copes with a lack of memory: it repeats each call that fails. It
- * builds much that is valid, and then makes one mistake or other. Its objects
- * and deeds are in several files. */
+/* An application on backend cpu that copes with a lack of memory: it repeats each call that fails.
+ * Its objects and deeds are in several files. */
 #ifndef SCARCE_APPLICATION_PARTS_H
 #define SCARCE_APPLICATION_PARTS_H
 
@@ -15,9 +14,8 @@
 /* What its messenger heard, and what went wrong. */
 extern struct outcome {
     bool is_creating_instance;
-    unsigned expected; /* messages about mistakes, */
-    unsigned mistakes; /* of so many */
-    char wrong[4096];  /* a message that should not have been, or what failed; "": all is well */
+    unsigned expected, found; /* what only a lack of memory may take away */
+    char wrong[4096]; /* a message that should not have been, or what failed; "": all is well */
 } outcome;
 
 /* Lives once, from vkCreateInstance to vkDestroyInstance. */
@@ -27,24 +25,13 @@ enum {
     /* Of each object, so that tables grow beyond their first size, and arrays beyond what is kept
      * in place. */
     SETS = 48,
-    BUILDS = 20,     /* of the largest call */
     GEOMETRIES = 20, /* of the largest build */
-    ACCEL_SIZE = 8192,
-    SCRATCH_SIZE = 8192,
-    SPARSE_PAGE = 65536,
-    SPARSE_PAGES = 12,
     NV_STRUCTURES = 24,
-    MICROMAPS = 24,
     QUERIES = 4,
 };
 
-/* A structure in a buffer in memory of its own, and a command buffer in a pool of its own. */
 struct set {
-    VkDeviceMemory memory;
-    VkBuffer buffer;
     VkAccelerationStructureKHR accel;
-    VkCommandPool pool;
-    VkCommandBuffer primary, secondary;
 };
 
 extern VkuDeviceDispatchTable vk;
@@ -53,14 +40,6 @@ extern VkQueue queue;
 
 extern struct application {
     struct set sets[SETS];
-    VkSemaphore semaphore;
-    VkQueryPool queries; /* of compacted sizes */
-    /* A large buffer of inputs, and one of scratch, both aliased by small buffers without the right
-     * usage. */
-    VkDeviceAddress input_address, scratch_address;
-    VkAccelerationStructureKHR in_pages; /* across the pages of a sparse buffer */
-    /* Two structures that overlap only in bytes that their builds leave alone. */
-    VkAccelerationStructureKHR with_tails[2];
     VkAccelerationStructureNV nv[NV_STRUCTURES]; /* of VK_NV_ray_tracing */
 } app;
 
@@ -91,10 +70,6 @@ void own(PFN_vkVoidFunction destroy, uint64_t handle);
 /* Notes the first thing that went wrong. */
 void complain(const char *what, int result);
 
-/* Until the second, messages of that id are about a mistake; there is at most one. */
-void expect(const char *id);
-void expect_nothing_more(void);
-
 void name_object(VkObjectType type, uint64_t handle, const char *name, unsigned n);
 VkBuffer create_buffer(VkDeviceSize size, VkBufferUsageFlags usage, VkBufferCreateFlags flags);
 enum memory_type { DEVICE_MEMORY, HOST_MEMORY }; /* of the null driver */
@@ -122,17 +97,11 @@ VkAccelerationStructureBuildGeometryInfoKHR
 describe_build(VkAccelerationStructureKHR dst, VkAccelerationStructureKHR src, uint32_t count,
                const VkAccelerationStructureGeometryKHR *geometries);
 
-/* Of VK_NV_ray_tracing (nv.c): what it records is valid, but for the mistake. */
+/* Of VK_NV_ray_tracing (nv.c): what it records is valid. */
 void create_nv(void);
 void record_nv(VkCommandBuffer command_buffer);
-void mistake_nv(VkCommandBuffer command_buffer);
-
-/* Of micromaps (micromaps.c): what it records is valid. */
-void create_micromaps(void);
-void record_micromaps(VkCommandBuffer command_buffer);
 
 void create_objects(void);
 void record_all(void);
-void work_on_host(void);
 
 #endif

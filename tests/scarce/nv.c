@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The application's use of VK_NV_ray_tracing: builds, an update, a copy, and one mistake. */
+/* The application's use of VK_NV_ray_tracing: builds, an update and a copy. */
 #include "application_parts.h"
 #include "tests/fixture/make.h"
 
@@ -62,12 +62,4 @@ void record_nv(VkCommandBuffer command_buffer)
     vk.CmdCopyAccelerationStructureNV(command_buffer, app.nv[NV_STRUCTURES - 2], app.nv[0],
                                       VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     build(command_buffer, &call, app.nv[NV_STRUCTURES - 1], app.nv[NV_STRUCTURES - 2]);
-}
-
-void mistake_nv(VkCommandBuffer command_buffer)
-{
-    struct nv_call call;
-    start_call(&call);
-    call.info.flags = 0;
-    build(command_buffer, &call, app.nv[0], VK_NULL_HANDLE);
 }

@@ -319,6 +319,7 @@ static void judge_journal(struct hazard_judge *judge, const struct journal *jour
     struct journal_cursor cursor =
         journal_start(journal, JOURNAL_HAZARDS | JOURNAL_BIT(JOURNAL_EXECUTE));
     judge->lacks_accesses |= journal->lacks_hazards;
+    judge->lost |= journal->lacks_hazards; /* barriers between its accesses may be missing */
     for (struct journal_entry *entry; (entry = journal_next(&cursor));) {
         const struct hazard_entry *item = (const void *)entry;
         if (entry->kind == HAZARD_ACCESS) {
@@ -338,7 +339,6 @@ static void judge_journal(struct hazard_judge *judge, const struct journal *jour
             judge_synchronization(judge, &cursor, item);
     }
     end_command(judge, &command);
-    judge->lost |= journal->lacks_hazards;
 }
 
 static void judge_waits(struct hazard_judge *judge, const struct order_batch *batch)
