@@ -264,14 +264,29 @@ static uint32_t find_bound(struct hazard_recording *recording, enum traced_point
     return count;
 }
 
-/* Returns false if it is unknown where the structure lies. */
+/* Returns false if it is unknown where the structure lies. It may be destroyed. */
 static bool locate_structure(struct hazard_recording *recording, uint64_t structure,
                              struct accel_facts *facts)
 {
     resources_look_up_accel(recording->device->resources,
                             (VkAccelerationStructureKHR)(uintptr_t)structure, facts);
-    return facts->memory && !facts->is_sparse && facts->size &&
-           hazard_memory_id(recording->journal, recording->device->resources, facts->memory);
+    return facts->alive != YES ||
+           (facts->memory && !facts->is_sparse && facts->size &&
+            hazard_memory_id(recording->journal, recording->device->resources, facts->memory));
+}
+
+static void add_traced(struct hazard_recording *recording, const struct hazard_use *use,
+                       uint64_t structure, const struct accel_facts *facts)
+{
+    if (facts->alive == YES) {
+        hazard_recording_add_accel(recording, use, facts, 1);
+        return;
+    }
+    struct hazard_entry *entry = hazard_recording_add_entry(recording, HAZARD_ACCESS, use);
+    if (!entry)
+        return;
+    entry->object_type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
+    entry->object = structure;
 }
 
 void hazards_add_traced(struct hazard_recording *recording, enum access_kind kind,
@@ -285,5 +300,5 @@ void hazards_add_traced(struct hazard_recording *recording, enum access_kind kin
     while (located < count && locate_structure(recording, bound[located], &facts[located]))
         located++;
     for (uint32_t i = 0; located == count && i < count; i++)
-        hazard_recording_add_accel(recording, &use, &facts[i], 1);
+        add_traced(recording, &use, bound[i], &facts[i]);
 }

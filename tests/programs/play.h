@@ -57,6 +57,7 @@ struct play_shader {
     VkPipeline pipeline;
     VkDescriptorSetLayout set; /* of PLAY_TRACE_SET alone */
     VkDescriptorPool pool;
+    VkDescriptorSet last_set;
 };
 
 struct play {

@@ -5,6 +5,7 @@
  *     trace TOP                   a dispatch with a ray query; with VK_KHR_ray_query
  *     trace set TOP [TOP]         the same with a descriptor set in which the first one is used;
  *                                 on a device on which no `trace TOP` is
+ *     trace set                   with the last such set
  *     rays                        vkCmdTraceRaysKHR without a pipeline: only null
  *     draw                        vkCmdDraw without a pipeline: only null */
 #include "play.h"
@@ -120,21 +121,26 @@ static void write_top(struct play *play, VkDescriptorSet set, uint32_t binding, 
         0, NULL);
 }
 
-static void trace_set(struct play *play, char **names)
+static void make_set(struct play *play, struct play_shader *shader, char **names)
 {
-    struct play_shader *shader = &play->shaders[PLAY_TRACE_SET];
-    VkDescriptorSet set;
-    make_sets(play, shader);
-    make_pipeline(play, shader, trace_set_words, sizeof(trace_set_words));
     GET(play->vk.AllocateDescriptorSets(play->device,
                                         &MAKE(VkDescriptorSetAllocateInfo,
                                               .descriptorPool = shader->pool,
                                               .descriptorSetCount = 1, .pSetLayouts = &shader->set),
-                                        &set));
+                                        &shader->last_set));
     for (uint32_t i = 0; names[i]; i++)
-        write_top(play, set, i, names[i]);
+        write_top(play, shader->last_set, i, names[i]);
+}
+
+static void trace_set(struct play *play, char **names)
+{
+    struct play_shader *shader = &play->shaders[PLAY_TRACE_SET];
+    make_sets(play, shader);
+    make_pipeline(play, shader, trace_set_words, sizeof(trace_set_words));
+    if (names[0])
+        make_set(play, shader, names);
     play->vk.CmdBindDescriptorSets(play_commands(play), VK_PIPELINE_BIND_POINT_COMPUTE,
-                                   shader->layout, 0, 1, &set, 0, NULL);
+                                   shader->layout, 0, 1, &shader->last_set, 0, NULL);
     dispatch(play, shader, &(struct constants){.count = 0});
 }
 

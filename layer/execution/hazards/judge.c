@@ -127,7 +127,7 @@ static void start_over(struct hazard_judge *judge)
     uint64_t all[HAZARD_QUEUES];
     memset(all, 0xff, sizeof(all));
     judge->shaders.lacks_tops = true;
-    handle_table_release(&judge->written);
+    judge_forget_all_written(judge);
     while (judge->judged_count)
         forget_first(judge);
     hazards_prune(judge->hazards, all, HAZARD_QUEUES);
@@ -179,7 +179,7 @@ static void judge_structure(struct hazard_judge *judge, const struct hazard_entr
         return;
     }
     const uint64_t number = hazards_access(judge->hazards, &access);
-    judge_written(judge, item->object, number);
+    judge_written(judge, item->object, number, &item->bytes);
     if (item->role == HAZARD_DST)
         judge_bottom(judge, &access, item->object, number);
 }
@@ -202,7 +202,7 @@ static void judge_access(struct hazard_judge *judge, const struct hazard_command
     if (!is_compared(judge)) {
         judge->shaders.lacks_tops |= item->role == HAZARD_TOP_DST;
         if (is_of_structure(item))
-            judge_written(judge, item->object, 0);
+            judge_written(judge, item->object, 0, NULL);
         return;
     }
     if (item->role == HAZARD_TRACED)
@@ -400,8 +400,7 @@ void hazard_judge_end_object(struct hazard_judge *judge, const struct ended_obje
         break;
     case STRUCTURE_DESTROYED:
         judge_end_of_traced(judge, ended);
-        shader_judge_remove_top(&judge->shaders, ended->id);
-        judge_written(judge, ended->id, 0);
+        judge_written(judge, ended->id, 0, NULL);
         break;
     }
 }
@@ -464,6 +463,6 @@ void hazard_judge_end(struct hazard_judge *judge)
     while (judge->judged_count)
         forget_first(judge);
     shader_judge_end(&judge->shaders);
-    handle_table_release(&judge->written);
+    judge_forget_all_written(judge);
     hazards_destroy(judge->hazards);
 }

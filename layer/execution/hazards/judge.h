@@ -29,7 +29,7 @@ struct hazard_judge {
     uint64_t batch_count;  /* that were judged */
     /* Accesses of the current batch may be missing: a structure may have been written unseen. */
     bool lacks_accesses;
-    struct handle_table written; /* number of the last access that wrote each structure */
+    struct handle_table written; /* see overwritten.c */
     struct hazard_batch_record *current;
     struct kind_of_hazard kinds[HAZARD_KINDS_REPORTED];
     uint32_t kind_count;
