@@ -12,8 +12,8 @@
  * if the code is not readable. */
 bool shader_code_traces(const uint32_t *code, size_t size);
 
-/* Whether a shader may trace a structure that it has by its address. Returns true if the code is not
- * readable. */
+/* Whether a shader may trace a structure that it has by its address. Returns true if the code is
+ * not readable. */
 bool shader_code_traces_addresses(const uint32_t *code, size_t size);
 
 /* Whether a shader may write memory through an address (SPIR-V storage class

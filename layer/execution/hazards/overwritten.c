@@ -50,7 +50,7 @@ static uint64_t find_overwriting(const struct hazard_judge *judge, uint64_t stru
                                  struct hazard_bytes *bytes)
 {
     const struct written *own = handle_table_find(&judge->written, structure);
-    if (judge->lacks_accesses || !own)
+    if (!own)
         return 0;
     *bytes = own->bytes;
     return hazards_write_since(judge->hazards, own->number, bytes);

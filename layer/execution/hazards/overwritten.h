@@ -4,7 +4,7 @@
 #ifndef ASSAY_LAYER_EXECUTION_HAZARDS_OVERWRITTEN_H
 #define ASSAY_LAYER_EXECUTION_HAZARDS_OVERWRITTEN_H
 
-#include "layer/execution/hazards/judge.h"
+#include "layer/execution/hazards/reports.h"
 
 /* The access of that number wrote a structure, and these bytes of it. Number 0: perhaps, and
  * nothing is known then. */

@@ -109,16 +109,6 @@ void judge_trace(struct hazard_judge *judge, enum access_kind kind)
         note_trace(judge, top, &access, hazard.later.number);
 }
 
-void judge_name_traced(const struct hazard_judge *judge, uint64_t number,
-                       struct hazard_access_text *side)
-{
-    for (uint32_t i = 0; i < judge->shaders.top_count; i++)
-        if (judge->shaders.tops[i].trace.side.number == number) {
-            side->type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
-            side->object = judge->shaders.tops[i].structure;
-        }
-}
-
 /* The structure may be the one that the trace behind it reads. */
 void judge_traced(struct hazard_judge *judge, const struct hazard_entry *item)
 {
