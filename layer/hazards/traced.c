@@ -35,8 +35,7 @@ void hazards_note_set_layout(struct layer_device *device,
                              const VkDescriptorSetLayoutCreateInfo *info)
 {
     const bool is_followed =
-        !(info->flags & (VK_DESCRIPTOR_SET_LAYOUT_CREATE_PUSH_DESCRIPTOR_BIT |
-                         VK_DESCRIPTOR_SET_LAYOUT_CREATE_DESCRIPTOR_BUFFER_BIT_EXT |
+        !(info->flags & (VK_DESCRIPTOR_SET_LAYOUT_CREATE_DESCRIPTOR_BUFFER_BIT_EXT |
                          VK_DESCRIPTOR_SET_LAYOUT_CREATE_INDIRECT_BINDABLE_BIT_NV));
     for (uint32_t i = 0; i < info->bindingCount; i++)
         if (may_hold_structures(info->pBindings[i].descriptorType) &&
@@ -48,9 +47,9 @@ void hazards_note_set_layout(struct layer_device *device,
 
 /* An array of descriptors may go on in the next binding: what it overwrites there stays known, too,
  * which can only hide a mistake. */
-static void write_structures(struct descriptor_sets *sets, const VkWriteDescriptorSet *to)
+static void write_structures(struct descriptor_sets *sets, uint64_t set,
+                             const VkWriteDescriptorSet *to)
 {
-    const uint64_t set = (uint64_t)(uintptr_t)to->dstSet;
     const VkWriteDescriptorSetAccelerationStructureKHR *from =
         chain_find(to->pNext, VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET_ACCELERATION_STRUCTURE_KHR);
     if (to->descriptorType != VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR || !from ||
@@ -71,7 +70,7 @@ void hazards_update_sets(struct layer_device *device, uint32_t write_count,
     struct descriptor_sets *sets = hazard_objects_sets(device->hazard_objects);
     for (uint32_t i = 0; sets && i < write_count; i++)
         if (may_hold_structures(writes[i].descriptorType))
-            write_structures(sets, &writes[i]);
+            write_structures(sets, (uint64_t)(uintptr_t)writes[i].dstSet, &writes[i]);
     for (uint32_t i = 0; sets && i < copy_count; i++)
         descriptor_sets_copy(sets, (uint64_t)(uintptr_t)copies[i].srcSet,
                              (uint64_t)(uintptr_t)copies[i].dstSet);
@@ -135,6 +134,49 @@ void hazards_bind_sets_2(struct hazard_recording *recording, const VkBindDescrip
     if (info->stageFlags & ray_stages)
         bind_sets(recording->journal, TRACED_BY_RAYS, info->firstSet, info->descriptorSetCount,
                   info->pDescriptorSets);
+}
+
+/* Descriptors that are pushed are those of a set whose handle is the address of its place in the
+ * journal. What a recording before has pushed is not there any more. */
+static void push_set(struct hazard_recording *recording, enum traced_point point, uint32_t set,
+                     uint32_t count, const VkWriteDescriptorSet *writes)
+{
+    struct journal *journal = recording->journal;
+    struct descriptor_sets *sets = hazard_objects_sets(recording->device->hazard_objects);
+    const uint64_t pushed =
+        set < JOURNAL_SETS ? (uint64_t)(uintptr_t)&journal->sets[point][set] : 0;
+    const VkDescriptorSet handle = (VkDescriptorSet)(uintptr_t)pushed;
+    if (sets && pushed && journal->sets[point][set] != pushed)
+        descriptor_sets_forget(sets, pushed);
+    bind_sets(journal, point, set, 1, &handle);
+    for (uint32_t i = 0; sets && pushed && i < count; i++)
+        if (may_hold_structures(writes[i].descriptorType))
+            write_structures(sets, pushed, &writes[i]);
+}
+
+void hazards_push_set(struct hazard_recording *recording, VkPipelineBindPoint point, uint32_t set,
+                      uint32_t count, const VkWriteDescriptorSet *writes)
+{
+    if (point == VK_PIPELINE_BIND_POINT_COMPUTE)
+        push_set(recording, TRACED_BY_COMPUTE, set, count, writes);
+    else if (point == VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR)
+        push_set(recording, TRACED_BY_RAYS, set, count, writes);
+}
+
+void hazards_push_set_2(struct hazard_recording *recording, const VkPushDescriptorSetInfo *info)
+{
+    if (info->stageFlags & VK_SHADER_STAGE_COMPUTE_BIT)
+        push_set(recording, TRACED_BY_COMPUTE, info->set, info->descriptorWriteCount,
+                 info->pDescriptorWrites);
+    if (info->stageFlags & ray_stages)
+        push_set(recording, TRACED_BY_RAYS, info->set, info->descriptorWriteCount,
+                 info->pDescriptorWrites);
+}
+
+/* Which structures a template pushes is not followed. */
+void hazards_push_by_template(struct hazard_recording *recording)
+{
+    recording->journal->has_sets = recording->journal->lacks_sets = true;
 }
 
 /* Finds the structures that are bound. Returns 0 if others may be, too. */

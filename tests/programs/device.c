@@ -183,6 +183,7 @@ static const struct extension {
     {"VK_KHR_ray_query", false, FEATURES(ray_query, RAY_QUERY_FEATURES_KHR)},
     {"VK_KHR_ray_tracing_pipeline", false,
      FEATURES(ray_tracing, RAY_TRACING_PIPELINE_FEATURES_KHR)},
+    {"VK_KHR_push_descriptor", false, NO_FEATURES},
     {"VK_KHR_maintenance5", false, FEATURES(maintenance_5, MAINTENANCE_5_FEATURES)},
 };
 
