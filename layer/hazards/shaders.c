@@ -88,7 +88,7 @@ void hazards_note_module(struct layer_device *device, VkShaderModule module,
 {
     const bool traces = shader_code_traces(info->pCode, info->codeSize);
     hazard_objects_set_tracing(device->hazard_objects, TRACING_MODULE, (uint64_t)(uintptr_t)module,
-                               traces);
+                               shader_code_surely_traces(info->pCode, info->codeSize));
     if (shader_code_stores(info->pCode, info->codeSize))
         host_writes_stop(device->host_writes);
     if (traces && shader_code_traces_addresses(info->pCode, info->codeSize))
@@ -162,7 +162,7 @@ void hazards_note_shaders(struct layer_device *device, uint32_t count,
 static bool stage_traces(const struct layer_device *device,
                          const VkPipelineShaderStageCreateInfo *stage)
 {
-    return shader_stage_traces(stage) ||
+    return shader_stage_surely_traces(stage) ||
            hazard_objects_trace(device->hazard_objects, TRACING_MODULE,
                                 (uint64_t)(uintptr_t)stage->module);
 }

@@ -254,10 +254,24 @@ static const struct piece *find_written(struct hazards *hazards, const struct ha
     return piece && piece->begin <= bytes->begin && piece->write ? piece : NULL;
 }
 
-uint64_t hazards_last_write(struct hazards *hazards, const struct hazard_bytes *bytes)
+uint64_t hazards_write_since(struct hazards *hazards, uint64_t since, struct hazard_bytes *bytes)
 {
-    const struct piece *piece = find_written(hazards, bytes);
-    return piece ? mark_number(piece->write) : 0;
+    struct hazard_memory *memory = hazards_memory(hazards, bytes->memory, false);
+    struct cursor cursor = {0};
+    const struct piece *piece = NULL;
+    if (memory) {
+        cursor = ranges_find(&memory->ranges, bytes->begin);
+        piece = cursor_piece(cursor);
+    }
+    while (piece && piece->begin < bytes->end && mark_number(piece->write) <= since) {
+        cursor_step(&cursor);
+        piece = cursor_piece(cursor);
+    }
+    if (!piece || piece->begin >= bytes->end)
+        return 0;
+    bytes->begin = piece->begin > bytes->begin ? piece->begin : bytes->begin;
+    bytes->end = piece->end < bytes->end ? piece->end : bytes->end;
+    return mark_number(piece->write);
 }
 
 bool hazards_read_is_early(struct hazards *hazards, const struct hazard_access *read,

@@ -142,8 +142,10 @@ bool hazards_read_is_early(struct hazards *hazards, const struct hazard_access *
  * an access without bytes, and is of its first byte. */
 void hazards_write_after(struct hazards *hazards, const struct hazard_side *read, uint64_t number,
                          const struct hazard_access *write);
-/* Returns the number of the last write of the first byte; 0 if it is unknown. */
-uint64_t hazards_last_write(struct hazards *hazards, const struct hazard_bytes *bytes);
+/* Returns the number of the first piece's last write among pieces of these bytes that were written
+ * after the access of the number `since`, and sets `bytes` to what that piece has of them. Returns
+ * 0 if there is none. */
+uint64_t hazards_write_since(struct hazards *hazards, uint64_t since, struct hazard_bytes *bytes);
 
 /* ---- Writes of unknown bytes, by shaders. The last ones are kept.
  *

@@ -11,6 +11,7 @@ enum {
     SPIRV_MAGIC = 0x07230203,
     SPIRV_HEADER_WORDS = 5,
     SPIRV_BOUND_MAX = 1 << 22, /* the least limit of SPIR-V, 2.17 Universal Limits */
+    OP_ENTRY_POINT = 15,
     OP_CAPABILITY = 17,
     OP_TYPE_POINTER = 32,
     OP_FUNCTION = 54,
@@ -83,6 +84,24 @@ bool shader_code_traces(const uint32_t *code, size_t size)
             return true;
     }
     return false;
+}
+
+/* A module with several entry points declares what any of them needs. */
+static bool has_one_entry(const uint32_t *code, size_t words)
+{
+    uint32_t count = 0;
+    for (size_t i = SPIRV_HEADER_WORDS; i < words && code[i] >> 16; i += code[i] >> 16) {
+        const unsigned op = code[i] & 0xffff;
+        if (op == OP_FUNCTION)
+            break;
+        count += op == OP_ENTRY_POINT;
+    }
+    return count == 1;
+}
+
+bool shader_code_surely_traces(const uint32_t *code, size_t size)
+{
+    return shader_code_traces(code, size) && has_one_entry(code, size / sizeof(*code));
 }
 
 /* ---- traces by address */
@@ -225,6 +244,12 @@ bool shader_stage_traces(const VkPipelineShaderStageCreateInfo *stage)
 {
     const VkShaderModuleCreateInfo *module = code_of(stage);
     return module && shader_code_traces(module->pCode, module->codeSize);
+}
+
+bool shader_stage_surely_traces(const VkPipelineShaderStageCreateInfo *stage)
+{
+    const VkShaderModuleCreateInfo *module = code_of(stage);
+    return module && shader_code_surely_traces(module->pCode, module->codeSize);
 }
 
 bool shader_stage_traces_addresses(const VkPipelineShaderStageCreateInfo *stage)

@@ -12,8 +12,11 @@
  * if the code is not readable. */
 bool shader_code_traces(const uint32_t *code, size_t size);
 
-/* Whether a shader may trace a structure that it has by its address. Returns true if the code is not
- * readable. */
+/* Whether the only shader of a module traces rays, as far as its capabilities say. */
+bool shader_code_surely_traces(const uint32_t *code, size_t size);
+
+/* Whether a shader may trace a structure that it has by its address. Returns true if the code is
+ * not readable. */
 bool shader_code_traces_addresses(const uint32_t *code, size_t size);
 
 /* Whether a shader may write memory through an address (SPIR-V storage class
@@ -22,6 +25,7 @@ bool shader_code_stores(const uint32_t *code, size_t size);
 
 /* The same for the code in the chain of a stage, which a stage without a module may have. */
 bool shader_stage_traces(const VkPipelineShaderStageCreateInfo *stage);
+bool shader_stage_surely_traces(const VkPipelineShaderStageCreateInfo *stage);
 bool shader_stage_traces_addresses(const VkPipelineShaderStageCreateInfo *stage);
 /* Returns true for a stage without a module if its code is not in its chain. */
 bool shader_stage_stores(const VkPipelineShaderStageCreateInfo *stage);

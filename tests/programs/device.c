@@ -189,6 +189,7 @@ static const struct extension {
      FEATURES(ray_tracing, RAY_TRACING_PIPELINE_FEATURES_KHR)},
     {"VK_KHR_device_address_commands", false,
      FEATURES(address_commands, DEVICE_ADDRESS_COMMANDS_FEATURES_KHR)},
+    {"VK_KHR_push_descriptor", false, NO_FEATURES},
     {"VK_KHR_maintenance5", false, FEATURES(maintenance_5, MAINTENANCE_5_FEATURES)},
 };
 

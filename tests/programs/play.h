@@ -52,12 +52,13 @@ struct play_object {
 };
 
 /* Compute pipelines of programs, which they create at the first use. */
-enum { PLAY_SHADE, PLAY_TRACE, PLAY_TRACE_SET, PLAY_SHADERS };
+enum { PLAY_SHADE, PLAY_TRACE, PLAY_TRACE_SET, PLAY_TRACE_PUSHED, PLAY_SHADERS };
 struct play_shader {
     VkPipelineLayout layout;
     VkPipeline pipeline;
-    VkDescriptorSetLayout set; /* of PLAY_TRACE_SET alone */
+    VkDescriptorSetLayout set; /* of those that trace structures of a set */
     VkDescriptorPool pool;
+    VkDescriptorSet last_set;
 };
 
 struct play {

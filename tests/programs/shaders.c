@@ -5,6 +5,8 @@
  *     trace TOP                   a dispatch with a ray query; with VK_KHR_ray_query
  *     trace set TOP [TOP]         the same with a descriptor set in which the first one is used;
  *                                 on a device on which no `trace TOP` is
+ *     trace set                   with the last such set
+ *     trace pushed TOP [TOP]      with pushed descriptors; with VK_KHR_push_descriptor
  *     rays                        vkCmdTraceRaysKHR without a pipeline: only null
  *     draw                        vkCmdDraw without a pipeline: only null
  *     probe STRUCTURE [hits | misses]     vkTraceRaysASSAY of one ray along x: only cpu */
@@ -107,53 +109,80 @@ static void probe(struct play *play, char **words)
     play->outcome = OUTCOME_FAILED;
 }
 
-/* The layout has two bindings, and the pool so many sets as a program needs. */
-static void make_sets(struct play *play, struct play_shader *shader)
+/* The layout has two bindings. */
+static void make_layout(struct play *play, struct play_shader *shader,
+                        VkDescriptorSetLayoutCreateFlags flags)
 {
     const VkDescriptorSetLayoutBinding bindings[SET_BINDINGS] = {
         {0, VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1, VK_SHADER_STAGE_COMPUTE_BIT, NULL},
         {1, VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1, VK_SHADER_STAGE_COMPUTE_BIT, NULL}};
-    const VkDescriptorPoolSize size = {VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR,
-                                       SETS * SET_BINDINGS};
-    if (shader->pool)
-        return;
-    GET(play->vk.CreateDescriptorSetLayout(
-        play->device,
-        &MAKE(VkDescriptorSetLayoutCreateInfo, .bindingCount = SET_BINDINGS, .pBindings = bindings),
-        NULL, &shader->set));
-    GET(play->vk.CreateDescriptorPool(
-        play->device,
-        &MAKE(VkDescriptorPoolCreateInfo, .maxSets = SETS, .poolSizeCount = 1, .pPoolSizes = &size),
-        NULL, &shader->pool));
+    if (!shader->set)
+        GET(play->vk.CreateDescriptorSetLayout(play->device,
+                                               &MAKE(VkDescriptorSetLayoutCreateInfo,
+                                                     .flags = flags, .bindingCount = SET_BINDINGS,
+                                                     .pBindings = bindings),
+                                               NULL, &shader->set));
 }
 
-static void write_top(struct play *play, VkDescriptorSet set, uint32_t binding, const char *name)
+/* The pool has so many sets as a program needs. */
+static void make_sets(struct play *play, struct play_shader *shader)
+{
+    const VkDescriptorPoolSize size = {VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR,
+                                       SETS * SET_BINDINGS};
+    make_layout(play, shader, 0);
+    if (!shader->pool)
+        GET(play->vk.CreateDescriptorPool(play->device,
+                                          &MAKE(VkDescriptorPoolCreateInfo, .maxSets = SETS,
+                                                .poolSizeCount = 1, .pPoolSizes = &size),
+                                          NULL, &shader->pool));
+}
+
+/* Writes to a set, or pushes if that is null. */
+static void write_top(struct play *play, const struct play_shader *shader, VkDescriptorSet set,
+                      uint32_t binding, const char *name)
 {
     const STRUCT(VkWriteDescriptorSetAccelerationStructureKHR, top, .accelerationStructureCount = 1,
                  .pAccelerationStructures = &play_object(play, name)->structure);
-    play->vk.UpdateDescriptorSets(
-        play->device, 1,
-        &MAKE(VkWriteDescriptorSet, .pNext = &top, .dstSet = set, .dstBinding = binding,
-              .descriptorCount = 1,
-              .descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR),
-        0, NULL);
+    const STRUCT(VkWriteDescriptorSet, write, .pNext = &top, .dstSet = set, .dstBinding = binding,
+                 .descriptorCount = 1,
+                 .descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR);
+    if (set)
+        play->vk.UpdateDescriptorSets(play->device, 1, &write, 0, NULL);
+    else
+        play->vk.CmdPushDescriptorSetKHR(play_commands(play), VK_PIPELINE_BIND_POINT_COMPUTE,
+                                         shader->layout, 0, 1, &write);
+}
+
+static void make_set(struct play *play, struct play_shader *shader, char **names)
+{
+    GET(play->vk.AllocateDescriptorSets(play->device,
+                                        &MAKE(VkDescriptorSetAllocateInfo,
+                                              .descriptorPool = shader->pool,
+                                              .descriptorSetCount = 1, .pSetLayouts = &shader->set),
+                                        &shader->last_set));
+    for (uint32_t i = 0; names[i]; i++)
+        write_top(play, shader, shader->last_set, i, names[i]);
 }
 
 static void trace_set(struct play *play, char **names)
 {
     struct play_shader *shader = &play->shaders[PLAY_TRACE_SET];
-    VkDescriptorSet set;
     make_sets(play, shader);
     make_pipeline(play, shader, trace_set_words, sizeof(trace_set_words));
-    GET(play->vk.AllocateDescriptorSets(play->device,
-                                        &MAKE(VkDescriptorSetAllocateInfo,
-                                              .descriptorPool = shader->pool,
-                                              .descriptorSetCount = 1, .pSetLayouts = &shader->set),
-                                        &set));
-    for (uint32_t i = 0; names[i]; i++)
-        write_top(play, set, i, names[i]);
+    if (names[0])
+        make_set(play, shader, names);
     play->vk.CmdBindDescriptorSets(play_commands(play), VK_PIPELINE_BIND_POINT_COMPUTE,
-                                   shader->layout, 0, 1, &set, 0, NULL);
+                                   shader->layout, 0, 1, &shader->last_set, 0, NULL);
+    dispatch(play, shader, &(struct constants){.count = 0});
+}
+
+static void trace_pushed(struct play *play, char **names)
+{
+    struct play_shader *shader = &play->shaders[PLAY_TRACE_PUSHED];
+    make_layout(play, shader, VK_DESCRIPTOR_SET_LAYOUT_CREATE_PUSH_DESCRIPTOR_BIT);
+    make_pipeline(play, shader, trace_set_words, sizeof(trace_set_words));
+    for (uint32_t i = 0; names[i]; i++)
+        write_top(play, shader, VK_NULL_HANDLE, i, names[i]);
     dispatch(play, shader, &(struct constants){.count = 0});
 }
 
@@ -164,6 +193,8 @@ bool play_shader(struct play *play, char **words)
         shade(play, words);
     else if (play_is(words[0], "trace") && play_is(words[1], "set"))
         trace_set(play, words + 2);
+    else if (play_is(words[0], "trace") && play_is(words[1], "pushed"))
+        trace_pushed(play, words + 2);
     else if (play_is(words[0], "trace"))
         trace(play, words[1]);
     else if (play_is(words[0], "rays"))

@@ -16,98 +16,6 @@ enum {
     BATCHES_KEPT = 4096,
 };
 
-/* ---- reports */
-
-static struct call_origin origin_for(const struct hazard_judge *judge, struct call_origin origin)
-{
-    const struct layer_device *device = judge->device;
-    origin.device = device->handle;
-    origin.names = device->names;
-    origin.destroyed = device->destroyed;
-    return origin;
-}
-
-/* The judged batch behind `after`, or the first one if that is NULL. */
-static struct order_batch *next_judged(const struct hazard_judge *judge,
-                                       const struct order_batch *after)
-{
-    if (!judge->judged_count || after == judge->last)
-        return NULL;
-    pthread_mutex_lock(&judge->batches->lock);
-    struct order_batch *batch =
-        batch_list_next(judge->batches, IN_EXECUTION_ORDER, after, USES_HAZARDS);
-    pthread_mutex_unlock(&judge->batches->lock);
-    return batch;
-}
-
-/* Commands were numbered in execution order, so the last batch with an early enough one has it. */
-bool hazard_judge_find_side(const struct hazard_judge *judge, uint64_t number,
-                            struct hazard_access_text *side)
-{
-    bool found = judge->current && hazard_batch_find(judge->current, number, side);
-    for (struct order_batch *batch = NULL; !found && (batch = next_judged(judge, batch));) {
-        const struct order_batch *behind = next_judged(judge, batch);
-        const struct hazard_batch_record *record = batch->slots[USES_HAZARDS];
-        const struct hazard_batch_record *next = behind ? behind->slots[USES_HAZARDS] : NULL;
-        if (record->command_count && record->commands[0].first <= number &&
-            (!next || !next->command_count || number < next->commands[0].first))
-            found = hazard_batch_find(record, number, side);
-    }
-    if (found)
-        side->origin = origin_for(judge, side->origin);
-    return found;
-}
-
-static void report(const struct hazard_judge *judge, const struct kind_of_hazard *kind)
-{
-    const struct device_facts *facts = &judge->device->facts;
-    struct hazard_report report = {.hazard = kind->first,
-                                   .features = {.synchronization2 = facts->synchronization2,
-                                                .structures = facts->acceleration_structure,
-                                                .structure_copies = facts->ray_tracing_maintenance1,
-                                                .micromaps = facts->micromap.ext},
-                                   .more = kind->count - 1};
-    if (!hazard_judge_find_side(judge, kind->first.later.number, &report.later) ||
-        !hazard_judge_find_side(judge, kind->first.earlier.number, &report.earlier))
-        return;
-    if (kind->first.type == READ_OF_OVERWRITTEN)
-        judge_name_traced(judge, kind->first.later.number, &report.later);
-    if (kind->first.type == EARLY_TRACE) {
-        report.later.type = report.earlier.type;
-        report.later.object = report.earlier.object;
-    }
-    reporter_send_hazard(judge->device->instance->reporter, &report);
-}
-
-static void report_command(struct hazard_judge *judge)
-{
-    for (uint32_t i = 0; i < judge->kind_count; i++)
-        report(judge, &judge->kinds[i]);
-    judge->kind_count = 0;
-}
-
-static bool is_same_kind(const struct hazard *a, const struct hazard *b)
-{
-    return hazard_id_of(a) == hazard_id_of(b) && a->earlier.kind == b->earlier.kind &&
-           a->later.kind == b->later.kind;
-}
-
-/* The engine's callback. */
-void hazard_judge_found(void *user, const struct hazard *hazard)
-{
-    struct hazard_judge *judge = user;
-    if (judge->lost ||
-        !reporter_wants_hazard(judge->device->instance->reporter, hazard_id_of(hazard)))
-        return;
-    for (uint32_t i = 0; i < judge->kind_count; i++)
-        if (is_same_kind(&judge->kinds[i].first, hazard)) {
-            judge->kinds[i].count++;
-            return;
-        }
-    if (judge->kind_count < HAZARD_KINDS_REPORTED)
-        judge->kinds[judge->kind_count++] = (struct kind_of_hazard){*hazard, 1};
-}
-
 /* ---- judging */
 
 static void forget_first(struct hazard_judge *judge)
@@ -127,7 +35,7 @@ static void start_over(struct hazard_judge *judge)
     uint64_t all[HAZARD_QUEUES];
     memset(all, 0xff, sizeof(all));
     judge->shaders.lacks_tops = true;
-    handle_table_release(&judge->written);
+    judge_forget_all_written(judge);
     while (judge->judged_count)
         forget_first(judge);
     hazards_prune(judge->hazards, all, HAZARD_QUEUES);
@@ -179,7 +87,7 @@ static void judge_structure(struct hazard_judge *judge, const struct hazard_entr
         return;
     }
     const uint64_t number = hazards_access(judge->hazards, &access);
-    judge_written(judge, item->object, number);
+    judge_written(judge, item->object, number, &item->bytes);
     if (item->role == HAZARD_DST)
         judge_bottom(judge, &access, item->object, number);
 }
@@ -202,7 +110,7 @@ static void judge_access(struct hazard_judge *judge, const struct hazard_command
     if (!is_compared(judge)) {
         judge->shaders.lacks_tops |= item->role == HAZARD_TOP_DST;
         if (is_of_structure(item))
-            judge_written(judge, item->object, 0);
+            judge_written(judge, item->object, 0, NULL);
         return;
     }
     if (item->role == HAZARD_TRACED)
@@ -310,15 +218,16 @@ static void end_command(struct hazard_judge *judge, struct hazard_command *comma
     if (command->item)
         judge_references(judge, command);
     command->item = NULL;
-    report_command(judge);
+    hazard_judge_report(judge);
 }
 
+/* If entries are missing, nothing is reported, not even of this journal: a barrier may be missing.
+ */
 static void judge_journal(struct hazard_judge *judge, const struct journal *journal)
 {
     struct hazard_command command = {0};
     struct journal_cursor cursor =
         journal_start(journal, JOURNAL_HAZARDS | JOURNAL_BIT(JOURNAL_EXECUTE));
-    judge->lacks_accesses |= journal->lacks_hazards;
     judge->lost |= journal->lacks_hazards; /* barriers between its accesses may be missing */
     for (struct journal_entry *entry; (entry = journal_next(&cursor));) {
         const struct hazard_entry *item = (const void *)entry;
@@ -371,7 +280,8 @@ static void prune(struct hazard_judge *judge, const struct execution_clock *comp
 {
     const struct order_batch *first;
     hazards_prune(judge->hazards, completed->counts, completed->queues);
-    while ((first = next_judged(judge, NULL)) && execution_clock_has(completed, first->timestamp))
+    while ((first = hazard_judge_next(judge, NULL)) &&
+           execution_clock_has(completed, first->timestamp))
         forget_first(judge);
 }
 
@@ -400,8 +310,7 @@ void hazard_judge_end_object(struct hazard_judge *judge, const struct ended_obje
         break;
     case STRUCTURE_DESTROYED:
         judge_end_of_traced(judge, ended);
-        shader_judge_remove_top(&judge->shaders, ended->id);
-        judge_written(judge, ended->id, 0);
+        judge_written(judge, ended->id, 0, NULL);
         break;
     }
 }
@@ -420,7 +329,6 @@ static void judge_commands(struct hazard_judge *judge, const struct order_batch 
                                             .count = before.queues,
                                             .is_certain = batch->predecessors_known,
                                         });
-    judge->lacks_accesses = false;
     judge_waits(judge, batch);
     for (uint32_t i = 0; i < batch->command_count; i++)
         if (batch->commands[i].captured)
@@ -464,6 +372,6 @@ void hazard_judge_end(struct hazard_judge *judge)
     while (judge->judged_count)
         forget_first(judge);
     shader_judge_end(&judge->shaders);
-    handle_table_release(&judge->written);
+    judge_forget_all_written(judge);
     hazards_destroy(judge->hazards);
 }

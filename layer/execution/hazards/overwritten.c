@@ -1,22 +1,59 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The first byte of a structure was last written by the structure's last build or copy. If another
- * access wrote it later, that has overwritten the structure. */
+/* The bytes of a structure were last written by the structure's last build or copy. If another
+ * access wrote some of them later, that has overwritten the structure. */
 #include "layer/execution/hazards/overwritten.h"
 
-void judge_written(struct hazard_judge *judge, uint64_t structure, uint64_t number)
+#include <stdlib.h>
+
+/* The last write of a structure. */
+struct written {
+    uint64_t number; /* of the access */
+    struct hazard_bytes bytes;
+};
+
+static void forget_written(struct hazard_judge *judge, uint64_t structure)
 {
-    if (!number || !handle_table_set(&judge->written, structure, (void *)(uintptr_t)number))
-        handle_table_remove(&judge->written, structure);
+    free(handle_table_remove(&judge->written, structure));
 }
 
-/* Returns the write that came after the structure's own last one; 0: none is known. */
-static uint64_t find_overwriting(const struct hazard_judge *judge, const struct hazard_access *read,
-                                 uint64_t structure)
+/* Returns the record of a structure, perhaps a new one; NULL if memory runs out. */
+static struct written *find_written(struct hazard_judge *judge, uint64_t structure)
 {
-    const uint64_t own =
-        judge->lacks_accesses ? 0 : (uintptr_t)handle_table_find(&judge->written, structure);
-    const uint64_t last = own ? hazards_last_write(judge->hazards, &read->bytes) : 0;
-    return last > own ? last : 0;
+    struct written *written = handle_table_find(&judge->written, structure);
+    if (written)
+        return written;
+    written = calloc(1, sizeof(*written));
+    if (written && handle_table_set(&judge->written, structure, written))
+        return written;
+    free(written);
+    return NULL;
+}
+
+void judge_written(struct hazard_judge *judge, uint64_t structure, uint64_t number,
+                   const struct hazard_bytes *bytes)
+{
+    struct written *written = number ? find_written(judge, structure) : NULL;
+    if (written)
+        *written = (struct written){number, *bytes};
+    else
+        forget_written(judge, structure);
+}
+
+void judge_forget_all_written(struct hazard_judge *judge)
+{
+    handle_table_drop(&judge->written, free);
+}
+
+/* Returns the number of a write that came after the structure's own last one, and of which bytes;
+ * 0: none is known. */
+static uint64_t find_overwriting(const struct hazard_judge *judge, uint64_t structure,
+                                 struct hazard_bytes *bytes)
+{
+    const struct written *own = handle_table_find(&judge->written, structure);
+    if (!own)
+        return 0;
+    *bytes = own->bytes;
+    return hazards_write_since(judge->hazards, own->number, bytes);
 }
 
 /* A read that is too early is reported as such. */
@@ -24,13 +61,14 @@ uint64_t judge_structure_read(struct hazard_judge *judge, const struct hazard_ac
                               uint64_t structure)
 {
     struct hazard early;
-    const uint64_t last = find_overwriting(judge, read, structure);
+    struct hazard_bytes bytes;
+    const uint64_t last = find_overwriting(judge, structure, &bytes);
     const bool is_late = last && !hazards_read_is_early(judge->hazards, read, &early);
     const uint64_t number = hazards_access(judge->hazards, read);
     if (is_late)
         hazard_judge_found(judge, &(struct hazard){.type = READ_OF_OVERWRITTEN,
                                                    .earlier = {.number = last},
                                                    .later = {.number = number, .kind = read->kind},
-                                                   .bytes = read->bytes});
+                                                   .bytes = bytes});
     return number;
 }

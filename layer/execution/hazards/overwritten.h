@@ -4,11 +4,14 @@
 #ifndef ASSAY_LAYER_EXECUTION_HAZARDS_OVERWRITTEN_H
 #define ASSAY_LAYER_EXECUTION_HAZARDS_OVERWRITTEN_H
 
-#include "layer/execution/hazards/judge.h"
+#include "layer/execution/hazards/reports.h"
 
-/* A structure was written by the access of that number. 0: perhaps, and nothing is known then. */
-void judge_written(struct hazard_judge *judge, uint64_t structure, uint64_t number);
-/* An access by the current command reads the structure, whose first bytes these are. Returns the
+/* The access of that number wrote a structure, and these bytes of it. Number 0: perhaps, and
+ * nothing is known then. */
+void judge_written(struct hazard_judge *judge, uint64_t structure, uint64_t number,
+                   const struct hazard_bytes *bytes);
+void judge_forget_all_written(struct hazard_judge *judge);
+/* An access by the current command reads the structure, whose first byte that is. Returns the
  * number of the access. */
 uint64_t judge_structure_read(struct hazard_judge *judge, const struct hazard_access *read,
                               uint64_t structure);

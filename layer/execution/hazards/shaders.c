@@ -11,23 +11,53 @@ enum { INPUTS_KEPT = 1 << 16 };
 
 /* ---- top-level structures */
 
-void shader_judge_remove_top(struct shader_judge *judge, uint64_t structure)
+static void remove_top(struct shader_judge *judge, uint32_t top)
 {
-    for (uint32_t i = 0; i < judge->top_count; i++)
-        if (judge->tops[i].structure == structure) {
-            free(judge->tops[i].references);
-            judge->tops[i] = judge->tops[--judge->top_count];
-            return;
-        }
+    free(judge->tops[top].references);
+    judge->tops[top] = judge->tops[--judge->top_count];
+}
+
+/* Returns top_count if there is none. */
+static uint32_t find_top(const struct shader_judge *judge, uint64_t structure)
+{
+    uint32_t i = 0;
+    while (i < judge->top_count && judge->tops[i].structure != structure)
+        i++;
+    return i;
+}
+
+/* Those that are gone make room for others. */
+static void remove_gone(struct shader_judge *judge)
+{
+    uint32_t i = 0;
+    while (i < judge->top_count && !judge->tops[i].is_gone)
+        i++;
+    if (i < judge->top_count)
+        remove_top(judge, i);
 }
 
 void shader_judge_add_top(struct shader_judge *judge, const struct top_level *top)
 {
-    shader_judge_remove_top(judge, top->structure);
+    const uint32_t old = find_top(judge, top->structure);
+    if (old < judge->top_count)
+        remove_top(judge, old);
+    if (judge->top_count == TOP_LEVELS_KEPT)
+        remove_gone(judge);
     if (top->first.memory && judge->top_count < TOP_LEVELS_KEPT)
         judge->tops[judge->top_count++] = *top;
     else
         judge->lacks_tops = true;
+}
+
+void shader_judge_end_top(struct shader_judge *judge, uint64_t structure,
+                          const struct lost_structure *lost)
+{
+    const uint32_t i = find_top(judge, structure);
+    if (i == judge->top_count)
+        return;
+    judge->tops[i].is_gone = true;
+    judge->tops[i].reference_count = 0;
+    judge->tops[i].lost = lost ? *lost : (struct lost_structure){0};
 }
 
 static struct top_level *find_built(struct shader_judge *judge, uint64_t command, uint32_t position)
@@ -80,13 +110,20 @@ uint64_t top_level_drop(struct top_level *top, uint64_t structure, uint64_t memo
     return first;
 }
 
+static bool is_top(const struct top_level *top, uint64_t structure,
+                   const struct hazard_bytes *first)
+{
+    const bool is_there =
+        first->memory ? top->first.memory == first->memory && top->first.begin == first->begin
+                      : top->is_gone;
+    return top->structure == structure && is_there;
+}
+
 void shader_judge_add_traced(struct shader_judge *judge, uint64_t structure,
                              const struct hazard_bytes *first)
 {
     uint32_t i = 0;
-    while (i < judge->top_count &&
-           (judge->tops[i].structure != structure || judge->tops[i].first.memory != first->memory ||
-            judge->tops[i].first.begin != first->begin))
+    while (i < judge->top_count && !is_top(&judge->tops[i], structure, first))
         i++;
     judge->traced.is_incomplete |= i == judge->top_count;
     if (i == judge->top_count || judge->traced.has[i])
@@ -97,7 +134,8 @@ void shader_judge_add_traced(struct shader_judge *judge, uint64_t structure,
 
 static bool may_be_traced(const struct shader_judge *judge, uint32_t top)
 {
-    return !judge->traced.count || judge->traced.is_incomplete || judge->traced.has[top];
+    return !judge->traced.count || judge->traced.is_incomplete ? !judge->tops[top].is_gone
+                                                               : judge->traced.has[top];
 }
 
 struct top_level *shader_judge_only_top(struct shader_judge *judge)
@@ -118,7 +156,7 @@ bool shader_judge_trace(struct shader_judge *judge, enum access_kind kind, struc
     for (uint32_t i = 0; i < judge->top_count && !judge->lacks_tops; i++) {
         const struct top_level *top = &judge->tops[i];
         struct hazard early;
-        if (!may_be_traced(judge, i))
+        if (!may_be_traced(judge, i) || top->is_gone)
             continue;
         if (!hazards_read_is_early(judge->hazards, &(struct hazard_access){kind, top->first},
                                    &early))
@@ -272,6 +310,6 @@ void shader_judge_begin(struct shader_judge *judge, struct hazards *hazards)
 void shader_judge_end(struct shader_judge *judge)
 {
     while (judge->top_count)
-        shader_judge_remove_top(judge, judge->tops[0].structure);
+        remove_top(judge, 0);
     forget_inputs(judge);
 }

@@ -47,6 +47,7 @@ struct top_level {
     uint64_t structure;        /* handle */
     struct hazard_bytes first; /* its first byte */
     bool is_built;             /* by a build; else by a copy, and perhaps not top-level */
+    bool is_gone;              /* it was destroyed, and descriptor sets may still hold it */
     /* Of the build: the first access of the command, the position in the command buffer, and when
      * it executed. */
     uint64_t command;
@@ -90,7 +91,9 @@ void shader_judge_begin_command(struct shader_judge *judge);
 
 /* A top-level structure was written. Without memory (id 0): one that is not known. */
 void shader_judge_add_top(struct shader_judge *judge, const struct top_level *top);
-void shader_judge_remove_top(struct shader_judge *judge, uint64_t structure);
+/* A structure was destroyed. `lost`: as it will be reported; NULL if that is done. */
+void shader_judge_end_top(struct shader_judge *judge, uint64_t structure,
+                          const struct lost_structure *lost);
 /* An instance of the build at `position`, in the command whose first access is `command`, refers to
  * a structure. References of one build follow each other. */
 void shader_judge_add_reference(struct shader_judge *judge, uint64_t command, uint32_t position,
@@ -99,8 +102,8 @@ bool top_level_refers(struct top_level *top, uint64_t structure);
 /* Removes the references to a structure, or into memory. Returns the handle of the first one; 0 if
  * there was none. */
 uint64_t top_level_drop(struct top_level *top, uint64_t structure, uint64_t memory);
-/* The current command may trace a structure, which lies there, and others only if this is called
- * for them, too. Without a call it may trace all. */
+/* The current command may trace a structure, which lies there (without memory: it was destroyed),
+ * and others only if this is called for them, too. Without a call it may trace all. */
 void shader_judge_add_traced(struct shader_judge *judge, uint64_t structure,
                              const struct hazard_bytes *first);
 /* The next access of the current command traces rays. Returns whether it does so too early; then

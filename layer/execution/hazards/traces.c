@@ -99,7 +99,7 @@ void judge_trace(struct hazard_judge *judge, enum access_kind kind)
     struct hazard_access access = {.kind = kind};
     struct hazard hazard;
     const bool is_early = shader_judge_trace(&judge->shaders, kind, &hazard);
-    if (top && !is_early)
+    if (top && !is_early && !top->is_gone)
         access.bytes = top->first;
     hazard.later.number = top ? judge_structure_read(judge, &access, top->structure)
                               : hazards_access(judge->hazards, &access);
@@ -107,16 +107,6 @@ void judge_trace(struct hazard_judge *judge, enum access_kind kind)
         hazard_judge_found(judge, &hazard);
     if (top)
         note_trace(judge, top, &access, hazard.later.number);
-}
-
-void judge_name_traced(const struct hazard_judge *judge, uint64_t number,
-                       struct hazard_access_text *side)
-{
-    for (uint32_t i = 0; i < judge->shaders.top_count; i++)
-        if (judge->shaders.tops[i].trace.side.number == number) {
-            side->type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
-            side->object = judge->shaders.tops[i].structure;
-        }
 }
 
 /* The structure may be the one that the trace behind it reads. */
@@ -153,16 +143,25 @@ static bool find_lost(struct top_level *top, const struct ended_object *ended,
 }
 
 /* What follows may trace the structures again. */
+static void lose(struct hazard_judge *judge, struct top_level *top,
+                 const struct ended_object *ended, const struct lost_structure *lost)
+{
+    const bool is_pending = is_trace_pending(top, ended);
+    const bool is_reported = is_pending || !execution_clock_has(&ended->observed, top->batch);
+    if (is_pending)
+        report_lost(judge, top, lost, true);
+    if (ended->ended == STRUCTURE_DESTROYED && lost->structure == top->structure)
+        shader_judge_end_top(&judge->shaders, top->structure, is_reported ? NULL : lost);
+    else if (!is_reported)
+        top->lost = *lost;
+}
+
 void judge_end_of_traced(struct hazard_judge *judge, const struct ended_object *ended)
 {
     for (uint32_t i = 0; i < judge->shaders.top_count; i++) {
         struct top_level *top = &judge->shaders.tops[i];
         struct lost_structure lost;
-        if (!find_lost(top, ended, &lost))
-            continue;
-        if (is_trace_pending(top, ended))
-            report_lost(judge, top, &lost, true);
-        else if (execution_clock_has(&ended->observed, top->batch))
-            top->lost = lost;
+        if (!top->is_gone && find_lost(top, ended, &lost))
+            lose(judge, top, ended, &lost);
     }
 }

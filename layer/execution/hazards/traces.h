@@ -3,7 +3,7 @@
 #ifndef ASSAY_LAYER_EXECUTION_HAZARDS_TRACES_H
 #define ASSAY_LAYER_EXECUTION_HAZARDS_TRACES_H
 
-#include "layer/execution/hazards/judge.h"
+#include "layer/execution/hazards/reports.h"
 
 /* A structure was written that may be a top-level one. */
 void judge_top(struct hazard_judge *judge, const struct hazard_command *command,
@@ -15,9 +15,6 @@ void judge_bottom(struct hazard_judge *judge, const struct hazard_access *write,
 void judge_traced(struct hazard_judge *judge, const struct hazard_entry *item);
 /* The command traces rays. */
 void judge_trace(struct hazard_judge *judge, enum access_kind kind);
-/* If the access of that number traces a known structure, `side` names it from now on. */
-void judge_name_traced(const struct hazard_judge *judge, uint64_t number,
-                       struct hazard_access_text *side);
 /* A structure was destroyed, or memory freed. */
 void judge_end_of_traced(struct hazard_judge *judge, const struct ended_object *ended);
 

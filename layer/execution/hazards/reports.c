@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "layer/execution/hazards/reports.h"
+
+#include "src/state/order/order.h"
+
+static struct call_origin origin_for(const struct hazard_judge *judge, struct call_origin origin)
+{
+    const struct layer_device *device = judge->device;
+    origin.device = device->handle;
+    origin.names = device->names;
+    origin.destroyed = device->destroyed;
+    return origin;
+}
+
+struct order_batch *hazard_judge_next(const struct hazard_judge *judge,
+                                      const struct order_batch *after)
+{
+    if (!judge->judged_count || after == judge->last)
+        return NULL;
+    pthread_mutex_lock(&judge->batches->lock);
+    struct order_batch *batch =
+        batch_list_next(judge->batches, IN_EXECUTION_ORDER, after, USES_HAZARDS);
+    pthread_mutex_unlock(&judge->batches->lock);
+    return batch;
+}
+
+/* Commands were numbered in execution order, so the last batch with an early enough one has it. */
+bool hazard_judge_find_side(const struct hazard_judge *judge, uint64_t number,
+                            struct hazard_access_text *side)
+{
+    bool found = judge->current && hazard_batch_find(judge->current, number, side);
+    for (struct order_batch *batch = NULL; !found && (batch = hazard_judge_next(judge, batch));) {
+        const struct order_batch *behind = hazard_judge_next(judge, batch);
+        const struct hazard_batch_record *record = batch->slots[USES_HAZARDS];
+        const struct hazard_batch_record *next = behind ? behind->slots[USES_HAZARDS] : NULL;
+        if (record->command_count && record->commands[0].first <= number &&
+            (!next || !next->command_count || number < next->commands[0].first))
+            found = hazard_batch_find(record, number, side);
+    }
+    if (found)
+        side->origin = origin_for(judge, side->origin);
+    return found;
+}
+
+/* Names the structure that the access of that number traces, if it is known. */
+static void name_traced(const struct hazard_judge *judge, uint64_t number,
+                        struct hazard_access_text *side)
+{
+    for (uint32_t i = 0; i < judge->shaders.top_count; i++)
+        if (judge->shaders.tops[i].trace.side.number == number) {
+            side->type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
+            side->object = judge->shaders.tops[i].structure;
+        }
+}
+
+static void report(const struct hazard_judge *judge, const struct kind_of_hazard *kind)
+{
+    const struct device_facts *facts = &judge->device->facts;
+    struct hazard_report report = {.hazard = kind->first,
+                                   .features = {.synchronization2 = facts->synchronization2,
+                                                .structures = facts->acceleration_structure,
+                                                .structure_copies = facts->ray_tracing_maintenance1,
+                                                .micromaps = facts->micromap.ext},
+                                   .more = kind->count - 1};
+    if (!hazard_judge_find_side(judge, kind->first.later.number, &report.later) ||
+        !hazard_judge_find_side(judge, kind->first.earlier.number, &report.earlier))
+        return;
+    if (kind->first.type == READ_OF_OVERWRITTEN)
+        name_traced(judge, kind->first.later.number, &report.later);
+    if (kind->first.type == EARLY_TRACE) {
+        report.later.type = report.earlier.type;
+        report.later.object = report.earlier.object;
+    }
+    reporter_send_hazard(judge->device->instance->reporter, &report);
+}
+
+void hazard_judge_report(struct hazard_judge *judge)
+{
+    for (uint32_t i = 0; i < judge->kind_count; i++)
+        report(judge, &judge->kinds[i]);
+    judge->kind_count = 0;
+}
+
+static bool is_same_kind(const struct hazard *a, const struct hazard *b)
+{
+    return hazard_id_of(a) == hazard_id_of(b) && a->earlier.kind == b->earlier.kind &&
+           a->later.kind == b->later.kind;
+}
+
+/* The engine's callback. */
+void hazard_judge_found(void *user, const struct hazard *hazard)
+{
+    struct hazard_judge *judge = user;
+    if (judge->lost ||
+        !reporter_wants_hazard(judge->device->instance->reporter, hazard_id_of(hazard)))
+        return;
+    for (uint32_t i = 0; i < judge->kind_count; i++)
+        if (is_same_kind(&judge->kinds[i].first, hazard)) {
+            judge->kinds[i].count++;
+            return;
+        }
+    if (judge->kind_count < HAZARD_KINDS_REPORTED)
+        judge->kinds[judge->kind_count++] = (struct kind_of_hazard){*hazard, 1};
+}

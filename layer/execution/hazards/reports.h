@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The state of the hazard check, and the reports of what it finds. One thread at a time, without a
+ * lock. */
+#ifndef ASSAY_LAYER_EXECUTION_HAZARDS_REPORTS_H
+#define ASSAY_LAYER_EXECUTION_HAZARDS_REPORTS_H
+
+#include "layer/execution/hazards/batches.h"
+#include "layer/execution/hazards/shaders.h"
+#include "layer/layer.h"
+
+enum { HAZARD_KINDS_REPORTED = 8 }; /* in one command; each is reported once */
+
+/* Hazards of one kind in the command that is being judged. */
+struct kind_of_hazard {
+    struct hazard first;
+    uint32_t count;
+};
+
+struct hazard_judge {
+    struct layer_device *device;
+    struct hazards *hazards;
+    struct shader_judge shaders;
+    bool lost; /* memory ran out: what is known proves nothing */
+    /* Batches that later ones are compared with are kept: in execution order, and so in ascending
+     * order of their accesses' numbers, up to `last`; NULL: none. */
+    struct batch_list *batches;
+    struct order_batch *last;
+    uint32_t judged_count;       /* that are kept */
+    uint64_t batch_count;        /* that were judged */
+    struct handle_table written; /* see overwritten.c */
+    struct hazard_batch_record *current;
+    struct kind_of_hazard kinds[HAZARD_KINDS_REPORTED];
+    uint32_t kind_count;
+};
+
+/* Returns the judged batch behind `after`, or the first one if that is NULL. */
+struct order_batch *hazard_judge_next(const struct hazard_judge *judge,
+                                      const struct order_batch *after);
+/* Describes an access by its number. Returns false if it is not known any more. */
+bool hazard_judge_find_side(const struct hazard_judge *judge, uint64_t number,
+                            struct hazard_access_text *side);
+/* The current command has a hazard. `user`: a struct hazard_judge. */
+void hazard_judge_found(void *user, const struct hazard *hazard);
+/* Sends what the current command has, and ends it. */
+void hazard_judge_report(struct hazard_judge *judge);
+
+#endif
