@@ -126,10 +126,16 @@ def with_log(actions):
 
 
 def layer_settings(arguments, records, environment):
-    settings = {**(EVERYTHING if arguments.everything else {}), **dict(arguments.settings)}
+    settings = dict(arguments.settings)
     for key in ("level", "backend"):
         if getattr(arguments, key):
             settings[key] = getattr(arguments, key)
+    if arguments.everything:
+        settings = {**EVERYTHING, **settings}
+        # The layer would warn that it guards only what a driver builds, and only at level content.
+        backend = settings.get("backend", environment.get(PREFIX + "BACKEND"))
+        if (backend == "cpu" or settings["level"] != "content") and "guard" not in dict(arguments.settings):
+            del settings["guard"]
     settings["log_format"] = "json"
     settings["log_filename"] = str(records).replace("%", "%%") + "/%p.jsonl"
     # The environment wins over settings of the application, so these two are always in it.

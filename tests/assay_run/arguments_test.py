@@ -70,6 +70,11 @@ class Arguments(Runs):
         self.assertEqual(result.out, "content true references full true true\n")
         result = self.run_script(script, "--set", "guard=off", "--everything", "--level", "execution")
         self.assertEqual(result.out, "execution true off full true true\n")
+        for words in (("--backend", "cpu"), ("--set", "backend=cpu")):
+            result = self.run_script(script, "--everything", *words)
+            self.assertEqual(result.out, "content true None full true true\n")
+        result = self.run_script(script, "--everything", "--level", "execution")
+        self.assertEqual(result.out, "execution true None full true true\n")
 
     def test_advice_is_error_turns_advice_on(self):
         script = "load(); print(os.environ.get('VK_ASSAY_VALIDATION_ADVICE'))"
