@@ -4,18 +4,26 @@
  * as it should be. */
 #include <string.h>
 
-#include "scarce_commands.h"
+#include "../scarce/application_parts.h"
 #include "tests/fixture/copies.h"
+#include "tests/fixture/make.h"
+#include "tests/fixture/trace.h"
 
 enum {
-    BLASES = SETS - 1,
+    /* So many that tables grow beyond their first size, and arrays beyond what is kept in place. */
+    STRUCTURES = 48,
+    GEOMETRIES = 20, /* of the largest build */
+    BLASES = STRUCTURES - 1,
     MOVING = 2,
     WITH_MICROMAP = 4,
     DISPLACED = 6 /* of them */,
     STRUCTURE_SIZE = 16384
 };
 
-/* Beside the structures, of which the last is the TLAS. */
+static VkAccelerationStructureKHR structures[STRUCTURES]; /* the last is the TLAS */
+static PFN_vkTraceRaysASSAY trace_rays;                   /* NULL if the backend is the driver's */
+
+/* Beside the structures. */
 static struct {
     VkBuffer buffer;
     VkDeferredOperationKHR operation;
@@ -29,6 +37,41 @@ static struct {
     VkAccelerationStructureGeometryKHR triangles[GEOMETRIES], instances;
     VkAccelerationStructureInstanceKHR instance[BLASES];
 } host;
+
+/* With memory short, the library that reads settings may lose one without telling; then the backend
+ * is the driver's. */
+static void find_tracing(void)
+{
+    trace_rays = (PFN_vkTraceRaysASSAY)vk.GetDeviceProcAddr(device, "vkTraceRaysASSAY");
+    outcome.expected++;
+    outcome.found += trace_rays != NULL;
+}
+
+/* Of so many triangles of level 0, each of the first format of its type: opaque, or not displaced.
+ */
+static void build_micromap(VkMicromapEXT micromap, VkMicromapTypeEXT type,
+                           const VkMicromapUsageEXT *usage)
+{
+    static const uint8_t opaque[1] = {1}, still[64];
+    static const VkMicromapTriangleEXT triangles[] = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
+    const STRUCT(VkMicromapBuildInfoEXT, info, .type = type, .dstMicromap = micromap,
+                 .usageCountsCount = 1, .pUsageCounts = usage,
+                 .data.hostAddress = type == VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT ? opaque : still,
+                 .triangleArray.hostAddress = triangles,
+                 .triangleArrayStride = sizeof(triangles[0]));
+    CALL(BuildMicromapsEXT, device, VK_NULL_HANDLE, 1, &info);
+}
+
+static VkAccelerationStructureTrianglesDisplacementMicromapNV
+displacement_of(VkMicromapEXT micromap, const VkMicromapUsageEXT *usage, VkDeviceAddress vectors)
+{
+    return MAKE(VkAccelerationStructureTrianglesDisplacementMicromapNV,
+                .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
+                .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                .displacementVectorBuffer.deviceAddress = vectors, .displacementVectorStride = 12,
+                .indexType = VK_INDEX_TYPE_NONE_KHR, .usageCountsCount = 1, .pUsageCounts = usage,
+                .micromap = micromap);
+}
 
 /* ---- objects */
 
@@ -46,15 +89,14 @@ static VkAccelerationStructureKHR create_structure(unsigned n, VkAccelerationStr
 
 void create_objects(void)
 {
-    host.buffer = create_bound_buffer(SETS * STRUCTURE_SIZE,
+    host.buffer = create_bound_buffer(STRUCTURES * STRUCTURE_SIZE,
                                       VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
-                                          VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT,
-                                      HOST_MEMORY);
+                                          VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT);
     for (unsigned i = 0; i < BLASES; i++)
-        app.sets[i].accel =
+        structures[i] =
             create_structure(i, i % 2 ? VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR
                                       : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-    app.sets[BLASES].accel = create_structure(BLASES, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
+    structures[BLASES] = create_structure(BLASES, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
     host.micromap =
         create_micromap(host.buffer, 0, STRUCTURE_SIZE, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
     host.displacing =
@@ -62,7 +104,7 @@ void create_objects(void)
     CREATE(PrivateDataSlot, &MAKE(VkPrivateDataSlotCreateInfo), &host.slot);
     CALL(CreateDeferredOperationKHR, device, NULL, &host.operation);
     OWN(DestroyDeferredOperationKHR, host.operation);
-    scarce_find_tracing();
+    find_tracing();
 }
 
 /* ---- builds */
@@ -78,7 +120,7 @@ static VkAccelerationStructureBuildGeometryInfoKHR blas_info(unsigned n, uint32_
                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
                 .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
                          VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
-                .dstAccelerationStructure = app.sets[n].accel, .geometryCount = geometries,
+                .dstAccelerationStructure = structures[n], .geometryCount = geometries,
                 .pGeometries = host.triangles, .scratchData.hostAddress = host.scratch);
 }
 
@@ -129,14 +171,14 @@ static void use_micromap(void)
 static void displace(void)
 {
     host.displacement =
-        scarce_displacement(host.displacing, &usage, (uint64_t)(uintptr_t)host.vertices);
+        displacement_of(host.displacing, &usage, (uint64_t)(uintptr_t)host.vertices);
     host.triangles[0].geometry.triangles.pNext = &host.displacement;
 }
 
 static void build_blases(void)
 {
-    scarce_build_micromap(host.micromap, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT, &usage);
-    scarce_build_micromap(host.displacing, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV, &usage);
+    build_micromap(host.micromap, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT, &usage);
+    build_micromap(host.displacing, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV, &usage);
     for (unsigned i = 0; i < BLASES; i++) {
         VkAccelerationStructureBuildGeometryInfoKHR info = blas_info(i, i == 0 ? GEOMETRIES : 1);
         if (i == MOVING)
@@ -171,7 +213,7 @@ static void build_tlas(void)
         host.instance[i] = (VkAccelerationStructureInstanceKHR){
             .transform.matrix = {{1, 0, 0, (float)i}, {0, 1, 0, 2.0f * (float)i}, {0, 0, 1, 0}},
             .mask = 0xff,
-            .accelerationStructureReference = (uint64_t)app.sets[i].accel};
+            .accelerationStructureReference = (uint64_t)structures[i]};
     host.instances =
         MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
              .geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
@@ -199,13 +241,13 @@ static void copy_through_memory(VkAccelerationStructureKHR structure)
 
 static void copy_all(void)
 {
-    const VkCopyAccelerationStructureInfoKHR copy = copy_info(
-        app.sets[1].accel, app.sets[3].accel, VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
+    const VkCopyAccelerationStructureInfoKHR copy =
+        copy_info(structures[1], structures[3], VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
     CALL(CopyAccelerationStructureKHR, device, VK_NULL_HANDLE, &copy);
-    copy_through_memory(app.sets[5].accel);
-    copy_through_memory(app.sets[BLASES].accel);
+    copy_through_memory(structures[5]);
+    copy_through_memory(structures[BLASES]);
     uint64_t size = 0;
-    CALL(WriteAccelerationStructuresPropertiesKHR, device, 1, &app.sets[3].accel,
+    CALL(WriteAccelerationStructuresPropertiesKHR, device, 1, &structures[3],
          VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR, sizeof(size), &size,
          sizeof(size));
     if (!size)
@@ -217,11 +259,11 @@ static void copy_all(void)
 static void set_private_data(void)
 {
     uint64_t value = 0;
-    for (unsigned i = 0; i < SETS; i++)
+    for (unsigned i = 0; i < STRUCTURES; i++)
         CALL(SetPrivateData, device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-             (uint64_t)app.sets[i].accel, host.slot, i);
-    vk.GetPrivateData(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                      (uint64_t)app.sets[7].accel, host.slot, &value);
+             (uint64_t)structures[i], host.slot, i);
+    vk.GetPrivateData(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)structures[7],
+                      host.slot, &value);
     if (value != 7)
         complain("vkGetPrivateData", (int)value);
 }
@@ -237,7 +279,7 @@ static void trace_all(void)
                              .tMax = 1000,
                              .cullMask = 0xff};
     const AssayTraceInfo info =
-        trace_info((uint64_t)app.sets[BLASES].accel, ASSAY_ACCURACY_EXACT, BLASES, rays, hits);
+        trace_info((uint64_t)structures[BLASES], ASSAY_ACCURACY_EXACT, BLASES, rays, hits);
     memset(hits, 0, sizeof(hits));
     GET("vkTraceRaysASSAY", trace_rays(device, &info));
     for (unsigned i = 0; i < BLASES; i++)

@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { OWNED_MOST = 1024 };
+enum { OWNED_MOST = 1024, HOST_MEMORY = 1 /* type of the null driver */ };
 
 PFN_vkVoidFunction vkGetInstanceProcAddr(VkInstance instance, const char *pName); /* the loader's */
 
@@ -15,7 +15,6 @@ struct outcome outcome;
 VkuDeviceDispatchTable vk;
 VkDevice device;
 VkQueue queue;
-struct application app;
 
 static VkuInstanceDispatchTable instance_vk;
 static VkInstance instance;
@@ -174,61 +173,20 @@ static void destroy(const struct owned *object)
     ((PFN_vkDestroyFence)object->destroy)(device, (VkFence)object->handle, NULL);
 }
 
-void name_object(VkObjectType type, uint64_t handle, const char *name, unsigned n)
-{
-    char text[64];
-    snprintf(text, sizeof(text), "%s %u", name, n);
-    vk.SetDebugUtilsObjectNameEXT(device, &MAKE(VkDebugUtilsObjectNameInfoEXT, .objectType = type,
-                                                .objectHandle = handle, .pObjectName = text));
-}
-
-VkBuffer create_buffer(VkDeviceSize size, VkBufferUsageFlags usage, VkBufferCreateFlags flags)
-{
-    VkBuffer buffer = VK_NULL_HANDLE;
-    const STRUCT(VkBufferCreateInfo, info, .flags = flags, .size = size,
-                 .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
-    CREATE(Buffer, &info, &buffer);
-    return buffer;
-}
-
-VkDeviceMemory allocate(VkDeviceSize size, enum memory_type type)
+VkBuffer create_bound_buffer(VkDeviceSize size, VkBufferUsageFlags usage)
 {
     VkDeviceMemory memory = VK_NULL_HANDLE;
+    VkBuffer buffer = VK_NULL_HANDLE;
     const STRUCT(VkMemoryAllocateFlagsInfo, flags, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
-    const STRUCT(VkMemoryAllocateInfo, info, .pNext = &flags, .allocationSize = size,
-                 .memoryTypeIndex = type);
-    CALL(AllocateMemory, device, &info, NULL, &memory);
+    const STRUCT(VkMemoryAllocateInfo, allocation, .pNext = &flags, .allocationSize = size,
+                 .memoryTypeIndex = HOST_MEMORY);
+    const STRUCT(VkBufferCreateInfo, info, .size = size,
+                 .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    CALL(AllocateMemory, device, &allocation, NULL, &memory);
     OWN(FreeMemory, memory);
-    return memory;
-}
-
-void bind_buffer(VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset)
-{
-    CALL(BindBufferMemory, device, buffer, memory, offset);
-}
-
-VkBuffer create_bound_buffer(VkDeviceSize size, VkBufferUsageFlags usage, enum memory_type type)
-{
-    const VkDeviceMemory memory = allocate(size, type);
-    const VkBuffer buffer = create_buffer(size, usage, 0);
-    bind_buffer(buffer, memory, 0);
+    CREATE(Buffer, &info, &buffer);
+    CALL(BindBufferMemory, device, buffer, memory, 0);
     return buffer;
-}
-
-VkDeviceAddress address_of(VkBuffer buffer)
-{
-    const STRUCT(VkBufferDeviceAddressInfo, info, .buffer = buffer);
-    return vk.GetBufferDeviceAddress(device, &info);
-}
-
-VkAccelerationStructureKHR create_accel(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize size,
-                                        VkAccelerationStructureTypeKHR type)
-{
-    VkAccelerationStructureKHR accel = VK_NULL_HANDLE;
-    const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = buffer, .offset = offset,
-                 .size = size, .type = type);
-    CREATE(AccelerationStructureKHR, &info, &accel);
-    return accel;
 }
 
 VkMicromapEXT create_micromap(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize size,
@@ -241,35 +199,6 @@ VkMicromapEXT create_micromap(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize
     return micromap;
 }
 
-VkQueryPool create_queries(VkQueryType type)
-{
-    VkQueryPool queries = VK_NULL_HANDLE;
-    CREATE(QueryPool, &MAKE(VkQueryPoolCreateInfo, .queryType = type, .queryCount = QUERIES),
-           &queries);
-    return queries;
-}
-
-/* ---- commands */
-
-void create_commands(VkCommandPool *pool, VkCommandBuffer *primary, VkCommandBuffer *secondary)
-{
-    const STRUCT(VkCommandPoolCreateInfo, pool_info,
-                 .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT);
-    CREATE(CommandPool, &pool_info, pool);
-    STRUCT(VkCommandBufferAllocateInfo, info, .commandPool = *pool,
-           .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY, .commandBufferCount = 1);
-    CALL(AllocateCommandBuffers, device, &info, primary);
-    info.level = VK_COMMAND_BUFFER_LEVEL_SECONDARY;
-    CALL(AllocateCommandBuffers, device, &info, secondary);
-}
-
-VkResult begin_commands(VkCommandBuffer commands)
-{
-    const STRUCT(VkCommandBufferBeginInfo, info,
-                 .pInheritanceInfo = &MAKE(VkCommandBufferInheritanceInfo));
-    return vk.BeginCommandBuffer(commands, &info);
-}
-
 VkAccelerationStructureGeometryKHR describe_triangles(VkDeviceOrHostAddressConstKHR vertices,
                                                       const void *next)
 {
@@ -278,20 +207,6 @@ VkAccelerationStructureGeometryKHR describe_triangles(VkDeviceOrHostAddressConst
                     MAKE(VkAccelerationStructureGeometryTrianglesDataKHR, .pNext = next,
                          .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData = vertices,
                          .vertexStride = 12, .maxVertex = 2, .indexType = VK_INDEX_TYPE_NONE_KHR));
-}
-
-VkAccelerationStructureBuildGeometryInfoKHR
-describe_build(VkAccelerationStructureKHR dst, VkAccelerationStructureKHR src, uint32_t count,
-               const VkAccelerationStructureGeometryKHR *geometries)
-{
-    return MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
-                .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-                .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
-                         VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
-                .mode = src ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
-                            : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
-                .srcAccelerationStructure = src, .dstAccelerationStructure = dst,
-                .geometryCount = count, .pGeometries = geometries);
 }
 
 /* ---- life */

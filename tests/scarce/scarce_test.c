@@ -21,8 +21,8 @@ int main(void)
     setenv("VK_LAYER_PATH", LAYER_FOLDER, 1);
     setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,warn", 1);
-    setenv("VK_ASSAY_VALIDATION_BACKEND", BACKEND, 1);
-    setenv("VK_ASSAY_VALIDATION_LEVEL", LEVEL, 1);
+    setenv("VK_ASSAY_VALIDATION_BACKEND", "cpu", 1);
+    setenv("VK_ASSAY_VALIDATION_LEVEL", "execution", 1);
     lives_open();
     lives_play("an application", live);
     return lives_close(100);
