@@ -130,13 +130,22 @@ static void count_one(uint64_t *number, uint32_t *first, uint32_t primitive)
 static const struct box empty_box = {{INFINITY, INFINITY, INFINITY},
                                      {-INFINITY, -INFINITY, -INFINITY}};
 
+/* Most triangles are plain, and read without a call. */
+static enum source_state read_triangle(const struct source *source, uint32_t primitive,
+                                       struct triangle_record *triangle)
+{
+    return source->is_plain && source_read_plain(source, primitive, triangle)
+               ? SOURCE_ACTIVE
+               : source_triangle(source, primitive, triangle);
+}
+
 /* The box may be infinite. Returns as triangle_figures_read(). */
 static bool read_all(const struct source *source, struct triangle_figures *figures, struct box *all)
 {
     struct box box = empty_box;
     for (uint32_t i = 0; i < source->count; i++) {
         struct triangle_record triangle;
-        const enum source_state state = source_triangle(source, i, &triangle);
+        const enum source_state state = read_triangle(source, i, &triangle);
         if (state == SOURCE_INACTIVE) {
             count_one(&figures->inactive, &figures->first_inactive, i);
         } else if (state != SOURCE_ACTIVE) {
