@@ -11,6 +11,7 @@ enum {
     STRAY_PARTS = 1000,  /* without its stray vertex, a geometry has at most one of these parts */
     JUMPING_PARTS = 4,   /* of a geometry: larger triangles jump across it */
     SMALL_PARTS = 32,    /* of a geometry: smaller triangles do not */
+    EXTENTS = 128,       /* that the median is of, in a larger geometry */
     SAMPLES_MIN = 256,   /* fewer triangles prove nothing */
     SAMPLES_MAX = 4096,
     STRIDE_MAX = 128,
@@ -167,7 +168,7 @@ static bool read_all(const struct source *source, struct triangle_figures *figur
 static bool find_box(const struct source *source, uint32_t primitive, struct box *box)
 {
     struct triangle_record triangle;
-    if (source_triangle(source, primitive, &triangle) != SOURCE_ACTIVE || is_degenerate(&triangle))
+    if (read_triangle(source, primitive, &triangle) != SOURCE_ACTIVE || is_degenerate(&triangle))
         return false;
     *box = box_of(&triangle);
     return isfinite(farthest_in(box));
@@ -208,10 +209,10 @@ static uint64_t measure_extents(const struct source *source, uint32_t step, stru
  * consist of pairs. */
 static double estimate_median(const struct source *source)
 {
-    const uint32_t step = ((source->count - 1) / SAMPLES_MAX + 1) | 1;
+    const uint32_t step = ((source->count - 1) / EXTENTS + 1) | 1;
     struct extents extents;
     uint64_t measured = measure_extents(source, step, &extents);
-    if (step > 1 && measured < SAMPLES_MIN)
+    if (step > 1 && measured * 4 < EXTENTS)
         measured = measure_extents(source, 1, &extents);
     return find_median(&extents, measured);
 }
