@@ -44,12 +44,12 @@ static bool others_are_zero(const uint8_t *indices, uint32_t size, uint64_t coun
 }
 
 /* As many indices have zeros behind them, whose triangles have 0 twice. */
-static bool suit_wider(const uint8_t *indices, uint32_t size, uint64_t count,
+static bool suit_wider(const uint8_t *indices, uint32_t size, uint64_t count, uint32_t max,
                        struct other_indices *other)
 {
     const uint32_t step = other->size / size;
     other->triangles = count / step / 3;
-    other->max = indices_max(indices, size, count); /* bytes above it are 0 */
+    other->max = max; /* bytes above it are 0 */
     return others_are_zero(indices, size, count, step) && is_mesh(indices, other);
 }
 
@@ -87,10 +87,9 @@ static bool halves_are_alike(const uint8_t *indices, uint64_t count, uint32_t ma
 
 /* Judges indices that were read with more bits than they have. Read so, they use less than a
  * hundredth of the vertices up to the largest one. */
-static bool suit_narrower(const uint8_t *indices, uint32_t size, uint64_t count, uint64_t limit,
+static bool suit_narrower(const uint8_t *indices, uint64_t count, uint64_t max, uint64_t limit,
                           struct other_indices *other)
 {
-    const uint64_t max = indices_max(indices, size, count);
     if (count * 100 > max + 1)
         return false;
     other->triangles = count / 3;
@@ -99,14 +98,14 @@ static bool suit_narrower(const uint8_t *indices, uint32_t size, uint64_t count,
            is_mesh(indices, other);
 }
 
-bool indices_suit_another_size(const uint8_t *indices, uint32_t size, uint64_t count,
+bool indices_suit_another_size(const uint8_t *indices, uint32_t size, uint64_t count, uint32_t max,
                                uint64_t limit, struct other_indices *other)
 {
     for (other->size = 2 * size; other->size <= sizeof(uint32_t); other->size *= 2)
-        if (suit_wider(indices, size, count, other))
+        if (suit_wider(indices, size, count, max, other))
             return true;
     other->size = sizeof(uint16_t);
-    return size == sizeof(uint32_t) && suit_narrower(indices, size, count, limit, other);
+    return size == sizeof(uint32_t) && suit_narrower(indices, count, max, limit, other);
 }
 
 bool indices_find_used(const uint8_t *indices, uint32_t size, uint64_t count, uint32_t largest,

@@ -17,10 +17,10 @@ struct other_indices {
     uint32_t max;       /* the largest index */
 };
 
-/* `count` indices of `size` bytes each (1, 2 or 4), all of which are below `limit`. Returns whether
- * another size suits them, and they make no sense as they are. Reads each index a few times and
- * allocates nothing. */
-bool indices_suit_another_size(const uint8_t *indices, uint32_t size, uint64_t count,
+/* `count` indices of `size` bytes each (1, 2 or 4), the largest of which is `max`; it is below
+ * `limit`. Returns whether another size suits them, and they make no sense as they are. Reads no
+ * index of most meshes, and allocates nothing. */
+bool indices_suit_another_size(const uint8_t *indices, uint32_t size, uint64_t count, uint32_t max,
                                uint64_t limit, struct other_indices *other);
 
 /* Which vertices indices use. */

@@ -11,6 +11,7 @@ enum {
     STRAY_PARTS = 1000,  /* without its stray vertex, a geometry has at most one of these parts */
     JUMPING_PARTS = 4,   /* of a geometry: larger triangles jump across it */
     SMALL_PARTS = 32,    /* of a geometry: smaller triangles do not */
+    EXTENTS = 128,       /* that the median is of, in a larger geometry */
     SAMPLES_MIN = 256,   /* fewer triangles prove nothing */
     SAMPLES_MAX = 4096,
     STRIDE_MAX = 128,
@@ -130,13 +131,22 @@ static void count_one(uint64_t *number, uint32_t *first, uint32_t primitive)
 static const struct box empty_box = {{INFINITY, INFINITY, INFINITY},
                                      {-INFINITY, -INFINITY, -INFINITY}};
 
+/* Most triangles are plain, and read without a call. */
+static enum source_state read_triangle(const struct source *source, uint32_t primitive,
+                                       struct triangle_record *triangle)
+{
+    return source->is_plain && source_read_plain(source, primitive, triangle)
+               ? SOURCE_ACTIVE
+               : source_triangle(source, primitive, triangle);
+}
+
 /* The box may be infinite. Returns as triangle_figures_read(). */
 static bool read_all(const struct source *source, struct triangle_figures *figures, struct box *all)
 {
     struct box box = empty_box;
     for (uint32_t i = 0; i < source->count; i++) {
         struct triangle_record triangle;
-        const enum source_state state = source_triangle(source, i, &triangle);
+        const enum source_state state = read_triangle(source, i, &triangle);
         if (state == SOURCE_INACTIVE) {
             count_one(&figures->inactive, &figures->first_inactive, i);
         } else if (state != SOURCE_ACTIVE) {
@@ -158,7 +168,7 @@ static bool read_all(const struct source *source, struct triangle_figures *figur
 static bool find_box(const struct source *source, uint32_t primitive, struct box *box)
 {
     struct triangle_record triangle;
-    if (source_triangle(source, primitive, &triangle) != SOURCE_ACTIVE || is_degenerate(&triangle))
+    if (read_triangle(source, primitive, &triangle) != SOURCE_ACTIVE || is_degenerate(&triangle))
         return false;
     *box = box_of(&triangle);
     return isfinite(farthest_in(box));
@@ -199,10 +209,10 @@ static uint64_t measure_extents(const struct source *source, uint32_t step, stru
  * consist of pairs. */
 static double estimate_median(const struct source *source)
 {
-    const uint32_t step = ((source->count - 1) / SAMPLES_MAX + 1) | 1;
+    const uint32_t step = ((source->count - 1) / EXTENTS + 1) | 1;
     struct extents extents;
     uint64_t measured = measure_extents(source, step, &extents);
-    if (step > 1 && measured < SAMPLES_MIN)
+    if (step > 1 && measured * 4 < EXTENTS)
         measured = measure_extents(source, 1, &extents);
     return find_median(&extents, measured);
 }

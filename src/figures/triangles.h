@@ -20,7 +20,7 @@ struct triangle_figures {
     uint64_t measured;
     float lower[3], upper[3];
     double extent;
-    /* Of the extents of triangles: at least, and less than twice as large. Of more than 4,096
+    /* Of the extents of triangles: at least, and less than twice as large. Of more than 128
      * triangles a sample is measured. */
     double median;
     double farthest; /* the largest magnitude of a coordinate */

@@ -2,6 +2,7 @@
 /* Indices of one type that are read as another, and valid ones that look alike. */
 #include <string.h>
 
+#include "src/bvh/input/formats.h"
 #include "src/figures/indices.h"
 #include "tests/state/random.h"
 #include "tests/state/unit_test.h"
@@ -25,7 +26,8 @@ static void narrow(const uint32_t indices[COUNT], uint16_t shorts[COUNT])
 static bool suit(const void *indices, uint32_t size, uint64_t count, uint64_t limit,
                  struct other_indices *other)
 {
-    return indices_suit_another_size(indices, size, count, limit, other);
+    return indices_suit_another_size(indices, size, count, indices_max(indices, size, count), limit,
+                                     other);
 }
 
 TEST(test_wide_indices_read_as_narrow_ones)

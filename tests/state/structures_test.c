@@ -380,12 +380,12 @@ FLAGS_TEST(test_repeated_input_of_a_top_level)
 
 FLAGS_TEST(test_builds_that_are_compared)
 {
-    static const unsigned numbers[] = {1, 2, 3, 4, 5, 8, 9, 16, 17, 32, 33, 61, 62, 64, 65};
+    static const unsigned numbers[] = {1, 2, 3, 4, 5, 8, 9, 16, 17, 32, 33, 64, 65, 127, 128, 129};
     const size_t count = sizeof(numbers) / sizeof(numbers[0]);
     size_t compared = 0;
     write_flag(structures, false, batch(1));
     assert_true(structures_note_build(structures, ID, 0, 0, 0));
-    for (unsigned i = 1; i < 100; i++)
+    for (unsigned i = 1; i < 200; i++)
         if (structures_begin_read(structures, ID).is_compared)
             assert_int_equal(numbers[compared++ % count], i);
     assert_int_equal(compared, count);

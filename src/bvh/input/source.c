@@ -212,28 +212,6 @@ static enum source_state read_vertex(const struct source *source, uint64_t index
     return state;
 }
 
-/* Reads the common case without calls. Returns false for everything else. */
-static bool read_plain(const struct source *source, uint32_t primitive,
-                       struct triangle_record *record)
-{
-    uint32_t index[3];
-    memcpy(index, source->indices + (uint64_t)primitive * sizeof(index), sizeof(index));
-    if (index[0] >= source->index_limit || index[1] >= source->index_limit ||
-        index[2] >= source->index_limit)
-        return false;
-    memcpy(record->a, source->vertices + source->stride * index[0], sizeof(record->a));
-    memcpy(record->b, source->vertices + source->stride * index[1], sizeof(record->b));
-    memcpy(record->c, source->vertices + source->stride * index[2], sizeof(record->c));
-    bool has_nan = false;
-    for (int i = 0; i < 3; i++) {
-        record->a[i] += 0.0f;
-        record->b[i] += 0.0f;
-        record->c[i] += 0.0f;
-        has_nan |= isunordered(record->a[i], record->b[i]) || isnan(record->c[i]);
-    }
-    return !has_nan;
-}
-
 bool source_corners(const struct source *source, uint32_t primitive, uint64_t index[3])
 {
     for (uint32_t i = 0; i < 3; i++) {
@@ -266,7 +244,7 @@ bool source_triangles_are_active(const struct source *source, uint32_t index_max
 enum source_state source_triangle(const struct source *source, uint32_t primitive,
                                   struct triangle_record *record)
 {
-    if (source->is_plain && read_plain(source, primitive, record))
+    if (source->is_plain && source_read_plain(source, primitive, record))
         return SOURCE_ACTIVE;
     float *corners[3] = {record->a, record->b, record->c};
     uint64_t index[3];

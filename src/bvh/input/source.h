@@ -3,6 +3,9 @@
 #ifndef ASSAY_BVH_INPUT_SOURCE_H
 #define ASSAY_BVH_INPUT_SOURCE_H
 
+#include <math.h>
+#include <string.h>
+
 #include "src/bvh/bvh.h"
 #include "src/bvh/input/formats.h"
 #include "src/bvh/structure.h"
@@ -105,6 +108,27 @@ bool source_corners(const struct source *source, uint32_t primitive, uint64_t in
 void source_transform(const VkTransformMatrixKHR *transform, const double from[3], float to[3]);
 enum source_state source_triangle(const struct source *source, uint32_t primitive,
                                   struct triangle_record *record);
+/* Reads an active triangle of a plain source. Returns false if it is none, or out of range. */
+static inline bool source_read_plain(const struct source *source, uint32_t primitive,
+                                     struct triangle_record *record)
+{
+    uint32_t index[3];
+    memcpy(index, source->indices + (uint64_t)primitive * sizeof(index), sizeof(index));
+    if (index[0] >= source->index_limit || index[1] >= source->index_limit ||
+        index[2] >= source->index_limit)
+        return false;
+    memcpy(record->a, source->vertices + source->stride * index[0], sizeof(record->a));
+    memcpy(record->b, source->vertices + source->stride * index[1], sizeof(record->b));
+    memcpy(record->c, source->vertices + source->stride * index[2], sizeof(record->c));
+    bool has_nan = false;
+    for (int i = 0; i < 3; i++) {
+        record->a[i] += 0.0f;
+        record->b[i] += 0.0f;
+        record->c[i] += 0.0f;
+        has_nan |= isunordered(record->a[i], record->b[i]) || isnan(record->c[i]);
+    }
+    return !has_nan;
+}
 /* Returns SOURCE_INACTIVE if the triangle is inactive at either time. */
 enum source_state source_motion_triangle(const struct source *source, uint32_t primitive,
                                          struct motion_triangle_record *record);

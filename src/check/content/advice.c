@@ -27,8 +27,8 @@ static bool find_other(const struct content *content, struct other_indices *othe
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(content->range->geometry->geometry);
     const uint64_t limit = (uint64_t)triangles->maxVertex + 1 - content->range->range->firstVertex;
-    return indices->bytes &&
-           indices_suit_another_size(indices->bytes, indices->size, indices->count, limit, other);
+    return indices->bytes && indices_suit_another_size(indices->bytes, indices->size,
+                                                       indices->count, indices->max, limit, other);
 }
 
 /* With another stride, firstVertex would be elsewhere. */
@@ -218,8 +218,10 @@ static const struct figure_box *find_box(const struct content *content, struct i
     return use->has_box ? &use->box : NULL;
 }
 
-void content_advise_instance(struct content *content, struct instance_use *use,
-                             const VkAccelerationStructureInstanceKHR *instance)
+/* Not inlined: the loop over instances stays small for those who do not set advice. */
+__attribute__((noinline)) void
+content_advise_instance(struct content *content, struct instance_use *use,
+                        const VkAccelerationStructureInstanceKHR *instance)
 {
     instance_figures_add(&content->walk->advice->instances, instance, find_box(content, use));
 }

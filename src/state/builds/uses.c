@@ -82,7 +82,7 @@ static bool is_power_of_four(uint32_t number)
 
 /* Which builds are compared with the next one, and with those compared before. Input that takes
  * turns with others would hide at powers of two alone. */
-enum { COMPARED_EACH = 61 };
+enum { COMPARED_EACH = 127 };
 
 static bool begins_comparison(uint32_t number)
 {
