@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What is read from the code of shaders: whether they write through addresses. */
+/* What is read from the code of shaders: whether they write through addresses, and trace rays. */
 #include "src/view/shader_code.h"
 
 #include <stdlib.h>
@@ -46,6 +46,32 @@ TEST(stores_through_addresses_are_found)
     };
     for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++)
         assert_int_equal(shader_code_stores(cases[i].code, cases[i].size), cases[i].stores);
+}
+
+/* A header, the capability of ray queries, and entry points. */
+#define TRACING 0x07230203, 0x10400, 0, 8, 0, 2 << 16 | 17, 4472, 3 << 16 | 15, 5, 1
+static const uint32_t one_entry[] = {TRACING};
+static const uint32_t two_entries[] = {TRACING, 3 << 16 | 15, 5, 2};
+static const uint32_t by_address[] = {TRACING, 4 << 16 | 4447, 3, 4, 5};
+
+TEST(a_module_with_two_entries_need_not_trace)
+{
+    assert_true(shader_code_surely_traces(one_entry, sizeof(one_entry)));
+    assert_true(shader_code_traces(two_entries, sizeof(two_entries)));
+    assert_false(shader_code_surely_traces(two_entries, sizeof(two_entries)));
+    assert_false(shader_code_surely_traces(none, sizeof(none)));
+    assert_false(shader_code_surely_traces(NULL, 0));
+}
+
+TEST(traces_by_address_are_found)
+{
+    uint32_t copy[sizeof(one_entry) / sizeof(one_entry[0])];
+    assert_false(shader_code_traces_addresses(one_entry, sizeof(one_entry)));
+    assert_true(shader_code_traces_addresses(by_address, sizeof(by_address)));
+    assert_true(shader_code_traces_addresses(NULL, 0));
+    memcpy(copy, one_entry, sizeof(copy));
+    copy[7] = 0; /* an instruction of 0 words */
+    assert_true(shader_code_traces_addresses(copy, sizeof(copy)));
 }
 
 /* Code of a stage: that of a module was read when the module was created. */
