@@ -149,6 +149,8 @@ static bool read_all(const struct source *source, struct triangle_figures *figur
         const enum source_state state = read_triangle(source, i, &triangle);
         if (state == SOURCE_INACTIVE) {
             count_one(&figures->inactive, &figures->first_inactive, i);
+        } else if (state == SOURCE_UNDEFINED) {
+            count_one(&figures->undefined, &figures->first_undefined, i);
         } else if (state != SOURCE_ACTIVE) {
             return false;
         } else if (is_degenerate(&triangle)) {

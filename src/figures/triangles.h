@@ -15,6 +15,10 @@ struct triangle_figures {
      */
     uint64_t inactive, degenerate;
     uint32_t first_inactive, first_degenerate;
+    /* Neither of these: a vertex has NaN in Y or Z, and none has NaN in X. What a build makes of
+     * such a triangle is undefined. */
+    uint64_t undefined;
+    uint32_t first_undefined;
 
     /* Figures of the other triangles whose coordinates are all finite: how many these are. */
     uint64_t measured;
@@ -33,7 +37,7 @@ struct triangle_figures {
     double smallest_coarse; /* the extent of the first coarse one */
 };
 
-/* Returns false if the behaviour of any triangle is undefined, or if an index is out of range. */
+/* Returns false if an index is out of range. */
 bool triangle_figures_read(const struct source *source, struct triangle_figures *figures);
 
 /* The one position that makes a geometry large: without it the extent is at most a thousandth. */

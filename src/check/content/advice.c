@@ -151,7 +151,7 @@ static bool advise_triangles(struct content *content, const struct source *sourc
     contents->invisible += figures.degenerate;
     add_triangles_to_box(content, &figures);
     judge_mesh(content, source, &figures);
-    return true;
+    return !figures.undefined;
 }
 
 /* A ray may hit an AABB without volume. */

@@ -60,6 +60,20 @@ bool most_triangles_can_be_hit(const struct mesh_view *mesh, struct finding *fin
                     number(figures->inactive), number(figures->degenerate), number(first));
 }
 
+/* NaN in X makes a triangle inactive; the specification leaves NaN in Y or Z alone undefined. */
+bool vertices_are_numbers(const struct mesh_view *mesh, struct finding *finding, uint64_t *weight)
+{
+    const struct triangle_figures *figures = mesh->figures;
+    *weight = figures->undefined;
+    return is_misread(mesh) || !figures->undefined ||
+           violated(finding, "",
+                    "was built from pGeometries[{}] with {}, of which {} have a vertex with NaN in "
+                    "Y or Z and not in X, the first one triangle {}: what a ray hits there is "
+                    "undefined",
+                    number(mesh->geometry->index), triangle_count(figures->count),
+                    number(figures->undefined), number(figures->first_undefined));
+}
+
 /* A stride of 0 is a way to repeat one vertex. */
 bool vertices_do_not_overlap(const struct mesh_view *mesh, struct finding *finding,
                              uint64_t *weight)
