@@ -3,6 +3,7 @@
 
 #include <math.h>
 
+#include "src/base/array.h"
 #include "src/bvh/input/source.h"
 #include "src/figures/refits.h"
 #include "src/rules/advice.h"
@@ -208,22 +209,42 @@ void content_advise_begin(struct content *content)
                            content->range->range->primitiveCount);
 }
 
-/* Looks up the box of a structure once for all its instances. Returns NULL if it is unknown. */
-static const struct figure_box *find_box(const struct content *content, struct instance_use *use)
+/* Returns NULL without memory. */
+static struct known_box *box_at(struct content_advice *advice, uint32_t use)
 {
-    const struct structures *structures = content->walk->context->structures;
-    if (!use->is_box_found && structures)
-        use->has_box = structures_find_box(structures, use->referenced.id, &use->box);
-    use->is_box_found = true;
-    return use->has_box ? &use->box : NULL;
+    while (advice->box_count <= use) {
+        if (!ARRAY_HAS_ROOM(advice->boxes, advice->box_count, advice->box_capacity))
+            return NULL;
+        advice->boxes[advice->box_count++] = (struct known_box){0};
+    }
+    return &advice->boxes[use];
 }
 
-/* Not inlined: the loop over instances stays small for those who do not set advice. */
-__attribute__((noinline)) void
-content_advise_instance(struct content *content, struct instance_use *use,
-                        const VkAccelerationStructureInstanceKHR *instance)
+/* Looks up the box of a structure once for all its instances. Returns NULL if it is unknown. */
+static const struct figure_box *find_box(const struct content *content,
+                                         const struct instance_use *use)
 {
-    instance_figures_add(&content->walk->advice->instances, instance, find_box(content, use));
+    const struct structures *structures = content->walk->context->structures;
+    const struct instance_uses *uses = content->walk->instances;
+    struct known_box *known = box_at(content->walk->advice, (uint32_t)(use - uses->items));
+    if (!known || !structures)
+        return NULL;
+    if (!known->was_looked_up)
+        known->is_known = structures_find_box(structures, use->referenced.id, &known->box);
+    known->was_looked_up = true;
+    return known->is_known ? &known->box : NULL;
+}
+
+/* Not inlined, and with a look-up of its own: the loop over instances stays small for those who do
+ * not set advice. */
+__attribute__((noinline)) void
+content_advise_instance(struct content *content, const VkAccelerationStructureInstanceKHR *instance)
+{
+    struct instance_use other;
+    const struct instance_use *use =
+        content_find_use(content, instance->accelerationStructureReference, &other);
+    instance_figures_add(&content->walk->advice->instances, instance,
+                         use == &other ? NULL : find_box(content, use));
 }
 
 /* ---- builds */

@@ -25,13 +25,17 @@ struct content_advice {
     } kept[ADVICE_COUNT];              /* of the geometry that weighs most */
     struct instance_figures instances; /* of the geometry that is read */
     struct vertex_layouts layouts;     /* of the geometries before it */
+    /* Of the structures that instances refer to, in the order of struct instance_uses. */
+    struct known_box {
+        bool was_looked_up, is_known;
+        struct figure_box box;
+    } * boxes;
+    uint32_t box_count, box_capacity;
 };
 
-/* Call before the instances of a geometry are read, and for each of them. `use`: the structure that
- * it refers to. */
+/* Call before the instances of a geometry are read, and for each of them. */
 void content_advise_begin(struct content *content);
-struct instance_use;
-void content_advise_instance(struct content *content, struct instance_use *use,
+void content_advise_instance(struct content *content,
                              const VkAccelerationStructureInstanceKHR *instance);
 /* Judges a geometry that was read. */
 void content_advise(struct content *content);

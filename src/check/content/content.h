@@ -6,7 +6,6 @@
 
 #include "src/base/handle_table.h"
 #include "src/check/walk/walk.h"
-#include "src/figures/boxes.h"
 #include "src/snapshots/chained_input.h"
 #include "src/snapshots/memory.h"
 #include "src/view/content_view.h"
@@ -129,8 +128,6 @@ struct instance_uses {
         struct accel_facts referenced;
         uint64_t checked;      /* the last instance whose flags were validated, see instances.c */
         uint32_t first, count; /* the first instance that refers to it, and how many do */
-        bool is_box_found, has_box;
-        struct figure_box box; /* for setting advice */
     } * items;
     uint32_t count, capacity;
     uint32_t geometry;           /* the number of geometries with instances so far */

@@ -227,8 +227,6 @@ static void check_plain_instance(struct content *content, uint32_t index,
     if (use->checked != checked_mark(content, instance))
         check_other_instance(content, index, instance, use);
     content_count_use(use, index);
-    if (content->walk->advice)
-        content_advise_instance(content, use, instance);
     if (!determinant_estimate(&instance->transform))
         content_check_transform(content, index, reference, &instance->transform);
 }
@@ -238,6 +236,8 @@ static void read_instance(struct content *content, uint32_t index, const void *b
     VkAccelerationStructureInstanceKHR instance;
     memcpy(&instance, bytes, sizeof(instance));
     check_plain_instance(content, index, &instance);
+    if (content->walk->advice)
+        content_advise_instance(content, &instance);
     content_retain_instance(content, index, instance.accelerationStructureReference);
 }
 
