@@ -52,21 +52,37 @@ void hazards_draw(struct hazard_recording *recording, const char *name)
         end_command(recording, name);
 }
 
-void hazards_dispatch(struct hazard_recording *recording, const char *name)
+/* A command without groups, or rays, runs no shader. */
+void hazards_dispatch(struct hazard_recording *recording, const char *name, uint32_t x, uint32_t y,
+                      uint32_t z)
 {
-    if (!add_command(recording, name, ACCESS_COMPUTE_WRITE))
+    if (!x || !y || !z || !add_command(recording, name, ACCESS_COMPUTE_WRITE))
         return;
     if (recording->journal->has_tracing_pipeline)
         add_trace(recording, ACCESS_COMPUTE_TRACE, TRACED_BY_COMPUTE);
     end_command(recording, name);
 }
 
-void hazards_trace(struct hazard_recording *recording, const char *name)
+void hazards_trace(struct hazard_recording *recording, const char *name, uint32_t width,
+                   uint32_t height, uint32_t depth)
 {
-    if (!add_command(recording, name, ACCESS_RAYS_WRITE))
+    if (!width || !height || !depth || !add_command(recording, name, ACCESS_RAYS_WRITE))
         return;
     add_trace(recording, ACCESS_RAYS_TRACE, TRACED_BY_RAYS);
     end_command(recording, name);
+}
+
+/* The size is in device memory, and may be 0: then nothing is traced. */
+void hazards_dispatch_indirect(struct hazard_recording *recording, const char *name)
+{
+    if (add_command(recording, name, ACCESS_COMPUTE_WRITE))
+        end_command(recording, name);
+}
+
+void hazards_trace_indirect(struct hazard_recording *recording, const char *name)
+{
+    if (add_command(recording, name, ACCESS_RAYS_WRITE))
+        end_command(recording, name);
 }
 
 void hazards_write_unfollowed(struct hazard_recording *command)

@@ -7,7 +7,7 @@
  *                                 on a device on which no `trace TOP` is
  *     trace set                   with the last such set
  *     trace pushed TOP [TOP]      with pushed descriptors; with VK_KHR_push_descriptor
- *     rays                        vkCmdTraceRaysKHR without a pipeline: only null
+ *     rays [none | indirect]      vkCmdTraceRaysKHR without a pipeline: only null
  *     draw                        vkCmdDraw without a pipeline: only null
  *     probe STRUCTURE [hits | misses]     vkTraceRaysASSAY of one ray along x: only cpu */
 #include "play.h"
@@ -199,8 +199,11 @@ bool play_shader(struct play *play, char **words)
         trace_pushed(play, words + 2);
     else if (play_is(words[0], "trace"))
         trace(play, words[1]);
+    else if (play_is(words[0], "rays") && words[1] && play_is(words[1], "indirect"))
+        play->vk.CmdTraceRaysIndirectKHR(play_commands(play), &none, &none, &none, &none, 0);
     else if (play_is(words[0], "rays"))
-        play->vk.CmdTraceRaysKHR(play_commands(play), &none, &none, &none, &none, 1, 1, 1);
+        play->vk.CmdTraceRaysKHR(play_commands(play), &none, &none, &none, &none, words[1] ? 0 : 1,
+                                 1, 1);
     else if (play_is(words[0], "probe"))
         probe(play, words);
     else if (play_is(words[0], "draw"))
