@@ -52,13 +52,21 @@ void hazards_draw(struct hazard_recording *recording, const char *name)
         end_command(recording, name);
 }
 
+/* Conditional rendering leaves dispatches out, and no traces of rays. */
+static bool has_condition(const struct hazard_recording *recording)
+{
+    const struct command_buffer *command_buffer = recording->command_buffer;
+    return recording->journal->has_condition ||
+           (command_buffer && command_buffer->inherits_conditions);
+}
+
 /* A command without groups, or rays, runs no shader. */
 void hazards_dispatch(struct hazard_recording *recording, const char *name, uint32_t x, uint32_t y,
                       uint32_t z)
 {
     if (!x || !y || !z || !add_command(recording, name, ACCESS_COMPUTE_WRITE))
         return;
-    if (recording->journal->has_tracing_pipeline)
+    if (recording->journal->has_tracing_pipeline && !has_condition(recording))
         add_trace(recording, ACCESS_COMPUTE_TRACE, TRACED_BY_COMPUTE);
     end_command(recording, name);
 }
@@ -207,6 +215,17 @@ void hazards_bind_pipeline(struct hazard_recording *recording, VkPipelineBindPoi
         return;
     recording->journal->has_tracing_pipeline = hazard_objects_trace(
         recording->device->hazard_objects, TRACING_PIPELINE, (uint64_t)(uintptr_t)pipeline);
+    recording->journal->shaders_end = NULL;
+}
+
+void hazards_begin_condition(struct hazard_recording *recording)
+{
+    recording->journal->has_condition = true;
+}
+
+void hazards_end_condition(struct hazard_recording *recording)
+{
+    recording->journal->has_condition = false;
     recording->journal->shaders_end = NULL;
 }
 

@@ -25,9 +25,11 @@ struct shape shape_plain(void)
     };
 }
 
-static void write_triangles(const struct shape *shape, char words[SHAPE_WORDS_SIZE])
+enum { INPUT_SIZE = 128 };
+
+static void write_triangles(const struct shape *shape, char words[INPUT_SIZE])
 {
-    snprintf(words, SHAPE_WORDS_SIZE, "plain%s%s%s",
+    snprintf(words, INPUT_SIZE, "plain%s%s%s",
              shape->index_type == VK_INDEX_TYPE_UINT16 ? " short-indices I1" : "",
              shape->vertex_format == VK_FORMAT_R16G16B16A16_SFLOAT ? " format rgba16" : "",
              shape->has_transform ? "" : " no-transform");
@@ -37,7 +39,7 @@ static void write_triangles(const struct shape *shape, char words[SHAPE_WORDS_SI
  */
 void shape_write(const struct shape *shape, char words[SHAPE_WORDS_SIZE])
 {
-    char input[SHAPE_WORDS_SIZE] = "boxes A0", max[16] = "";
+    char input[INPUT_SIZE] = "boxes A0", max[16] = "";
     if (shape->geometry_type == VK_GEOMETRY_TYPE_TRIANGLES_KHR) {
         write_triangles(shape, input);
         snprintf(max, sizeof(max), " max %u", shape->max_vertex);

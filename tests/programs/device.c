@@ -190,6 +190,7 @@ static const struct extension {
     {"VK_KHR_device_address_commands", false,
      FEATURES(address_commands, DEVICE_ADDRESS_COMMANDS_FEATURES_KHR)},
     {"VK_KHR_push_descriptor", false, NO_FEATURES},
+    {"VK_EXT_conditional_rendering", false, NO_FEATURES},
     {"VK_KHR_maintenance5", false, FEATURES(maintenance_5, MAINTENANCE_5_FEATURES)},
 };
 

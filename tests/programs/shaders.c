@@ -8,6 +8,8 @@
  *     trace set                   with the last such set
  *     trace pushed TOP [TOP]      with pushed descriptors; with VK_KHR_push_descriptor
  *     rays [none | indirect]      vkCmdTraceRaysKHR without a pipeline: only null
+ *     condition begin PLACE       conditional rendering, with its extension
+ *     condition end
  *     draw                        vkCmdDraw without a pipeline: only null
  *     probe STRUCTURE [hits | misses]     vkTraceRaysASSAY of one ray along x: only cpu */
 #include "play.h"
@@ -90,6 +92,18 @@ static void trace(struct play *play, const char *name)
     dispatch(play, shader,
              &(struct constants){.address = play->vk.GetAccelerationStructureDeviceAddressKHR(
                                      play->device, &info)});
+}
+
+static void set_condition(struct play *play, char **words)
+{
+    VkDeviceSize offset = 0;
+    if (play_is(words[1], "begin"))
+        play->vk.CmdBeginConditionalRenderingEXT(
+            play_commands(play),
+            &MAKE(VkConditionalRenderingBeginInfoEXT,
+                  .buffer = play_place(play, words[2], &offset)->buffer.handle, .offset = offset));
+    else
+        play->vk.CmdEndConditionalRenderingEXT(play_commands(play));
 }
 
 static void probe(struct play *play, char **words)
@@ -204,6 +218,8 @@ bool play_shader(struct play *play, char **words)
     else if (play_is(words[0], "rays"))
         play->vk.CmdTraceRaysKHR(play_commands(play), &none, &none, &none, &none, words[1] ? 0 : 1,
                                  1, 1);
+    else if (play_is(words[0], "condition"))
+        set_condition(play, words);
     else if (play_is(words[0], "probe"))
         probe(play, words);
     else if (play_is(words[0], "draw"))

@@ -203,6 +203,7 @@ ON_RECORDING_PATH void journal_clear(struct journal *journal)
     journal->secondary_count = 0;
     journal->has_events = journal->incomplete = false;
     journal->lacks_hazards = journal->awaits_inputs = journal->has_tracing_pipeline = false;
+    journal->has_condition = false;
     journal->reads_host_data = false;
     journal->shaders_end = NULL;
     journal_begin_call(journal);

@@ -276,6 +276,7 @@ struct journal {
     const void *shaders_end;
     const char *shaders_name;
     bool has_tracing_pipeline; /* setting hazards: the bound compute pipeline traces rays */
+    bool has_condition;        /* setting hazards: conditional rendering may leave dispatches out */
     /* Setting hazards: the VkDescriptorSets that are bound at each bind point; 0: none. */
     bool has_sets;   /* false: all are 0 */
     bool lacks_sets; /* others may be bound, too */
