@@ -24,8 +24,8 @@ struct triangle_figures {
     uint64_t measured;
     float lower[3], upper[3];
     double extent;
-    /* Of the extents of triangles: at least, and less than twice as large. Of more than 128
-     * triangles a sample is measured. */
+    /* At least the median of the triangles' extents, and less than twice as large. If there are
+     * more than 128 triangles, it is that of a sample. */
     double median;
     double farthest; /* the largest magnitude of a coordinate */
     double step;     /* from that coordinate to the next float */

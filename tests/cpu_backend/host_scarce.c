@@ -47,8 +47,8 @@ static void find_tracing(void)
     outcome.found += trace_rays != NULL;
 }
 
-/* Of so many triangles of level 0, each of the first format of its type: opaque, or not displaced.
- */
+/* The micromap has so many triangles of level 0 in the first format of its type: opaque, or not
+ * displaced. */
 static void build_micromap(VkMicromapEXT micromap, VkMicromapTypeEXT type,
                            const VkMicromapUsageEXT *usage)
 {

@@ -176,7 +176,7 @@ static void add_image(struct dependencies *to, const struct target *target,
         .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1});
 }
 
-/* Of these, a command has one at most. */
+/* A command has at most one such barrier of an extension. */
 static void add_extension(struct dependencies *to, const struct target *target,
                           const VkMemoryBarrier2 *masks)
 {

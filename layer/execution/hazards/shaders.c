@@ -26,7 +26,7 @@ static uint32_t find_top(const struct shader_judge *judge, uint64_t structure)
     return i;
 }
 
-/* Those that are gone make room for others. */
+/* Removes the top-level structures that are gone, which makes room for others. */
 static void remove_gone(struct shader_judge *judge)
 {
     uint32_t i = 0;

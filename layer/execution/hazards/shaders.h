@@ -48,8 +48,8 @@ struct top_level {
     struct hazard_bytes first; /* its first byte */
     bool is_built;             /* by a build; else by a copy, and perhaps not top-level */
     bool is_gone;              /* it was destroyed, and descriptor sets may still hold it */
-    /* Of the build: the first access of the command, the position in the command buffer, and when
-     * it executed. */
+    /* The build's command, by its first access; the build's position in the command buffer; and
+     * when it executed. */
     uint64_t command;
     uint32_t position;
     struct timestamp batch;

@@ -25,7 +25,7 @@ struct content_advice {
     } kept[ADVICE_COUNT];              /* of the geometry that weighs most */
     struct instance_figures instances; /* of the geometry that is read */
     struct vertex_layouts layouts;     /* of the geometries before it */
-    /* Of the structures that instances refer to, in the order of struct instance_uses. */
+    /* The boxes of the structures that instances refer to, in the order of `instance_uses`. */
     struct known_box {
         bool was_looked_up, is_known;
         struct figure_box box;

@@ -10,7 +10,7 @@ enum { ACCESSES_MAX = 1024 };
 
 struct row {
     uint32_t calls, most;
-    /* Of the calls in the row; from `first` on those of the call that is being read. */
+    /* What the calls in the row access. The call that is being read begins at `first`. */
     const struct hazard_entry *accesses[ACCESSES_MAX];
     uint32_t first, count;
     bool is_open;              /* the last command may belong to the row */

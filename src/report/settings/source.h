@@ -94,9 +94,9 @@ struct choice {
 /* Cuts the next entry off a list, and trims it. Returns NULL at the end. */
 char *value_next_entry(char **list);
 
-/* These change the list. Each returns false, and leaves the value as it was, if the list is no
- * value of its kind: exactly one choice; one choice or several, whose values are combined; exactly
- * one number. */
+/* Each function below changes the list. It returns false, and leaves the value as it was, if the
+ * list is not what it reads: exactly one choice; one choice or several, whose values are combined;
+ * exactly one number. */
 bool value_read_choice(const struct choice *choices, char *list, uint32_t *value);
 bool value_read_flags(const struct choice *choices, char *list, uint32_t *flags);
 bool value_read_number(char *list, uint32_t *value);

@@ -109,8 +109,8 @@ static bool is_equal(const struct input_digest *one, const struct input_digest *
            one->is_top == other->is_top;
 }
 
-/* The boxes of a top-level structure are those of other structures. They are as they were if it
- * alone was written in between. */
+/* A top-level structure has the bounds of other structures. These have not changed if no other
+ * structure was written in between. */
 static bool is_repeated(const struct input_repeats *known, uint32_t number,
                         const struct input_digest *digest)
 {
