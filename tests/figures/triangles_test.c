@@ -190,6 +190,34 @@ TEST(test_a_stray_vertex)
     assert_false(stray_vertex_find(&source, &figures, &stray));
 }
 
+static struct mesh random_mesh(struct random *random)
+{
+    static const float odd[] = {NAN, -NAN, INFINITY, -INFINITY, -0.0F, 0, 0x1p-149F};
+    struct mesh mesh = grid(0, 1);
+    for (uint32_t i = 0; i < VERTICES; i++)
+        for (int j = 0; j < 3; j++)
+            mesh.at[i][j] = random_one_in(random, 60) ? odd[random_below(random, 7)]
+                                                      : (float)random_below(random, 3) - 1;
+    return mesh;
+}
+
+/* Plain triangles are read in another way than those that have a transform, which changes no
+ * figure. */
+TEST(test_plain_triangles_against_others)
+{
+    struct random random = random_of("plain");
+    for (int round = 0; round < 500; round++) {
+        const struct mesh mesh = random_mesh(&random);
+        struct source source = source_of(&mesh);
+        struct triangle_figures plain, other;
+        assert_true(source.is_plain);
+        assert_true(triangle_figures_read(&source, &plain));
+        source.is_plain = false;
+        assert_true(triangle_figures_read(&source, &other));
+        assert_memory_equal(&plain, &other, sizeof(plain));
+    }
+}
+
 static int compare(const void *a, const void *b)
 {
     const double x = *(const double *)a, y = *(const double *)b;

@@ -227,7 +227,7 @@ bool structures_find_uses(const struct structures *structures, uint64_t id,
                           struct structure_uses *uses);
 
 /* Counts a build whose input data is read. Data that is built again and again costs little: it is
- * judged if all builds before it were hollow, or if its number is a power of four. Its input is
+ * judged if all builds before it were hollow, or if its number is a power of eight. Its input is
  * compared with that of the next one if its number is a power of two or a multiple of 127. */
 struct reading_wanted {
     bool is_judged, is_compared;

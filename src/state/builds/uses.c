@@ -75,9 +75,9 @@ static bool is_power_of_two(uint32_t number)
     return !(number & (number - 1));
 }
 
-static bool is_power_of_four(uint32_t number)
+static bool is_power_of_eight(uint32_t number)
 {
-    return is_power_of_two(number) && number & 0x55555555;
+    return is_power_of_two(number) && number & 0x49249249;
 }
 
 /* Which builds are compared with the next one, and with those compared before. Input that takes
@@ -96,7 +96,7 @@ struct reading_wanted structures_begin_read(const struct structures *structures,
     if (uses) {
         const uint32_t before = uses->read_builds++, number = uses->read_builds;
         wanted.number = number;
-        wanted.is_judged = is_power_of_four(number) || uses->hollow_builds == before;
+        wanted.is_judged = is_power_of_eight(number) || uses->hollow_builds == before;
         wanted.is_compared = begins_comparison(number) || begins_comparison(before);
     }
     unlock_shared(structures);
