@@ -82,6 +82,7 @@ struct test_case {
     const struct setup *setup;
     const struct setup *right_setup; /* where the setup itself is what breaks the rule */
     bool needs_null_driver;
+    bool needs_drivers_sizes; /* not played with setting limits = harsh */
     bool spares_drivers; /* of what it does no driver need be proof, as the null driver and backend
                             cpu are */
     /* The twin, or the mutation of a silent case, breaks no rule that there is, but may lead to

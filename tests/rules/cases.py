@@ -14,8 +14,8 @@ WRITE = re.compile(r"(float|uint\d+_t) (.+)@(.+)")
 MEMBER = re.compile(r"[a-z]\w*(\.\w+|\[[^]]*\])*")
 LOCAL = re.compile(r"[a-z]\w*(\.\w+)*")
 STEPS = ("prepare", "wrong", "fine", "right", "then", "right_then")
-FLAGS = ("needs_null_driver", "spares_drivers", "may_fail_on_cpu", "keep_arrays", "forwards",
-         "below_content", "submits", "is_wild", "has_pointers", "is_for_the_call",
+FLAGS = ("needs_null_driver", "needs_drivers_sizes", "spares_drivers", "may_fail_on_cpu",
+         "keep_arrays", "forwards", "below_content", "submits", "is_wild", "has_pointers", "is_for_the_call",
          "is_for_contents")
 TYPES = ("float", "uint8_t", "uint16_t", "uint32_t", "uint64_t")
 # Calls in edits that take no scene.

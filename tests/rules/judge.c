@@ -5,6 +5,7 @@
 
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "wording.h"
@@ -80,11 +81,19 @@ static bool is_felt_by_others(const struct test_case *test_case)
     return false;
 }
 
+bool limits_are_harsh(void)
+{
+    const char *limits = getenv("VK_ASSAY_VALIDATION_LIMITS");
+    return limits != NULL && strcmp(limits, "harsh") == 0;
+}
+
 /* NULL, or what the fixture lacks for the case. */
 static const char *cannot_play(const struct play *play, const struct fixture *fixture)
 {
     if (play->test_case->needs_null_driver && !play->platform->is_null)
         return "needs the null driver";
+    if (play->test_case->needs_drivers_sizes && limits_are_harsh())
+        return "needs the sizes of the driver";
     const bool is_guarded =
         play->platform->is_guarded && strncmp(play->test_case->name, "nv_instance_of_", 15) == 0;
     if (play->test_case->spares_drivers && !play->platform->is_null && !play->platform->is_cpu &&

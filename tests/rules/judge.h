@@ -55,6 +55,8 @@ void judge_say_messages(const struct fixture *fixture, struct report *report);
 
 /* Whether the command takes no build of the case's kind. */
 bool judge_is_refused(const struct play *play);
+/* Whether the environment has the layer report harsh limits. */
+bool limits_are_harsh(void);
 
 /* Whether the mutation breaks a rule of the case where the layer can see it: at the play's level.
  */

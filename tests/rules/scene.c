@@ -205,8 +205,7 @@ void scene_give_objects(struct scene *scene, uint32_t build)
 
     if (scratch_size < sizes.updateScratchSize)
         scratch_size = sizes.updateScratchSize;
-    if (scratch_size == 0)
-        scratch_size = 1;
+    scratch_size = scratch_size ? 2 * scratch_size : 1;
     info->dstAccelerationStructure = scene_accel_for(scene, build);
     scene->scratch_buffers[build] = scene_buffer(scene, scratch_size, SCRATCH_USAGE);
     info->scratchData.deviceAddress = scene_address(scene, &scene->scratch_buffers[build], 0);
