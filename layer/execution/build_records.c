@@ -51,7 +51,7 @@ static void describe_nv(const struct writer *writer, const struct journal_entry 
 {
     struct nv_accel_facts accel;
     record->object_type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV;
-    resources_ask_nv_accel(writer->device->resources,
+    resources_look_up_nv_accel(writer->device->resources,
                            (VkAccelerationStructureNV)(uintptr_t)entry->dst, &accel);
     if (accel.id == entry->dst_id && accel.created)
         record->type = type_name(accel.created->type);

@@ -64,7 +64,7 @@ bool note_nv_copy(struct layer_device *device, VkCommandBuffer handle,
     const bool compacts = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
     uint64_t dst_handle = (uint64_t)(uintptr_t)dst, src_handle = (uint64_t)(uintptr_t)src;
     struct nv_accel_facts facts;
-    resources_ask_nv_accel(device->resources, dst, &facts);
+    resources_look_up_nv_accel(device->resources, dst, &facts);
     nv_shape_release(facts.created);
     struct journal_entry entry = {
         .kind = compacts ? JOURNAL_COMPACT : JOURNAL_COPY,

@@ -165,7 +165,7 @@ static const struct input_buffer *add_buffer(struct inputs *inputs, VkBuffer han
 {
     struct resources *resources = inputs->recorder->device->resources;
     struct buffer_facts facts;
-    resources_ask_buffer(resources, handle, &facts);
+    resources_look_up_buffer(resources, handle, &facts);
     if (facts.alive != YES || facts.status != ADDRESS_IN_BUFFER ||
         facts.size > UINT64_MAX - ALIGNMENT - inputs->next_address || !reserve(inputs))
         return NULL;

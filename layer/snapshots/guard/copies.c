@@ -178,7 +178,7 @@ static bool nv_source_is_whole(const struct recorder *recorder, VkBuffer instanc
                                VkDeviceSize offset, uint64_t size)
 {
     struct buffer_facts facts;
-    resources_ask_buffer(recorder->device->resources, instances, &facts);
+    resources_look_up_buffer(recorder->device->resources, instances, &facts);
     return facts.alive == YES && facts.status == ADDRESS_IN_BUFFER && offset <= facts.size &&
            size <= facts.size - offset &&
            snapshots_can_copy(recorder->device->snapshots, instances);

@@ -47,7 +47,7 @@ static struct used_object used_object_of(struct check_context *context,
                                     .may_hold_structures = true};
     if (object->object_type != VK_OBJECT_TYPE_BUFFER)
         return (struct used_object){.id = object->id};
-    resources_ask_buffer(context->resources, (VkBuffer)(uintptr_t)object->handle, &buffer);
+    resources_look_up_buffer(context->resources, (VkBuffer)(uintptr_t)object->handle, &buffer);
     return (struct used_object){.buffer_id = buffer.id,
                                 .may_hold_structures =
                                     buffer.usage &
