@@ -35,7 +35,8 @@ static void collect_extensions(struct device_facts *facts, const VkDeviceCreateI
     facts->extension.adds_to_inputs =
         facts->extension.motion_blur_nv || facts->extension.linear_swept_spheres_nv ||
         facts->extension.dense_geometry_format_amdx || facts->micromap.any;
-    facts->extension.ray_tracing_nv = enables_extension(create_info, VK_NV_RAY_TRACING_EXTENSION_NAME);
+    facts->extension.ray_tracing_nv =
+        enables_extension(create_info, VK_NV_RAY_TRACING_EXTENSION_NAME);
     for (uint32_t i = 0; i < create_info->enabledExtensionCount; i++)
         if (!registry_knows_extension(create_info->ppEnabledExtensionNames[i]))
             facts->newer_than_registry = true;

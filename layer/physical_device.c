@@ -105,9 +105,9 @@ static enum tristate query_radii(const struct layer_device *device, VkFormat for
 }
 
 /* The driver is queried only for formats that exist. */
-static enum tristate find(const struct layer_device *device, VkFormat format,
-                          _Atomic unsigned char *cache,
-                          enum tristate (*query)(const struct layer_device *, VkFormat))
+static enum tristate find_in_cache(const struct layer_device *device, VkFormat format,
+                                   _Atomic unsigned char *cache,
+                                   enum tristate (*query)(const struct layer_device *, VkFormat))
 {
     bool is_cached = (uint32_t)format < FORMAT_CACHE_SIZE;
     enum tristate known = UNKNOWN;
@@ -123,12 +123,12 @@ static enum tristate find(const struct layer_device *device, VkFormat format,
 
 enum tristate layer_vertex_format_supported(struct layer_device *device, VkFormat format)
 {
-    return find(device, format, device->vertex_formats, query_vertices);
+    return find_in_cache(device, format, device->vertex_formats, query_vertices);
 }
 
 enum tristate layer_radius_format_supported(struct layer_device *device, VkFormat format)
 {
-    return find(device, format, device->radius_formats, query_radii);
+    return find_in_cache(device, format, device->radius_formats, query_radii);
 }
 
 /* ---- queries the sizes of builds, through the size cache */

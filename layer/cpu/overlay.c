@@ -36,7 +36,8 @@ VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInf
 {
     const bool khr = enables_extension(create_info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
     const bool nv = enables_extension(create_info, VK_NV_RAY_TRACING_EXTENSION_NAME);
-    const bool deferred = enables_extension(create_info, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
+    const bool deferred =
+        enables_extension(create_info, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
     if ((!khr && !nv && !deferred) || !cpu_advertises(device->instance, device->physical_device))
         return VK_SUCCESS;
     struct cpu_overlay *overlay = calloc(1, sizeof(*overlay));
@@ -52,7 +53,8 @@ VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInf
     overlay->ray_tracing_nv = nv;
     overlay->structures = khr || nv;
     overlay->deferred_host_operations = deferred;
-    overlay->opacity_micromap_ext = enables_extension(create_info, VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME);
+    overlay->opacity_micromap_ext =
+        enables_extension(create_info, VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME);
     overlay->device->has_micromaps =
         overlay->opacity_micromap_ext ||
         enables_extension(create_info, VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME);

@@ -46,8 +46,8 @@ static enum tristate is_backed(enum nv_binding binding)
 static void find_nv_accel(struct check_context *context, struct life_object *object)
 {
     struct nv_accel_facts facts;
-    resources_look_up_nv_accel(context->resources, (VkAccelerationStructureNV)(uintptr_t)object->handle,
-                           &facts);
+    resources_look_up_nv_accel(context->resources,
+                               (VkAccelerationStructureNV)(uintptr_t)object->handle, &facts);
     object->id = facts.id;
     object->alive = facts.alive;
     object->details_known = facts.sizes.known && facts.created;
