@@ -11,13 +11,11 @@
  *         [micromaps NAME]         this one and those with the next numbers, one for each geometry
  *         [instances PLACE]        on the bottom level, too: it becomes a top-level build
  *         [ranges PLACE]           indirect, and the host writes the ranges
- *         [motion PLACE] [spheres PLACE] [swept PLACE] [no-indices]     with extensions of NVIDIA
+ *         [no-indices]             of spheres
  *         [pointers PLACE]         instances behind pointers
- *         [dense PLACE] [triangles COUNT] [dense-vertices COUNT] [max-primitive INDEX]
- *         [max-geometry INDEX] [size BYTES]                with VK_AMDX_dense_geometry_format
  *     top NAME [NAME...] [instances PLACE] [...]
  *     host build ... [deferred NAME]
- *     build ... with the options of members.c
+ *     build ... with the options of extensions.c and members.c
  *     create NAME fitting ...      a structure of the size that such a build needs
  *     create NAME scratch build | update B0 ...        a buffer for the scratch of such a build
  *
@@ -357,8 +355,12 @@ static void execute(struct build_line *line)
                 ? NULL
                 : play_copy_for_call(play, build->ranges, count * sizeof(build->ranges[0]));
         line->addresses[i] = build->indirect;
+        if (build->lose_ranges)
+            line->ranges[i] = BUILD_NOWHERE;
         line->strides[i] = sizeof(build->range);
-        line->counts[i] = play_copy_for_call(play, build->counts, count * sizeof(build->counts[0]));
+        line->counts[i] = build->lose_ranges ? BUILD_NOWHERE
+                                             : play_copy_for_call(play, build->counts,
+                                                                  count * sizeof(build->counts[0]));
     }
     if (line->is_host)
         play_note(play, play->vk.BuildAccelerationStructuresKHR(play->device, line->operation,

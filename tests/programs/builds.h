@@ -34,6 +34,7 @@ struct one_build {
     VkDeviceAddress indirect;
     char *indirect_place; /* where the host writes ranges, or NULL */
     bool are_pointers, have_hole, are_misplaced, are_null, are_astray; /* the geometries */
+    bool lose_ranges; /* the pointers to ranges and counts lead nowhere */
 };
 
 struct build_line {

@@ -9,8 +9,9 @@
  *     only null                  for programs that need the null driver
  *     only driver                for programs that backend cpu plays otherwise
  *     only cpu                   for programs that need backend cpu
- *     driver recycles [handles]  the null driver gives out handles and addresses again, or handles
- * alone driver joins COUNT         its deferred operations complete at this join; 0: they aren't
+ *     driver recycles [handles]  the null driver gives out handles and addresses again, or only
+ *                                handles
+ *     driver joins COUNT         its deferred operations complete at this join; 0: they aren't
  *                                deferred
  *     driver type cpu | discrete                  of its physical devices
  *     driver gaps                around mapped memory nothing can be read
@@ -18,7 +19,7 @@
  *     alone                      a batch never executes: no other program has the device, and what
  *                                the last wait brings is not judged
  *     unjudged                   the program does what no application may do: only a crash is a
- * failure, and lines that cannot be played are left out
+ *                                failure, and lines that cannot be played are left out
  *
  * Programs that ask for the same share them. */
 #include "play.h"

@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Geometries of extensions in builds:
  *
- *     [motion PLACE] [spheres PLACE] [swept PLACE]                  with extensions of NVIDIA
- *     [displaced MICROMAP]                                          with
- * VK_NV_displacement_micromap [dense PLACE] [triangles COUNT] [dense-vertices COUNT] [max-primitive
- * INDEX] [max-geometry INDEX] [size BYTES]                         with
- * VK_AMDX_dense_geometry_format [triangle-array PLACE] [opacity STRUCTURE]                    with
- * VK_KHR_opacity_micromap: the structure is a micromap, and the triangles of a structure have one
- */
+ *     [motion PLACE] [spheres PLACE] [swept PLACE] [displaced MICROMAP]     of NVIDIA
+ *     [dense PLACE] [triangles COUNT] [dense-vertices COUNT] [max-primitive INDEX]
+ *         [max-geometry INDEX] [size BYTES]           of VK_AMDX_dense_geometry_format
+ *     [triangle-array PLACE] [opacity STRUCTURE]      of VK_KHR_opacity_micromap: the structure is
+ *                              a micromap, and the triangles of a structure have one */
 #include "builds.h"
 
 #include <stdlib.h>

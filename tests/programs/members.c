@@ -4,9 +4,11 @@
  *     [set:MEMBER NUMBER]      a member of the table below
  *     [by-pointers] [hole]     ppGeometries; the first pointer is NULL
  *     [misplaced]              the geometries are misaligned
- *     [null ARRAY] [astray ARRAY]      infos, ranges, addresses, strides or counts of the call, or
- * the build's geometries: the pointer is NULL, or leads nowhere [unknown] [astray-chain] what is
- * chained to geometries has an unknown type, or is nowhere */
+ *     [null ARRAY] [astray ARRAY]     the pointer is NULL, or leads nowhere: infos, ranges,
+ *                              addresses, strides or counts of the call, or the geometries of the
+ *                              build; `astray own-ranges`: the build's ranges and counts
+ *     [unknown] [astray-chain]        what is chained to geometries has an unknown type, or is
+ *                              nowhere */
 #include "builds.h"
 
 #include <stddef.h>
@@ -101,6 +103,8 @@ bool build_read_wild(struct build_line *line, struct one_build *build, const cha
         build->are_null = true;
     } else if (play_is(option, "astray") && play_is(word, "geometries")) {
         build->are_astray = true;
+    } else if (play_is(option, "astray") && play_is(word, "own-ranges")) {
+        build->lose_ranges = true;
     } else if (play_is(option, "null")) {
         line->null_array = word;
     } else if (play_is(option, "astray")) {

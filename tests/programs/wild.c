@@ -2,9 +2,11 @@
 /* What no application may do, for programs that are not judged:
  *
  *     ghost NAME                 destroys an object, or frees a command buffer; the name keeps the
- * handle. (The handle that `destroy` leaves is null.) into NAME | @NUMBER        the next commands
- * go to a command buffer in whatever state it is, or to out                        a pointer that
- * is none bare begin | end | reset NAME | @NUMBER [once | simultaneous]         the call alone
+ *                                handle. (The handle that `destroy` leaves is null.)
+ *     into NAME | @NUMBER        the next commands go to a command buffer in whatever state it is,
+ *                                or to a pointer that is none
+ *     out                        ends that
+ *     bare begin | end | reset NAME | @NUMBER [once | simultaneous]         the call alone
  *     carve NAME PLACE SIZE TYPE           a structure somewhere in a buffer, or behind it
  *     queries NAME TYPE COUNT              a pool of other queries; TYPE is a number
  *     write NAME NAME > POOL TYPE FIRST    the properties of two structures; `host write`
