@@ -54,6 +54,7 @@ static void create_scratch(struct play *play, char **words)
     const VkBufferCreateInfo info = play_buffer_info(
         play, play_is(words[3], "update") ? sizes.updateScratchSize : sizes.buildScratchSize);
     buffer_destroy(&play->vk, play->device, &object->buffer);
+    object->buffer = (struct device_buffer){.size = 0}; /* if the creation fails */
     object->buffer = buffer_create(&play->vk, play->device, play->memory_type, &info);
 }
 
@@ -111,6 +112,7 @@ static void renew(struct play *play, struct play_object *object)
         return;
     }
     buffer_destroy(&play->vk, play->device, &object->buffer);
+    object->buffer = (struct device_buffer){.size = 0}; /* if the creation fails */
     play_create_buffer(play, object);
     object->is_ghost = object->is_freed = false;
 }
