@@ -96,7 +96,7 @@ class Copy:
                           key=worth, reverse=True)
 
         for test in self.plain.others:
-            test.seconds = reach.seconds[test.name]
+            test.seconds = reach.seconds.get(test.name, SHORTEST_TIMEOUT)
         outcome = self.plain.try_mutation(mutation, reach, order)
         if outcome["outcome"] == "survived":
             self.prepare_sanitized()
