@@ -20,6 +20,7 @@ ADDRESSES = f"--as={64 * GIB}"
 SHORTEST_TIMEOUT = 30  # seconds
 LAYERS_DISABLED = {"VK_LOADER_LAYERS_DISABLE": "~implicit~"}
 ORIGINAL = ".unmutated"  # the name of an output while a mutant has its place
+OTHERS = "^(quick|bench|slow|no-coverage)$"  # labels that the other tests lack: they take up to a minute
 
 
 class Failed(Exception):
@@ -96,19 +97,21 @@ class Test:
         return status == 0 or (status is not None and status == self.skipped)
 
 
-def tests_of(tree, preset, seed, limits=()):
-    listed = subprocess.run(["ctest", "--preset", preset, "-L", "^quick$", "--show-only=json-v1"],
+def tests_of(tree, preset, seed, limits=(), is_quick=True):
+    chosen = ("--preset", preset, "-L", "^quick$") if is_quick else \
+        ("--test-dir", f"build/{preset}", "-LE", OTHERS)
+    listed = subprocess.run(["ctest", *chosen, "--show-only=json-v1"],
                             check=True, cwd=tree, stdout=subprocess.PIPE, text=True)
     tests = [Test(test, seed, limits) for test in json.loads(listed.stdout)["tests"]]
     if not tests:
-        raise Failed(f"{tree}: no test is labelled quick")
+        raise Failed(f"{tree}: ctest {' '.join(chosen)} lists no test")
     return tests
 
 
-def make(tree, preset, *options):
-    """Configures a preset and builds its quick tests."""
+def make(tree, preset, target, *options):
+    """Configures a preset and builds a target of it."""
     for command, text in ((["cmake", "--preset", preset, *options], "does not configure"),
-                          (["cmake", "--build", "--preset", preset, "--target", "quick_tests"],
+                          (["cmake", "--build", "--preset", preset, "--target", target],
                            "does not build")):
         status, output = run_process(command, tree)
         if status != 0:
@@ -120,22 +123,25 @@ def make(tree, preset, *options):
 class Build:
     """Optimised, of preset quick; or sanitized, of preset asan, which finds what a run does not show."""
 
-    def __init__(self, tree, preset, seed):
-        self.tree, self.preset, self.seed = tree, preset, seed
+    def __init__(self, tree, preset, seed, has_others=False):
+        self.tree, self.preset, self.seed, self.has_others = tree, preset, seed, has_others
         self.build = tree / "build" / preset
         self.is_sanitized = preset == "asan"
-        self.tests, self.sound, self.links = [], set(), None
+        self.tests, self.others, self.sound, self.links = [], [], set(), None
 
     def prepare(self):
         """Without debug information: else every mutation changes it."""
         for kept in self.build.rglob("*" + ORIGINAL):  # the last run was ended by force
             kept.replace(str(kept).removesuffix(ORIGINAL))
-        make(self.tree, self.preset, "-DCMAKE_C_FLAGS_DEBUG=-O1" if self.is_sanitized
+        target = "all" if self.has_others else "quick_tests"
+        make(self.tree, self.preset, target, "-DCMAKE_C_FLAGS_DEBUG=-O1" if self.is_sanitized
              else "-DCMAKE_C_FLAGS_RELWITHDEBINFO=-O2 -DNDEBUG")
         (self.build / "mutant").mkdir(exist_ok=True)
-        self.links = Links(self.build, "quick_tests")
-        self.tests = tests_of(self.tree, self.preset, self.seed,
-                              () if self.is_sanitized else [ADDRESSES])
+        self.links = Links(self.build, target)
+        limits = () if self.is_sanitized else [ADDRESSES]
+        self.tests = tests_of(self.tree, self.preset, self.seed, limits)
+        if self.has_others:
+            self.others = tests_of(self.tree, self.preset, self.seed, limits, is_quick=False)
 
     def measure(self):
         """Fails if a test does."""
@@ -166,14 +172,16 @@ class Build:
             return {"outcome": "equivalent"}
         kept = []
         try:
-            killer = self.find_killer(order(self.tests, names), mutated, kept)
+            killer = self.find_killer(order(self.tests, names) + order(self.others, names),
+                                      mutated, kept)
         finally:
             for path in kept:
                 os.replace(path + ORIGINAL, path)
         if not killer:
             return {"outcome": "survived"}
         self.require(killer)
-        return {"outcome": "killed", "killer": killer.name, "preset": self.preset}
+        return {"outcome": "killed", "killer": killer.name, "preset": self.preset,
+                "is_quick": killer not in self.others}
 
     def compile(self, mutation, text, objects):
         """The objects that the mutation changes, each with its mutant; None if it is no C."""

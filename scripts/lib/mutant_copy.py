@@ -2,6 +2,7 @@
 """A mutated copy of the repository, with its builds. Each worker of scripts/mutants has one."""
 import os
 import subprocess
+import time
 
 from mutant_build import SHORTEST_TIMEOUT, Build, make, tests_of
 
@@ -18,10 +19,11 @@ def repository_files(root):
 
 
 class Copy:
-    def __init__(self, root, number, seed):
+    def __init__(self, root, number, seed, has_others=False):
         self.root, self.seed = root, seed
         self.tree = root / "build" / "mutants" / str(number)
-        self.plain, self.sanitized = (Build(self.tree, preset, seed) for preset in ("quick", "asan"))
+        self.plain = Build(self.tree, "quick", seed, has_others)
+        self.sanitized = Build(self.tree, "asan", seed)
 
     # ---- before the first mutant
 
@@ -43,12 +45,18 @@ class Copy:
     def count_lines(self, reach):
         """Builds another time, and notes which lines each test executes."""
         self.copy_files()
-        make(self.tree, "coverage", "-DCMAKE_C_FLAGS_DEBUG=-O1")
+        has_others = self.plain.has_others
+        make(self.tree, "coverage", "all" if has_others else "quick_tests", "-DCMAKE_C_FLAGS_DEBUG=-O1")
         build = self.tree / "build" / "coverage"
         for path in build.rglob("*.gcda"):
             path.unlink()
-        for test in tests_of(self.tree, "coverage", self.seed):
+        tests = tests_of(self.tree, "coverage", self.seed)
+        if has_others:
+            tests += tests_of(self.tree, "coverage", self.seed, is_quick=False)
+        for test in tests:
+            begin = time.monotonic()
             test.passes()
+            reach.seconds[test.name] = time.monotonic() - begin
             reach.add(self.tree, build, test.name)
 
     def copy_files(self):
@@ -87,6 +95,8 @@ class Copy:
                            if test.name in names or test.name.startswith(UNCOUNTED)),
                           key=worth, reverse=True)
 
+        for test in self.plain.others:
+            test.seconds = reach.seconds.get(test.name, SHORTEST_TIMEOUT)
         outcome = self.plain.try_mutation(mutation, reach, order)
         if outcome["outcome"] == "survived":
             self.prepare_sanitized()

@@ -16,6 +16,7 @@ class Reach:
     def __init__(self):
         self.tests = defaultdict(lambda: defaultdict(set))  # by file and line
         self.objects = defaultdict(lambda: defaultdict(set))
+        self.seconds = {}  # that each test takes while it is counted
 
     def add(self, tree, build, test):
         """Reads and removes the counts that the programs of one test have left."""
@@ -58,10 +59,11 @@ class Reach:
     def write(self, path):
         data = [{name: {line: sorted(names) for line, names in lines.items()}
                  for name, lines in of.items()} for of in (self.tests, self.objects)]
-        path.write_text(json.dumps(data))
+        path.write_text(json.dumps([*data, self.seconds]))
 
     def read(self, path):
-        for of, data in zip((self.tests, self.objects), json.loads(path.read_text())):
+        *both, self.seconds = json.loads(path.read_text())
+        for of, data in zip((self.tests, self.objects), both):
             for name, lines in data.items():
                 for line, names in lines.items():
                     of[name][int(line)] = set(names)

@@ -45,9 +45,9 @@ def read_explained(path):
     return reasons
 
 
-def digest_of(root):
+def digest_of(root, tests):
     """Of all that a result depends on: scripts and pages are not part of it."""
-    digest = hashlib.sha256()
+    digest = hashlib.sha256(tests.encode())
     for name in repository_files(root):
         if not name.startswith(("scripts/", "docs/", ".")) and not name.endswith(".md"):
             digest.update(name.encode() + b"\0" + (root / name).read_bytes() + b"\0")
@@ -61,13 +61,13 @@ def key_of(mutation):
 class Results:
     """May be used by several threads."""
 
-    def __init__(self, root):
+    def __init__(self, root, tests=""):
         self.path = root / "build" / "mutants" / "results.jsonl"
         self.lock = threading.Lock()
         self.outcomes = {}
         self.killers = {}  # of mutations; those of older sources and tests stay
         self.kills = {}    # of each folder, by test
-        self.digest = digest_of(root)
+        self.digest = digest_of(root, tests)
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self.read(self.path.read_text().splitlines() if self.path.exists() else [])
         records = ({"digest": self.digest, "killers": self.killers}, *self.outcomes.values())

@@ -298,12 +298,10 @@ TEST_OPENED(test_waits_for_events, clear)
 /* Every allocation fails in turn; the last life has all. */
 TEST_OPENED(test_dependencies_without_memory, clear)
 {
-    static VkMemoryBarrier2 memory[MANY];
-    const VkMemoryRangeBarrierKHR range = {.srcStageMask = BUILD};
-    const STRUCT(VkMemoryRangeBarriersInfoKHR, ranges, .memoryRangeBarrierCount = 1,
-                 .pMemoryRangeBarriers = &range);
-    const VkDependencyInfo info = {
-        .pNext = &ranges, .memoryBarrierCount = MANY, .pMemoryBarriers = memory};
+    static const VkMemoryRangeBarrierKHR range[MANY] = {{.srcStageMask = BUILD}};
+    const STRUCT(VkMemoryRangeBarriersInfoKHR, ranges, .memoryRangeBarrierCount = MANY,
+                 .pMemoryRangeBarriers = range);
+    const VkDependencyInfo info = {.pNext = &ranges};
     for (int i = 0; i < 3; i++) {
         memory_fail_after(i);
         cpu_CmdPipelineBarrier2(COMMAND_BUFFER, &info);

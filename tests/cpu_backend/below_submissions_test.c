@@ -94,6 +94,11 @@ TEST_OPENED(test_submissions2, clear)
     GET(cpu_QueueSubmit2(QUEUE, 1, &submit, VK_NULL_HANDLE));
     assert_int_equal(seen.src, COMPUTE);
     assert_int_equal(seen.dst, ALL);
+    wait.stageMask = BUILD;
+    signal.stageMask = COMPUTE;
+    GET(cpu_QueueSubmit2(QUEUE, 1, &submit, VK_NULL_HANDLE));
+    assert_int_equal(seen.src, ALL);
+    assert_int_equal(seen.dst, COMPUTE);
 }
 
 TEST_OPENED(test_submissions_without_memory, clear)
@@ -149,4 +154,14 @@ TEST_OPENED(test_render_pass2, clear)
     assert_int_equal(seen.memory2.dstStageMask, ALL);
     assert_int_equal(seen.memory2.srcStageMask, COMPUTE);
     assert_int_equal(barrier2.dstStageMask, BUILD);
+}
+
+TEST_OPENED(test_render_pass2_with_many_dependencies, clear)
+{
+    static VkSubpassDependency2 dependencies[MANY];
+    const VkRenderPassCreateInfo2 info = {.dependencyCount = MANY, .pDependencies = dependencies};
+    VkRenderPass pass;
+    dependencies[0].dstStageMask = BUILD;
+    GET(cpu_CreateRenderPass2(DEVICE, &info, NULL, &pass));
+    assert_int_equal(seen.dependency2.dstStageMask, ALL);
 }

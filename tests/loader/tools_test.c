@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* tools_test null|lavapipe: vkGetPhysicalDeviceToolProperties lists the layer. The null driver
- * lacks the command. */
+/* tools_test null|lavapipe|cpu_null: vkGetPhysicalDeviceToolProperties lists the layer. The null
+ * driver lacks the command. */
 #include "loader_test.h"
 
 enum { TOOLS_MAX = 8 };
@@ -11,7 +11,11 @@ static void check_tool(const VkPhysicalDeviceToolProperties *tool, const void *c
     assert_ptr_equal(tool->pNext, chain);
     assert_string_equal(tool->name, "Assay");
     assert_string_equal(tool->layer, LAYER_NAME);
-    assert_true(tool->purposes & VK_TOOL_PURPOSE_VALIDATION_BIT);
+    const VkToolPurposeFlags modifies =
+        VK_TOOL_PURPOSE_ADDITIONAL_FEATURES_BIT | VK_TOOL_PURPOSE_MODIFYING_FEATURES_BIT;
+    assert_int_equal(tool->purposes, VK_TOOL_PURPOSE_VALIDATION_BIT |
+                                         VK_TOOL_PURPOSE_DEBUG_REPORTING_BIT_EXT |
+                                         (platform.is_cpu ? modifies : 0));
     assert_int_not_equal(tool->version[0], '\0');
     assert_int_not_equal(tool->description[0], '\0');
 }

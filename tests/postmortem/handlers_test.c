@@ -254,6 +254,30 @@ static void open_often(void)
     _exit(HANDLED);
 }
 
+/* The handler has no place for the last devices. */
+static void crash_with_many_devices(void)
+{
+    open_at(NULL);
+    const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, features,
+                 .accelerationStructure = VK_TRUE);
+    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
+    VkDevice device;
+    VkuDeviceDispatchTable vk;
+    for (int i = 0; i < 20; i++)
+        GET(instance_fixture_create_device(&fixture.instance, &features, extensions,
+                                           ARRAY_COUNT(extensions), &device, &vk));
+    vk.DestroyDevice(device, NULL);
+    CRASH(.signal = 0);
+}
+
+static void crash_without_stderr(void)
+{
+    open_at(NULL);
+    close(STDERR_FILENO);
+    CRASH(.signal = 0);
+}
+
 static const struct row {
     const char *test;
     void (*child)(void);
@@ -286,6 +310,8 @@ static const struct row {
      return_once_from_a_protected_page,
      {SIGSEGV, {"returns", "ASSAY-crash"}}},
     {"test_handlers_are_put_back", open_often, {0}},
+    {"test_no_stderr", crash_without_stderr, {SIGSEGV, .lacks = "ASSAY-crash"}},
+    {"test_many_devices", crash_with_many_devices, {SIGSEGV, {"ASSAY-crash"}, "runtime error"}},
 };
 
 TEST_OF_ROWS(test_handlers, rows, const struct row *row, unit_test_nothing)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Micromaps:
  *
- *     micromap NAME [data PLACE] [triangles PLACE] [scratch PLACE] [and NAME ...]
+ *     micromap NAME [data PLACE] [triangles PLACE] [scratch PLACE] [usage pointer] [and NAME ...]
  *     clone | serialize | deserialize SRC > DST
  *     query NAME > POOL          of the serialization size; the pool's name begins with PM
  *     host micromap ...          host clone | serialize | deserialize ...
@@ -22,6 +22,7 @@ static char **read_build(struct play *play, char **words, bool is_host,
                          VkMicromapBuildInfoEXT *info)
 {
     static const VkMicromapUsageEXT usage = {TRIANGLES, 0, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
+    static const VkMicromapUsageEXT *const usage_pointer = &usage;
     char *triangles = "V1";
     *info = MAKE(VkMicromapBuildInfoEXT, .type = play_micromap_type(play),
                  .dstMicromap = play_object(play, *words++)->micromap, .usageCountsCount = 1,
@@ -35,7 +36,10 @@ static char **read_build(struct play *play, char **words, bool is_host,
             triangles = words[1];
         else if (play_is(words[0], "scratch"))
             info->scratchData = play_address_for(play, words[1], is_host);
-        else
+        else if (play_is(words[0], "usage") && play_is(words[1], "pointer")) {
+            info->pUsageCounts = NULL;
+            info->ppUsageCounts = &usage_pointer;
+        } else
             play_fail(play, words[0]);
     }
     play_init(play, (char *[]){"", triangles, "triangles"});

@@ -44,21 +44,39 @@ static void make_two_buffers(struct scene *scene, VkDeviceSize offset)
     }
 }
 
-/* vkBindBufferMemory2 of two buffers at once. */
-static VkResult bind2(struct scene *scene, VkDeviceSize second_offset)
+/* vkBindBufferMemory2 of two buffers at once, with these structures in their chains. */
+static VkResult bind2_with(struct scene *scene, VkDeviceSize second_offset,
+                           const VkBindMemoryStatus *status)
 {
     VkBindBufferMemoryInfo infos[2];
     const struct test_memory memory = scene_allocate(scene, 2 * PLACE_SIZE);
 
     for (int i = 0; i < 2; i++) {
         buffers[i] = scene_create_buffer(scene, PLACE_SIZE, PLACE_USAGE);
-        infos[i] = MAKE(VkBindBufferMemoryInfo, .buffer = buffers[i].handle,
-                        .memory = memory.handle, .memoryOffset = i == 0 ? 0 : second_offset);
+        infos[i] = MAKE(VkBindBufferMemoryInfo, .pNext = status ? &status[i] : NULL,
+                        .buffer = buffers[i].handle, .memory = memory.handle,
+                        .memoryOffset = i == 0 ? 0 : second_offset);
     }
     const VkResult result = scene->vk->BindBufferMemory2(scene->fixture->device, 2, infos);
     place_dst(scene, INDEXED, &buffers[0], 0);
     place_dst(scene, AABBS, &buffers[1], 0);
     return result;
+}
+
+static VkResult bind2(struct scene *scene, VkDeviceSize second_offset)
+{
+    return bind2_with(scene, second_offset, NULL);
+}
+
+/* The same in a call that fails. The first buffer is bound, and the second one with this result. */
+static void bind2_failing(struct scene *scene, VkResult second)
+{
+    VkResult results[] = {VK_SUCCESS, second};
+    const VkBindMemoryStatus status[] = {MAKE(VkBindMemoryStatus, .pResult = &results[0]),
+                                         MAKE(VkBindMemoryStatus, .pResult = &results[1])};
+    scene->fixture->platform->null_driver.fail_next("vkBindBufferMemory2",
+                                                    VK_ERROR_OUT_OF_DEVICE_MEMORY);
+    bind2_with(scene, 0, status);
 }
 
 /* Two structures at one offset of memory that each physical device has an instance of. */

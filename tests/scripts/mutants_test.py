@@ -45,6 +45,7 @@ class Repository(unittest.TestCase):
         again = mutants.Results(self.root)
         self.assertEqual(again.find(turned)["outcome"], "killed")
         self.assertIsNone(again.find(dropped))
+        self.assertIsNone(mutants.Results(self.root, "all").find(turned))
         self.write(SOURCE + "\n")
         for _ in range(2):
             changed = mutants.Results(self.root)

@@ -31,13 +31,14 @@ static const struct expected end = {COMPUTE, BUILDS, 0, 0, BEHIND};
 
 static struct device_buffer instances;
 
-static void open_with(const char *level, const char *guard)
+static void open_with(const struct instance_settings *settings)
 {
-    SCENE_OPEN(.settings = {.level = level, .guard = guard}, .boxes_size = 64,
-               .structure_size = 4096, .has_tlas = true);
+    SCENE_OPEN(.settings = *settings, .boxes_size = 64, .structure_size = 4096, .has_tlas = true);
     instances = scene_input(sizeof(VkAccelerationStructureInstanceKHR));
     scene_write_instance(&instances, true);
 }
+
+#define OPEN(...) open_with(&(struct instance_settings){__VA_ARGS__})
 
 static bool is_of_application(VkBuffer buffer)
 {
@@ -82,13 +83,13 @@ static void expect_of_build(VkCommandBufferUsageFlags usage, bool is_pointer, ui
 
 TEST(test_level_execution)
 {
-    open_with("execution", NULL);
+    OPEN(.level = "execution");
     expect_of_build(0, false, 0, NULL);
 }
 
 TEST(test_level_content)
 {
-    open_with("content", NULL);
+    OPEN(.level = "content");
     EXPECT_OF_BUILD(0, false, &start, &show, &end);
 }
 
@@ -98,7 +99,7 @@ TEST(test_several_executions_at_once)
     static const struct expected repeated = {BUILDS | COMPUTE | TRANSFER, COMPUTE | TRANSFER,
                                              SHADER_WRITE | TRANSFER_WRITE,
                                              SHADER_READ | SHADER_WRITE | TRANSFER_WRITE, 0};
-    open_with("content", NULL);
+    OPEN(.level = "content");
     EXPECT_OF_BUILD(VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT, false, &repeated, &show, &end);
 }
 
@@ -106,7 +107,7 @@ TEST(test_several_executions_at_once)
 TEST(test_pointers)
 {
     static const struct expected gathered = {COMPUTE, COMPUTE, SHADER_WRITE, SHADER_READ, OWN};
-    open_with("content", NULL);
+    OPEN(.level = "content");
     EXPECT_OF_BUILD(0, true, &start, &gathered, &show, &end);
 }
 
@@ -115,6 +116,19 @@ TEST(test_guard)
 {
     static const struct expected guarded = {COMPUTE, BUILDS, SHADER_WRITE,
                                             VK_ACCESS_MEMORY_READ_BIT, OWN};
-    open_with("content", "references");
+    OPEN(.level = "content", .guard = "references");
     EXPECT_OF_BUILD(0, false, &start, &show, &guarded, &end);
+}
+
+/* No build reaches the driver. */
+TEST(test_backend_cpu)
+{
+    static const struct expected first = {
+        VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, COMPUTE | TRANSFER, VK_ACCESS_MEMORY_WRITE_BIT,
+        VK_ACCESS_TRANSFER_READ_BIT | TRANSFER_WRITE | SHADER_READ | SHADER_WRITE, 0};
+    static const struct expected last = {COMPUTE | TRANSFER,
+                                         VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | HOST,
+                                         SHADER_WRITE | TRANSFER_WRITE, VK_ACCESS_HOST_READ_BIT, 0};
+    OPEN(.level = "content", .backend = "cpu");
+    EXPECT_OF_BUILD(0, false, &first, &last);
 }

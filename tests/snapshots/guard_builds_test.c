@@ -105,6 +105,18 @@ NULL_TEST(test_unguarded)
     fixture.vk.FreeCommandBuffers(fixture.device, fixture.pool, 1, &commands);
 }
 
+/* Behind the dispatch the constants are pushed again, up to the last ones. */
+NULL_TEST(test_last_constants)
+{
+    const uint64_t reference = guard_refer_to(scene.blas);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    fixture.vk.CmdPushConstants(commands, VK_NULL_HANDLE, VK_SHADER_STAGE_COMPUTE_BIT, 252, 4,
+                                "end");
+    guard_build(commands, 1);
+    fixture_finish(&fixture, commands);
+    guard_expect_read(&reference, 1);
+}
+
 /* Builds that cannot be guarded read what the application wrote. */
 static void build_without(const char *command)
 {

@@ -156,10 +156,13 @@ TEST_BETWEEN(test_fence_is_used_again, set_up, tear_down)
     ticket_release(ticket_create(&snapshots, VK_NULL_HANDLE));
     struct ticket *ticket = submitted();
     signal_fence(0);
+    assert_int_equal(result_of(ticket), VK_SUCCESS);
+    assert_true(atomic_load(&ticket->is_complete));
     ticket_release(ticket);
     ticket = submitted();
     assert_int_equal(created, 1);
     assert_int_equal(result_of(ticket), VK_TIMEOUT);
+    assert_false(atomic_load(&ticket->is_complete));
     signal_fence(0);
     reset_result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
     ticket_release(ticket);
