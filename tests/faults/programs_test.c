@@ -301,7 +301,7 @@ int main(int count, char **arguments)
             abort();
     }
     setenv("VK_ASSAY_VALIDATION_ENABLE_MESSAGE_LIMIT", "false", 1);
-    current.seed = random_of("faults_programs").state;
+    current.seed = random_seed(20261127);
     differences_fill();
     print_at_death();
     for (uint64_t i = first; i < programs && failed < FAILURES_MAX; i++)
