@@ -11,9 +11,10 @@ void join(struct random_test *test, uint32_t operation)
     if (test->works[operation].fails)
         add_line(test, "fail vkGetDeferredOperationResultKHR OUT_OF_HOST_MEMORY");
     add_line(test, "host join d%u", operation);
+    play_lines(test);
     test->works[operation].is_deferred = false;
-    model_end_work(&test->model, test->works[operation].batch, &test->works[operation].operation,
-                   test->works[operation].fails);
+    model_end_work(&test->now.model, test->works[operation].batch,
+                   &test->works[operation].operation, test->works[operation].fails);
 }
 
 static struct operation random_work(struct random_test *test, uint32_t *deferred, bool *fails)
@@ -25,8 +26,11 @@ static struct operation random_work(struct random_test *test, uint32_t *deferred
                              .dst = below(test, STRUCTURES),
                              .src = below(test, STRUCTURES),
                              .asked = {.state = BUILT, .counted = true}};
+    if (test->play.platform->is_cpu) /* it refuses what the model finds mistakes in */
+        work.action = ACTION_HOST_BUILD;
     *deferred = chance(test, 40) ? 1 + below(test, OPERATIONS) : 0;
-    *fails = !*deferred && work.action <= ACTION_HOST_UPDATE && chance(test, 10);
+    *fails =
+        !test->is_faulty && !*deferred && work.action <= ACTION_HOST_UPDATE && chance(test, 10);
     if (work.action > ACTION_HOST_UPDATE && work.src == work.dst)
         work.src = (work.dst + 1) % STRUCTURES;
     work.asked.shape = random_shape(test);
@@ -62,10 +66,10 @@ void work_on_host(struct random_test *test)
     bool fails;
     char end[64] = "";
     const struct operation work = random_work(test, &deferred, &fails);
-    const bool may_skip = chance(test, 20);
+    const bool may_skip = !test->is_faulty && chance(test, 20);
     join(test, deferred);
-    const uint32_t batch = model_judge_work(&test->model, &work);
-    const bool is_skipped = may_skip && test->model.finding_count;
+    const uint32_t batch = model_judge_work(&test->now.model, &work);
+    const bool is_skipped = may_skip && test->now.model.finding_count;
     if (deferred)
         snprintf(end, sizeof(end), " deferred d%u", deferred);
     else if (fails && !is_skipped)
@@ -74,13 +78,15 @@ void work_on_host(struct random_test *test)
         add_line(test, "fail vkBuildAccelerationStructuresKHR OUT_OF_HOST_MEMORY");
     add_work(test, &work, end);
     expect_findings(test, is_skipped);
+    const bool is_done = play_lines(test);
     if (is_skipped)
         return;
-    model_begin_work(&test->model, &work);
+    model_begin_work(&test->now.model, &work);
+    deferred = is_done ? deferred : 0;
     test->works[deferred].operation = work;
     test->works[deferred].batch = batch;
-    test->works[deferred].fails = deferred ? chance(test, 10) : fails;
+    test->works[deferred].fails = deferred ? !test->is_faulty && chance(test, 10) : !is_done;
     test->works[deferred].is_deferred = deferred != 0;
     if (!deferred)
-        model_end_work(&test->model, batch, &work, fails);
+        model_end_work(&test->now.model, batch, &work, !is_done);
 }

@@ -10,6 +10,11 @@ uint32_t below(struct random_test *test, uint32_t bound)
     return (uint32_t)(random_next(&test->random) >> 32) % bound;
 }
 
+const char *queue_name(const struct random_test *test, uint32_t queue)
+{
+    return test->queue ? test->queue : queue ? "q2" : "q0";
+}
+
 bool chance(struct random_test *test, uint32_t percent)
 {
     return below(test, 100) < percent;
@@ -41,9 +46,21 @@ void add_line(struct random_test *test, const char *format, ...)
     program_add(&test->program, text, test->program.line_count + 1);
 }
 
+bool play_lines(struct random_test *test)
+{
+    struct play *play = &test->play;
+    struct program *program = &test->program;
+    for (; test->played < program->line_count && play->outcome == OUTCOME_PASSED; test->played++) {
+        play_line(play, test->played);
+        if (play->result != VK_SUCCESS && !program->lines[test->played].result)
+            program_note_result(program, test->played, play_name_of(play->result));
+    }
+    return play->result == VK_SUCCESS;
+}
+
 void expect_findings(struct random_test *test, bool skips)
 {
-    struct model *model = &test->model;
+    struct model *model = &test->now.model;
     struct program *program = &test->program;
     for (uint32_t i = 0; i < model->finding_count; i++) {
         PLAY_REQUIRE(&test->play, program->expected_count < PROGRAM_EXPECTATIONS);
@@ -55,4 +72,13 @@ void expect_findings(struct random_test *test, bool skips)
     }
     test->findings += model->finding_count;
     model->finding_count = 0;
+}
+
+void expect_mistake(struct random_test *test, enum rule rule)
+{
+    struct model *model = &test->now.model;
+    model->findings[0].rule = rule;
+    model->findings[0].command = "vkCmdBuildAccelerationStructuresKHR()";
+    model->finding_count = 1;
+    expect_findings(test, false);
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Random programs (tests/programs/program.h), with what the model says that the layer must report.
+ * Each line is played as soon as it is made, because what follows depends on the calls that fail.
  */
 #ifndef EXECUTION_RANDOM_TEST_H
 #define EXECUTION_RANDOM_TEST_H
@@ -109,17 +110,22 @@ void model_create(struct model *model, uint32_t structure);
 
 /* ---- random programs */
 
-struct random_test {
-    struct platform platform;
-    struct play play;
-    struct program program;
+/* What a submission that fails leaves as it was. */
+struct sent {
     struct model model;
-    struct random random;
-    bool executable[COMMAND_BUFFERS], pending[COMMAND_BUFFERS], uses[COMMAND_BUFFERS][STRUCTURES];
-    bool executes[COMMAND_BUFFERS][COMMAND_BUFFERS];
     uint32_t values[QUEUES];       /* of the timelines, as submitted */
     uint32_t awaited;              /* of the leader's timeline, by the other queue */
-    int binary_signal[SEMAPHORES]; /* the batch that has signalled it; -1: none */
+    int binary_signal[SEMAPHORES]; /* the batch that has signaled it; -1: none */
+};
+
+struct random_test {
+    struct play play;
+    struct program program;
+    unsigned played; /* lines */
+    struct random random;
+    struct sent now, before; /* `before`: the last submission */
+    bool executable[COMMAND_BUFFERS], pending[COMMAND_BUFFERS], uses[COMMAND_BUFFERS][STRUCTURES];
+    bool executes[COMMAND_BUFFERS][COMMAND_BUFFERS];
     struct {
         struct operation operation;
         uint32_t batch;
@@ -128,6 +134,12 @@ struct random_test {
     uint32_t leader;         /* the queue whose future signals the other may wait for */
     char batch[256];         /* the words of the batch that is being put together */
     uint64_t findings, silent_programs;
+
+    /* A faulty program: calls may fail by what somebody else has planned, and objects are created
+     * again. Otherwise the program itself has calls that fail, or that the messenger skips. */
+    bool is_faulty;
+    const char *queue; /* of all batches: others belong to other threads. NULL: q0 and q2 */
+    bool is_over;      /* an object that the program needs cannot be created */
 };
 
 /* ---- dice and lines (random_lines.c) */
@@ -138,9 +150,37 @@ struct shape random_shape(struct random_test *test);
 
 __attribute__((format(printf, 2, 3))) void add_line(struct random_test *test, const char *format,
                                                     ...);
+const char *queue_name(const struct random_test *test, uint32_t queue);
+/* Plays the lines that are new. Returns whether the calls of the last one succeeded. */
+bool play_lines(struct random_test *test);
 /* The last line has to report what the model has found; with `skips`, the messenger asks to skip
  * the call if there is something. */
 void expect_findings(struct random_test *test, bool skips);
+
+/* The last line breaks this rule, and its command buffer must not be submitted. */
+void expect_mistake(struct random_test *test, enum rule rule);
+
+/* ---- objects (random_objects.c) */
+
+/* All objects that a faulty program needs, before anything fails; and a command buffer more, which
+ * is never submitted. */
+void create_all(struct random_test *test);
+/* When nothing is pending. */
+void recreate(struct random_test *test, uint32_t structure);
+void renew_scratch(struct random_test *test);
+
+/* ---- programs (random_programs.c) */
+
+/* Recording a secondary anew invalidates the primaries that execute it. */
+void forget_recording(struct random_test *test, uint32_t cb);
+
+/* Programs share objects, each with new structures and timelines. The program has a name, and
+ * perhaps lines about the device. */
+void random_start(struct random_test *test);
+/* A few calls. */
+void random_step(struct random_test *test);
+/* Waits for everything, and leaves no binary semaphore signaled. */
+void random_finish(struct random_test *test);
 
 /* random_host.c: a command of the host; and the completion of an operation, if it has work. */
 void work_on_host(struct random_test *test);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The barriers of vkCmdPipelineBarrier that were recorded, for tests. */
+/* The stages and accesses that commands named, for tests. */
 #include "internal.h"
 
-enum { BARRIERS_MAX = 64 };
+enum { BARRIERS_MAX = 256 };
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* guards the members below */
 static struct null_driver_barrier barriers[BARRIERS_MAX];
@@ -28,22 +28,118 @@ static void add(struct null_driver_barrier barrier)
     pthread_mutex_unlock(&lock);
 }
 
+/* ---- Vulkan 1.0: one pair of stages for all barriers */
+
+#define ADD_OLD(barrier, handle)                                                                   \
+    add((struct null_driver_barrier){srcStageMask, dstStageMask, (barrier)->srcAccessMask,         \
+                                     (barrier)->dstAccessMask, handle, 0})
+#define ADD_ALL_OLD()                                                                              \
+    do {                                                                                           \
+        if (memoryBarrierCount + bufferMemoryBarrierCount + imageMemoryBarrierCount == 0)          \
+            add((struct null_driver_barrier){.src = srcStageMask, .dst = dstStageMask});           \
+        for (uint32_t i = 0; i < memoryBarrierCount; i++)                                          \
+            ADD_OLD(&pMemoryBarriers[i], VK_NULL_HANDLE);                                          \
+        for (uint32_t i = 0; i < bufferMemoryBarrierCount; i++)                                    \
+            ADD_OLD(&pBufferMemoryBarriers[i], pBufferMemoryBarriers[i].buffer);                   \
+        for (uint32_t i = 0; i < imageMemoryBarrierCount; i++)                                     \
+            ADD_OLD(&pImageMemoryBarriers[i], VK_NULL_HANDLE);                                     \
+    } while (0)
+
 COMMAND(CmdPipelineBarrier)
 {
-    const struct null_driver_barrier stages = {.src = srcStageMask, .dst = dstStageMask};
-    if (memoryBarrierCount + bufferMemoryBarrierCount == 0)
-        add(stages);
-    for (uint32_t i = 0; i < memoryBarrierCount; i++) {
-        struct null_driver_barrier barrier = stages;
-        barrier.src_access = pMemoryBarriers[i].srcAccessMask;
-        barrier.dst_access = pMemoryBarriers[i].dstAccessMask;
-        add(barrier);
+    ADD_ALL_OLD();
+}
+
+COMMAND(CmdWaitEvents)
+{
+    ADD_ALL_OLD();
+}
+
+/* ---- masks of one structure each */
+
+#define ADD(masks, handle)                                                                         \
+    add((struct null_driver_barrier){(masks)->srcStageMask, (masks)->dstStageMask,                 \
+                                     (masks)->srcAccessMask, (masks)->dstAccessMask, handle, 0})
+
+static void add_info(const VkDependencyInfo *info)
+{
+    const VkMemoryRangeBarriersInfoKHR *ranges =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_MEMORY_RANGE_BARRIERS_INFO_KHR);
+    for (uint32_t i = 0; i < info->memoryBarrierCount; i++)
+        ADD(&info->pMemoryBarriers[i], VK_NULL_HANDLE);
+    for (uint32_t i = 0; i < info->bufferMemoryBarrierCount; i++)
+        ADD(&info->pBufferMemoryBarriers[i], info->pBufferMemoryBarriers[i].buffer);
+    for (uint32_t i = 0; i < info->imageMemoryBarrierCount; i++)
+        ADD(&info->pImageMemoryBarriers[i], VK_NULL_HANDLE);
+    for (uint32_t i = 0; ranges != NULL && i < ranges->memoryRangeBarrierCount; i++)
+        ADD(&ranges->pMemoryRangeBarriers[i], VK_NULL_HANDLE);
+}
+
+COMMAND(CmdPipelineBarrier2)
+{
+    add_info(pDependencyInfo);
+}
+
+COMMAND(CmdSetEvent2)
+{
+    add_info(pDependencyInfo);
+}
+
+COMMAND(CmdWaitEvents2)
+{
+    for (uint32_t i = 0; i < eventCount; i++)
+        add_info(&pDependencyInfos[i]);
+}
+
+ON_CREATION(CreateRenderPass)
+{
+    for (uint32_t i = 0; i < pCreateInfo->dependencyCount; i++)
+        ADD(&pCreateInfo->pDependencies[i], VK_NULL_HANDLE);
+}
+
+ON_CREATION(CreateRenderPass2)
+{
+    for (uint32_t i = 0; i < pCreateInfo->dependencyCount; i++) {
+        const VkSubpassDependency2 *dependency = &pCreateInfo->pDependencies[i];
+        const VkMemoryBarrier2 *barrier =
+            chain_find(dependency->pNext, VK_STRUCTURE_TYPE_MEMORY_BARRIER_2);
+        if (barrier != NULL)
+            ADD(barrier, VK_NULL_HANDLE);
+        else
+            ADD(dependency, VK_NULL_HANDLE);
     }
-    for (uint32_t i = 0; i < bufferMemoryBarrierCount; i++) {
-        struct null_driver_barrier barrier = stages;
-        barrier.src_access = pBufferMemoryBarriers[i].srcAccessMask;
-        barrier.dst_access = pBufferMemoryBarriers[i].dstAccessMask;
-        barrier.buffer = pBufferMemoryBarriers[i].buffer;
-        add(barrier);
+}
+
+/* ---- one mask of stages */
+
+#define STAGE(name, mask)                                                                          \
+    COMMAND(name)                                                                                  \
+    {                                                                                              \
+        add((struct null_driver_barrier){.src = (mask)});                                          \
     }
+STAGE(CmdSetEvent, stageMask)
+STAGE(CmdResetEvent, stageMask)
+STAGE(CmdResetEvent2, stageMask)
+STAGE(CmdWriteTimestamp, pipelineStage)
+STAGE(CmdWriteTimestamp2, stage)
+
+static void add_semaphores(uint32_t count, const VkSemaphoreSubmitInfo *semaphores, bool waits)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        const VkPipelineStageFlags2 stages = semaphores[i].stageMask;
+        if (stages != 0)
+            add((struct null_driver_barrier){.src = waits ? 0 : stages, .dst = waits ? stages : 0});
+    }
+}
+
+void barriers_note_submission(const VkSubmitInfo2 *info)
+{
+    add_semaphores(info->waitSemaphoreInfoCount, info->pWaitSemaphoreInfos, true);
+    add_semaphores(info->signalSemaphoreInfoCount, info->pSignalSemaphoreInfos, false);
+}
+
+void barriers_note_old_submission(const VkSubmitInfo *info)
+{
+    for (uint32_t i = 0; i < info->waitSemaphoreCount; i++)
+        add((struct null_driver_barrier){.dst = info->pWaitDstStageMask[i]});
 }

@@ -83,4 +83,5 @@ void null_driver_reset(void)
     null_driver_set_device_lost(false);
     null_driver_set_executes_nothing(false);
     null_driver_set_reads_instances(false);
+    null_driver_take_barriers(NULL, 0);
 }

@@ -311,6 +311,11 @@ bool loss_is_at_once(void);
 /* Keeps a submission until the hang ends. `commands` has the command buffers of `info`. */
 void fault_keep(const VkSubmitInfo2 *info, const VkCommandBuffer *commands, VkFence fence);
 
+/* ---- stages that submissions name, for tests */
+
+void barriers_note_submission(const VkSubmitInfo2 *info);
+void barriers_note_old_submission(const VkSubmitInfo *info);
+
 /* ---- entry points
  *
  * generate.py makes a function entry_NAME for each command that the registry has of the versions

@@ -174,11 +174,12 @@ struct null_driver_fault {
     bool in_thread;  /* the crash is that of a thread of the driver, for which the call waits */
 };
 
-/* A barrier of vkCmdPipelineBarrier: one for each memory and buffer barrier, or one without
- * accesses if the command has none of them. */
+/* Stages and accesses of a barrier or subpass dependency; of vkCmdPipelineBarrier without barriers,
+ * the stages alone. Commands with one mask of stages have it in `src`; submissions have stages that
+ * wait in `dst`, those that signal in `src`. */
 struct null_driver_barrier {
-    VkPipelineStageFlags src, dst;
-    VkAccessFlags src_access, dst_access;
+    VkPipelineStageFlags2 src, dst;
+    VkAccessFlags2 src_access, dst_access;
     VkBuffer buffer; /* null: of a memory barrier */
     uint64_t builds; /* calls of vkCmdBuildAccelerationStructuresKHR before */
 };
@@ -203,7 +204,7 @@ struct null_driver_api {
     /* The references that were read since the last call, in the order of the builds; UINT64_MAX
      * where an instance has no memory. Returns their number. */
     uint32_t (*take_references)(uint64_t *references, uint32_t capacity);
-    /* The first barriers that were recorded since the last call. Returns their number. */
+    /* The first barriers since the last call, or since the reset. Returns their number. */
     uint32_t (*take_barriers)(struct null_driver_barrier *barriers, uint32_t capacity);
     /* NULL: nothing is planned any more. */
     void (*plan_fault)(const struct null_driver_fault *fault);

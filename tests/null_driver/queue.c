@@ -28,6 +28,7 @@ static bool execute(const VkSubmitInfo2 *info)
 {
     VkCommandBuffer commands[COMMANDS_MAX];
     bool goes_on = !device_hangs();
+    barriers_note_submission(info);
     for (uint32_t i = 0; i < info->commandBufferInfoCount; i++) {
         const VkCommandBuffer own = info->pCommandBufferInfos[i].commandBuffer;
         if (i < COMMANDS_MAX)
@@ -61,6 +62,7 @@ static bool execute1(const VkSubmitInfo *info)
     VkSemaphoreSubmitInfo signals[SIGNALS_MAX];
     VkSubmitInfo2 own = {.pCommandBufferInfos = commands, .pSignalSemaphoreInfos = signals};
     bool goes_on = true;
+    barriers_note_old_submission(info);
     for (uint32_t i = 0; i < info->commandBufferCount; i++) {
         if (own.commandBufferInfoCount == COMMANDS_MAX) {
             goes_on = execute(&own) && goes_on;

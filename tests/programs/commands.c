@@ -121,8 +121,8 @@ static void begin(struct play *play, char **words)
         create_pool(play, object);
     const STRUCT(VkCommandBufferBeginInfo, info, .flags = flags,
                  .pInheritanceInfo = &MAKE(VkCommandBufferInheritanceInfo));
-    GET(play->vk.BeginCommandBuffer(object->commands, &info));
-    play->recording = object;
+    play_note(play, play->vk.BeginCommandBuffer(object->commands, &info));
+    play->recording = play->result == VK_SUCCESS ? object : NULL;
 }
 
 static void end(struct play *play)

@@ -388,12 +388,14 @@ static bool lacks_nv(const struct program *program)
 static const char *missing_platform(const struct play *play)
 {
     const struct program *program = play->program;
-    const bool needs_null = program_find(program, "only", "null") ||
-                            program_find(program, "driver", NULL) || has_word(program, "fail") ||
-                            has_word(program, "lose") || has_word(program, "count") ||
-                            has_word(program, "fault");
+    const bool needs_null =
+        program_find(program, "only", "null") || program_find(program, "driver", NULL) ||
+        has_word(program, "fail") || has_word(program, "lose") || has_word(program, "count") ||
+        has_word(program, "fault") || has_word(program, "below") || has_word(program, "timestamp");
     if (needs_null && !play->platform->is_null)
         return "the null driver";
+    if (has_word(program, "allocation") && !play->platform->fail_allocations)
+        return "allocations that fail";
     if (play->platform->is_cpu && program_find(program, "only", "driver"))
         return "builds by the driver";
     if (!play->platform->is_cpu && program_find(program, "only", "cpu"))

@@ -247,6 +247,15 @@ struct program_line *program_add(struct program *program, const char *text, unsi
     return line;
 }
 
+void program_note_result(struct program *program, unsigned line, const char *result)
+{
+    char text[TEXT_SIZE];
+    const int length =
+        snprintf(text, sizeof(text), "%s returns %s", program->lines[line].text, result);
+    program->lines[line].text = keep(program, text, (size_t)length);
+    program->lines[line].result = result;
+}
+
 static void add_line(struct expander *expander, const struct source_line *source)
 {
     struct program *program = expander->program;

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What goes wrong on the null driver, and what reaches it:
  *
+ *     allocation NUMBER fails           of the layer's, counted from here; then it may report less
+ *     allocations fail from NUMBER      allocations succeed
  *     fail CALL RESULT [NUMBER]         the driver does nothing in its next call of that name, or
  *                              in the one of this number
  *     lose device              until `find device`, submissions and waits return DEVICE_LOST
@@ -36,7 +38,16 @@ static const struct {
     {"OUT_OF_HOST_MEMORY", VK_ERROR_OUT_OF_HOST_MEMORY},
     {"OUT_OF_DEVICE_MEMORY", VK_ERROR_OUT_OF_DEVICE_MEMORY},
     {"VALIDATION_FAILED", VK_ERROR_VALIDATION_FAILED_EXT},
+    {"INITIALIZATION_FAILED", VK_ERROR_INITIALIZATION_FAILED},
 };
+
+const char *play_name_of(VkResult result)
+{
+    for (size_t i = 0; i < ARRAY_COUNT(results); i++)
+        if (results[i].result == result)
+            return results[i].name;
+    return "another result";
+}
 
 VkResult play_result_named(const struct play *play, const char *name)
 {
@@ -141,6 +152,18 @@ static void expect_calls(struct play *play, uint64_t wanted)
     play->outcome = OUTCOME_FAILED;
 }
 
+static bool fail_allocations(struct play *play, char **words)
+{
+    const bool is_one = play_is(words[0], "allocation"), is_end = play_is(words[1], "succeed");
+    if (!is_one && !play_is(words[0], "allocations"))
+        return false;
+    const char *number = is_end ? "0" : words[is_one ? 1 : 3];
+    PLAY_REQUIRE(play, number != NULL);
+    play->is_scarce |= !is_end;
+    play->platform->fail_allocations(atoi(number) - 1, !is_one);
+    return true;
+}
+
 bool play_fault(struct play *play, char **words)
 {
     const struct null_driver_api *driver = &play->platform->null_driver;
@@ -164,7 +187,7 @@ bool play_fault(struct play *play, char **words)
         driver->set_device_lost(play_is(words[0], "lose"));
         play->was_lost = true;
     } else {
-        return false;
+        return fail_allocations(play, words);
     }
     return true;
 }

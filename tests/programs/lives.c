@@ -7,6 +7,7 @@
  *     create NAME [generic | sparse | fitting SHAPE | compacted [less BYTES]]      a structure, in
  *                              its old buffer or a sparse one; SHAPE is the words of a build, and
  *                              `compacted` the size that the host read last
+ *     have NAME...             creates what is not there yet
  *     destroy NAME             destroy buffer NAME: of a structure
  *     free NAME                its memory
  *     renew NAME               destroys and creates a buffer with its memory, an operation, or a
@@ -97,6 +98,33 @@ static void create(struct play *play, char **words)
     play_create_structure(play, object, object->buffer.handle, 0, size, type);
 }
 
+/* As far as calls succeed. */
+static void renew_buffer(struct play *play, struct play_object *object)
+{
+    const VkBufferCreateInfo info = play_buffer_info(play, PLAY_BUFFER_SIZE);
+    const STRUCT(VkMemoryAllocateFlagsInfo, flags, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
+    STRUCT(VkMemoryAllocateInfo, allocation, .pNext = &flags, .memoryTypeIndex = play->memory_type);
+    struct device_buffer *buffer = &object->buffer;
+    VkMemoryRequirements requirements;
+    buffer_destroy(&play->vk, play->device, buffer);
+    *buffer = (struct device_buffer){.size = info.size};
+    play_note(play, play->vk.CreateBuffer(play->device, &info, NULL, &buffer->handle));
+    if (!buffer->handle)
+        return;
+    play->vk.GetBufferMemoryRequirements(play->device, buffer->handle, &requirements);
+    allocation.allocationSize = requirements.size;
+    play_note(play, play->vk.AllocateMemory(play->device, &allocation, NULL, &buffer->memory));
+    if (play->result == VK_SUCCESS)
+        play_note(play, play->vk.BindBufferMemory(play->device, buffer->handle, buffer->memory, 0));
+    if (play->result != VK_SUCCESS)
+        return;
+    buffer->address = buffer_address(&play->vk, play->device, buffer->handle);
+    play_note(play, play->vk.MapMemory(play->device, buffer->memory, 0, VK_WHOLE_SIZE, 0,
+                                       (void **)&buffer->bytes));
+    if (buffer->bytes)
+        memset(buffer->bytes, 0, buffer->size);
+}
+
 static void renew(struct play *play, struct play_object *object)
 {
     if (object->name[0] == 'd') {
@@ -111,9 +139,7 @@ static void renew(struct play *play, struct play_object *object)
         object->is_ghost = false;
         return;
     }
-    buffer_destroy(&play->vk, play->device, &object->buffer);
-    object->buffer = (struct device_buffer){.size = 0}; /* if the creation fails */
-    play_create_buffer(play, object);
+    renew_buffer(play, object);
     object->is_ghost = object->is_freed = false;
 }
 
@@ -166,6 +192,9 @@ bool play_life(struct play *play, char **words)
         create_at(play, words);
     else if (play_is(words[0], "create"))
         create(play, words);
+    else if (play_is(words[0], "have"))
+        for (words++; *words; words++)
+            play_object(play, *words);
     else if (play_is(words[0], "destroy"))
         destroy(play, words);
     else if (play_is(words[0], "free"))

@@ -69,9 +69,11 @@ void play_create_structure(struct play *play, struct play_object *object, VkBuff
                  .createFlags = moves ? VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV : 0,
                  .buffer = buffer, .offset = offset, .size = size, .type = type);
     object->is_ghost = false;
-    GET(play->vk.CreateAccelerationStructureKHR(play->device, &info, NULL, &object->structure));
-    name_object(play, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)object->structure,
-                object->name);
+    play_note(play, play->vk.CreateAccelerationStructureKHR(play->device, &info, NULL,
+                                                            &object->structure));
+    if (object->structure)
+        name_object(play, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)object->structure,
+                    object->name);
 }
 
 VkMicromapTypeEXT play_micromap_type(const struct play *play)

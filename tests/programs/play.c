@@ -18,7 +18,11 @@ static _Noreturn void leave_line(void)
 
 void *play_block(struct play *play, size_t size)
 {
+    const struct platform *platform = play->platform;
+    const int before = platform->pause_allocations ? platform->pause_allocations() : 0;
     struct play_block *block = calloc(1, sizeof(*block) + size);
+    if (platform->resume_allocations)
+        platform->resume_allocations(before);
     if (!block)
         abort();
     block->next = play->blocks;
@@ -62,20 +66,20 @@ void play_note_result(struct play *play, VkResult result)
 void play_end_recording(struct play *play, VkCommandBuffer commands)
 {
     const VkResult result = play->vk.EndCommandBuffer(commands);
-    if (result == VK_ERROR_OUT_OF_HOST_MEMORY && play->is_scarce)
+    if (result == VK_ERROR_OUT_OF_HOST_MEMORY && play->repeats)
         longjmp(play->gives_up, 1);
-    GET(result);
+    play_note_result(play, result);
 }
 
 /* ---- what was played, and where it failed */
 
-static void print_program(struct play *play, unsigned failed)
+void play_print(struct play *play)
 {
     const struct program *program = play->program;
     play_say(play, "%s\n", program->name);
     for (unsigned i = 0; i < program->line_count; i++) {
         const struct program_line *line = &program->lines[i];
-        play_say(play, "%s%4u  %s\n", i == failed ? " >" : "  ", line->number, line->text);
+        play_say(play, "%s%4u  %s\n", i == play->at ? " >" : "  ", line->number, line->text);
         for (unsigned j = 0; j < program->expected_count; j++)
             if (program->expected[j].line == (int)i && !program->is_repaired)
                 play_say(play, "            expect %s: %s\n", program->expected[j].id,
@@ -110,7 +114,8 @@ static void play_command(struct play *play, char **words)
              !play_label(play, words) && !play_wild(play, words) &&
              !play_command_buffer(play, words) && !play_life(play, words) &&
              !play_records(play, words) && !play_submit(play, words) && !play_sync(play, words) &&
-             !play_shader(play, words) && !play_copy(play, words) && !play_build(play, words))
+             !play_shader(play, words) && !play_cpu(play, words) && !play_copy(play, words) &&
+             !play_build(play, words))
         play_fail(play, "unknown command");
 }
 
@@ -149,7 +154,7 @@ static bool judge_line(struct play *play, unsigned line)
         messages_clear(&play->fixture.messages);
     }
     if (play->outcome == OUTCOME_FAILED)
-        print_program(play, line);
+        play_print(play);
     return play->outcome == OUTCOME_PASSED;
 }
 

@@ -15,6 +15,7 @@
 
 #include <setjmp.h>
 
+#include "layer/assay.h"
 #include "program.h"
 #include "tally.h"
 #include "tests/fixture/batches.h"
@@ -76,6 +77,8 @@ struct play {
     bool is_khronos;   /* the Khronos layer instead of Assay */
     const char *level; /* that programs without a level of their own are played at, or NULL */
     bool is_scarce;    /* memory runs out: the layer may report less, but nothing else */
+    bool may_warn;     /* the layer may report what it leaves unchecked */
+    bool repeats;      /* calls that fail for lack of memory, once */
     jmp_buf gives_up;  /* where the program ends then if a command buffer is lost */
     bool is_unjudged;  /* only a crash is a failure, and lines that cannot be played are left out */
     jmp_buf next_line; /* where such a program goes on */
@@ -126,8 +129,11 @@ struct play {
     VkDebugUtilsMessengerEXT hang_messenger; /* ends a hang, or null */
     const char *counted;                     /* calls of the null driver, with | between them */
     uint64_t count_before;
+    AssayCounters counters; /* of the last `costs` */
 };
 
+/* Adds the program to the report, up to the line that is executed. */
+void play_print(struct play *play);
 /* Ends the process, because a line is wrong. */
 _Noreturn void play_fail(const struct play *play, const char *what);
 #define PLAY_REQUIRE(play, condition)                                                              \
@@ -161,11 +167,11 @@ void *play_block(struct play *play, size_t size);
 
 /* Notes the result of a call that lines can expect to fail. Positive results are successes. */
 void play_note_result(struct play *play, VkResult result);
-/* The same of a call that is repeated if there is no memory, as GET() does. */
+/* The same of a call that is repeated if the play does so, as GET() does. */
 #define play_note(play, call)                                                                      \
     do {                                                                                           \
         VkResult note_result = (call);                                                             \
-        if (note_result == VK_ERROR_OUT_OF_HOST_MEMORY && (play)->is_scarce)                       \
+        if (note_result == VK_ERROR_OUT_OF_HOST_MEMORY && (play)->repeats)                         \
             note_result = (call);                                                                  \
         play_note_result(play, note_result);                                                       \
     } while (0)
@@ -278,11 +284,14 @@ bool play_shader(struct play *play, char **words);
 void play_destroy_shaders(struct play *play);
 /* commands.c */
 bool play_command_buffer(struct play *play, char **words);
+/* cpu.c */
+bool play_cpu(struct play *play, char **words);
 /* foreign.c */
 bool play_foreign(struct play *play, char **words);
 /* faults.c */
 bool play_fault(struct play *play, char **words);
 VkResult play_result_named(const struct play *play, const char *name);
+const char *play_name_of(VkResult result);
 unsigned play_queue_of(const struct play *play, const char *word);
 /* labels.c */
 bool play_label(struct play *play, char **words);

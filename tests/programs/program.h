@@ -100,6 +100,8 @@ void program_make(struct program *program, const struct source *source, unsigned
                   bool is_repaired);
 /* Adds a line to a program that is generated. */
 struct program_line *program_add(struct program *program, const char *text, unsigned number);
+/* The line returns this result. */
+void program_note_result(struct program *program, unsigned line, const char *result);
 /* Whether a line begins with these words; NULL: any second one. */
 const struct program_line *program_find(const struct program *program, const char *first,
                                         const char *second);

@@ -10,10 +10,8 @@
  *     rays [none | indirect]      vkCmdTraceRaysKHR without a pipeline: only null
  *     condition begin PLACE       conditional rendering, with its extension
  *     condition end
- *     draw                        vkCmdDraw without a pipeline: only null
- *     probe STRUCTURE [hits | misses]     vkTraceRaysASSAY of one ray along x: only cpu */
+ *     draw                        vkCmdDraw without a pipeline: only null */
 #include "play.h"
-#include "tests/fixture/trace.h"
 
 #include <stdlib.h>
 
@@ -104,25 +102,6 @@ static void set_condition(struct play *play, char **words)
                   .buffer = play_place(play, words[2], &offset)->buffer.handle, .offset = offset));
     else
         play->vk.CmdEndConditionalRenderingEXT(play_commands(play));
-}
-
-static void probe(struct play *play, char **words)
-{
-    const PFN_vkTraceRaysASSAY trace_rays =
-        (PFN_vkTraceRaysASSAY)play->fixture.get_device_proc_addr(play->device, "vkTraceRaysASSAY");
-    const AssayRay ray = {
-        .origin = {-1, 0.25f, 0.25f}, .direction = {1, 0, 0}, .tMax = 1000, .cullMask = 0xff};
-    AssayHit hit = {0};
-    const AssayTraceInfo info = trace_info((uint64_t)play_object(play, words[1])->structure,
-                                           ASSAY_ACCURACY_FAST, 1, &ray, &hit);
-    if (!trace_rays && play->is_scarce)
-        return; /* the library that reads settings may lose one without a word */
-    PLAY_REQUIRE(play, trace_rays != NULL);
-    play_note(play, trace_rays(play->device, &info));
-    if (!words[2] || hit.isHit == play_is(words[2], "hits") || play->is_scarce)
-        return;
-    play_say(play, "the ray hits %s\n", hit.isHit ? "something" : "nothing");
-    play->outcome = OUTCOME_FAILED;
 }
 
 /* The layout has two bindings. */
@@ -220,8 +199,6 @@ bool play_shader(struct play *play, char **words)
                                  1, 1);
     else if (play_is(words[0], "condition"))
         set_condition(play, words);
-    else if (play_is(words[0], "probe"))
-        probe(play, words);
     else if (play_is(words[0], "draw"))
         play->vk.CmdDraw(play_commands(play), 3, 1, 0, 0);
     else

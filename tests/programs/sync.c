@@ -11,10 +11,12 @@
  *     render DEPENDENCY [, DEPENDENCY]...      an empty render pass; its dependencies are those
  *                        from and to what is outside, and one between two subpasses; the fourth is
  *                        a barrier in the second subpass
+ *     timestamp STAGE          timestamp2 STAGE        of a query without a pool: only null
+ *     below ...                what reached the null driver: below.c
  *     render2 ..., render2KHR ...              the same by newer names
  *
- * DEPENDENCY: [on PLACE [SIZE]] [image NAME] [from FAMILY to FAMILY] [src3 | dst3]
- * STAGES[:ACCESSES] > STAGES[:ACCESSES]. `src3`, `dst3`: with a flag of
+ * DEPENDENCY: [COUNT] (so many times) [on PLACE [SIZE]] [image NAME] [from FAMILY to FAMILY] [src3
+ * | dst3] STAGES[:ACCESSES] > STAGES[:ACCESSES]. `src3`, `dst3`: with a flag of
  * VkMemoryBarrierAccessFlags3KHR. A dependency of an extension begins with `at PLACE SIZE` (an
  * address range), `tensor`, `tensors` (in a list), or `unknown`. STAGES and ACCESSES are words of
  * the tables below, with | between them. */
@@ -95,7 +97,7 @@ VkPipelineStageFlags2 play_stages(struct play *play, const char *names)
     return flags_of(play, names, stages, ARRAY_COUNT(stages));
 }
 
-static VkAccessFlags2 accesses_of(struct play *play, const char *word)
+VkAccessFlags2 play_accesses(struct play *play, const char *word)
 {
     const char *names = strchr(word, ':');
     return names ? flags_of(play, names + 1, accesses, ARRAY_COUNT(accesses)) : 0;
@@ -231,18 +233,22 @@ void play_read_dependencies(struct play *play, char **words, struct dependencies
                                              .pBufferMemoryBarriers = to->buffers,
                                              .pImageMemoryBarriers = to->images)};
     while (*words) {
-        words = read_target(play, words, &target);
+        const bool is_counted = words[0][0] >= '0' && words[0][0] <= '9';
+        const uint32_t count = is_counted ? (uint32_t)atoi(words[0]) : 1;
+        words = read_target(play, words + is_counted, &target);
         const bool is_src_3 = play_is(words[0], "src3"), is_dst_3 = play_is(words[0], "dst3");
         to->flags_3 = MAKE(VkMemoryBarrierAccessFlags3KHR, .srcAccessMask3 = is_src_3,
                            .dstAccessMask3 = is_dst_3);
         words += is_src_3 || is_dst_3;
         PLAY_REQUIRE(play, words[0] && play_is(words[1], ">") && words[2]);
-        add(to, &target,
-            &MAKE(VkMemoryBarrier2, .pNext = is_src_3 || is_dst_3 ? &to->flags_3 : NULL,
-                  .srcStageMask = play_stages(play, words[0]),
-                  .srcAccessMask = accesses_of(play, words[0]),
-                  .dstStageMask = play_stages(play, words[2]),
-                  .dstAccessMask = accesses_of(play, words[2])));
+        const STRUCT(VkMemoryBarrier2, masks, .pNext = is_src_3 || is_dst_3 ? &to->flags_3 : NULL,
+                     .srcStageMask = play_stages(play, words[0]),
+                     .srcAccessMask = play_accesses(play, words[0]),
+                     .dstStageMask = play_stages(play, words[2]),
+                     .dstAccessMask = play_accesses(play, words[2]));
+        PLAY_REQUIRE(play, count <= DEPENDENCIES_MAX - PLAY_ITEMS);
+        for (uint32_t i = 0; i < count; i++)
+            add(to, &target, &masks);
         words += 3;
         PLAY_REQUIRE(play, !*words || play_is(*words, ","));
         words += *words != NULL;
@@ -322,10 +328,24 @@ static void prepare_image(struct play *play, const char *name)
     commands_run(&play->vk, play->device, play->queues[0], commands);
 }
 
+static void write_timestamp(struct play *play, char **words)
+{
+    const VkPipelineStageFlags2 stage = play_stages(play, words[1]);
+    if (play_is(words[0], "timestamp2"))
+        play->vk.CmdWriteTimestamp2(play_commands(play), stage, VK_NULL_HANDLE, 0);
+    else
+        play->vk.CmdWriteTimestamp(play_commands(play), (VkPipelineStageFlagBits)stage,
+                                   VK_NULL_HANDLE, 0);
+}
+
 bool play_sync(struct play *play, char **words)
 {
     if (play_is(words[0], "barrier") || play_is(words[0], "barrier1"))
         play_barrier(play, words);
+    else if (play_is(words[0], "below"))
+        play_expect_below(play, words + 1);
+    else if (strncmp(words[0], "timestamp", 9) == 0)
+        write_timestamp(play, words);
     else if (play_is(words[0], "image"))
         prepare_image(play, words[1]);
     else if (strncmp(words[0], "render", 6) == 0)

@@ -5,11 +5,13 @@
 
 #include "play.h"
 
+enum { DEPENDENCIES_MAX = 256 };
+
 struct dependencies {
     VkDependencyInfo info;
-    VkMemoryBarrier2 memory[PLAY_ITEMS];
-    VkBufferMemoryBarrier2 buffers[PLAY_ITEMS];
-    VkImageMemoryBarrier2 images[PLAY_ITEMS];
+    VkMemoryBarrier2 memory[DEPENDENCIES_MAX];
+    VkBufferMemoryBarrier2 buffers[DEPENDENCIES_MAX];
+    VkImageMemoryBarrier2 images[DEPENDENCIES_MAX];
     VkMemoryBarrierAccessFlags3KHR flags_3;
     /* In the chain. */
     VkMemoryRangeBarriersInfoKHR ranges;
@@ -20,14 +22,18 @@ struct dependencies {
     /* As the older commands take them: with one pair of stage masks for all. */
     struct {
         VkPipelineStageFlags src, dst;
-        VkMemoryBarrier memory[PLAY_ITEMS];
-        VkBufferMemoryBarrier buffers[PLAY_ITEMS];
-        VkImageMemoryBarrier images[PLAY_ITEMS];
+        VkMemoryBarrier memory[DEPENDENCIES_MAX];
+        VkBufferMemoryBarrier buffers[DEPENDENCIES_MAX];
+        VkImageMemoryBarrier images[DEPENDENCIES_MAX];
     } old;
 };
 
 /* Reads dependencies with commas between them. */
 void play_read_dependencies(struct play *play, char **words, struct dependencies *to);
+/* Stages and accesses with : between them. */
+VkAccessFlags2 play_accesses(struct play *play, const char *word);
+/* below.c */
+void play_expect_below(struct play *play, char **words);
 /* render_passes.c */
 void play_render(struct play *play, char **words);
 

@@ -23,6 +23,12 @@ struct platform {
     bool is_guarded; /* setting guard is on */
     struct null_driver_api null_driver;
     PFN_vkGetInstanceProcAddr get_instance_proc_addr;
+    /* Of this thread, the allocation of the layer after so many others fails, or with `for_good`
+     * all later ones, too; with -1 none. NULL: allocations cannot be made to fail. */
+    void (*fail_allocations)(int after, bool for_good);
+    /* In between, the caller's own allocations neither fail nor count. */
+    int (*pause_allocations)(void);
+    void (*resume_allocations)(int before);
 };
 
 #define PLATFORM_NAMES "[cpu_|guard_](null|lavapipe|environment)"

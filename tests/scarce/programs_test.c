@@ -26,7 +26,7 @@ static void tell_line(void)
 
 static const char *live(bool is_scarce)
 {
-    play = (struct play){.platform = &platform, .is_scarce = is_scarce};
+    play = (struct play){.platform = &platform, .is_scarce = is_scarce, .repeats = is_scarce};
     atexit(tell_line);
     play_program(&play, &program);
     play_close(&play);
