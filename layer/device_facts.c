@@ -9,41 +9,34 @@
 #include "src/base/chain.h"
 #include "vuid-tables/registry.h"
 
-static bool is_enabled(const VkDeviceCreateInfo *create_info, const char *extension)
-{
-    for (uint32_t i = 0; i < create_info->enabledExtensionCount; i++)
-        if (strcmp(create_info->ppEnabledExtensionNames[i], extension) == 0)
-            return true;
-    return false;
-}
-
 static void collect_extensions(struct device_facts *facts, const VkDeviceCreateInfo *create_info)
 {
     facts->extension.acceleration_structure =
-        is_enabled(create_info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
+        enables_extension(create_info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
     facts->extension.motion_blur_nv =
-        is_enabled(create_info, VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME);
+        enables_extension(create_info, VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME);
     facts->extension.opacity_micromap_ext =
-        is_enabled(create_info, VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME);
+        enables_extension(create_info, VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME);
     facts->extension.opacity_micromap_khr =
-        is_enabled(create_info, VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME);
+        enables_extension(create_info, VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME);
     facts->extension.displacement_micromap_nv =
-        is_enabled(create_info, VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME);
+        enables_extension(create_info, VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME);
     facts->extension.linear_swept_spheres_nv =
-        is_enabled(create_info, VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME);
+        enables_extension(create_info, VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME);
     facts->extension.dense_geometry_format_amdx =
-        is_enabled(create_info, VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME);
+        enables_extension(create_info, VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME);
     facts->extension.position_fetch_khr =
-        is_enabled(create_info, VK_KHR_RAY_TRACING_POSITION_FETCH_EXTENSION_NAME);
+        enables_extension(create_info, VK_KHR_RAY_TRACING_POSITION_FETCH_EXTENSION_NAME);
     facts->extension.cluster_acceleration_structure_nv =
-        is_enabled(create_info, VK_NV_CLUSTER_ACCELERATION_STRUCTURE_EXTENSION_NAME);
+        enables_extension(create_info, VK_NV_CLUSTER_ACCELERATION_STRUCTURE_EXTENSION_NAME);
     facts->micromap.any = facts->extension.opacity_micromap_ext ||
                           facts->extension.opacity_micromap_khr ||
                           facts->extension.displacement_micromap_nv;
     facts->extension.adds_to_inputs =
         facts->extension.motion_blur_nv || facts->extension.linear_swept_spheres_nv ||
         facts->extension.dense_geometry_format_amdx || facts->micromap.any;
-    facts->extension.ray_tracing_nv = is_enabled(create_info, VK_NV_RAY_TRACING_EXTENSION_NAME);
+    facts->extension.ray_tracing_nv =
+        enables_extension(create_info, VK_NV_RAY_TRACING_EXTENSION_NAME);
     for (uint32_t i = 0; i < create_info->enabledExtensionCount; i++)
         if (!registry_knows_extension(create_info->ppEnabledExtensionNames[i]))
             facts->newer_than_registry = true;
@@ -56,7 +49,7 @@ static void collect_extensions(struct device_facts *facts, const VkDeviceCreateI
 static bool owns_values(const VkDeviceCreateInfo *create_info, const char *extension,
                         enum backend backend)
 {
-    return is_enabled(create_info, extension) ||
+    return enables_extension(create_info, extension) ||
            (backend == BACKEND_CPU &&
             strcmp(extension, VK_KHR_RAY_TRACING_MAINTENANCE_1_EXTENSION_NAME) == 0);
 }
@@ -75,7 +68,7 @@ static bool has_other_builders(const struct device_facts *facts,
                                const VkDeviceCreateInfo *create_info)
 {
     return facts->newer_than_registry || facts->extension.cluster_acceleration_structure_nv ||
-           is_enabled(create_info, VK_NV_PARTITIONED_ACCELERATION_STRUCTURE_EXTENSION_NAME);
+           enables_extension(create_info, VK_NV_PARTITIONED_ACCELERATION_STRUCTURE_EXTENSION_NAME);
 }
 
 static void collect_address_and_descriptor_features(struct device_facts *facts, const void *chain)

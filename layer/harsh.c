@@ -8,7 +8,7 @@
 #include "src/base/readable.h"
 #include "src/state/builds/harsh.h"
 
-static bool is_readable(const void *structure, size_t size)
+static bool structure_is_readable(const void *structure, size_t size)
 {
     return structure && readable(readable_cache_of_thread(), structure, size);
 }
@@ -17,13 +17,13 @@ static bool is_readable(const void *structure, size_t size)
 
 static void limit(const VkPhysicalDeviceProperties2 *properties)
 {
-    if (!is_readable(properties, sizeof(*properties)))
+    if (!structure_is_readable(properties, sizeof(*properties)))
         return;
-    for (VkBaseOutStructure *out = properties->pNext; is_readable(out, sizeof(*out));
+    for (VkBaseOutStructure *out = properties->pNext; structure_is_readable(out, sizeof(*out));
          out = out->pNext) {
         VkPhysicalDeviceAccelerationStructurePropertiesKHR *limits = (void *)out;
         if (out->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR &&
-            is_readable(limits, sizeof(*limits)))
+            structure_is_readable(limits, sizeof(*limits)))
             harsh_limit_structures(limits);
     }
 }
@@ -84,7 +84,7 @@ get_build_sizes(VkDevice handle, VkAccelerationStructureBuildTypeKHR build_type,
     if (!device)
         return;
     device->harsh.get_build_sizes(handle, build_type, info, counts, sizes);
-    if (is_readable(info, sizeof(*info)) && is_readable(sizes, sizeof(*sizes)))
+    if (structure_is_readable(info, sizeof(*info)) && structure_is_readable(sizes, sizeof(*sizes)))
         harsh_grow_build_sizes(build_type, info->type, info->flags, sizes);
 }
 
@@ -97,7 +97,7 @@ static VKAPI_ATTR void VKAPI_CALL get_micromap_sizes(VkDevice handle,
     if (!device)
         return;
     device->harsh.get_micromap_sizes(handle, build_type, info, sizes);
-    if (is_readable(info, sizeof(*info)) && is_readable(sizes, sizeof(*sizes)))
+    if (structure_is_readable(info, sizeof(*info)) && structure_is_readable(sizes, sizeof(*sizes)))
         harsh_grow_micromap_sizes(build_type, info->flags, sizes);
 }
 
@@ -109,7 +109,8 @@ get_requirements_nv(VkDevice handle, const VkAccelerationStructureMemoryRequirem
     if (!device)
         return;
     device->harsh.get_requirements_nv(handle, info, requirements);
-    if (is_readable(info, sizeof(*info)) && is_readable(requirements, sizeof(*requirements)))
+    if (structure_is_readable(info, sizeof(*info)) &&
+        structure_is_readable(requirements, sizeof(*requirements)))
         harsh_grow_requirements(info->type, &requirements->memoryRequirements);
 }
 

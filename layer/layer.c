@@ -162,7 +162,7 @@ __attribute__((noinline)) static void *find(struct layer_link *const *list, cons
     return link;
 }
 
-static void add(struct layer_link **list, const void *dispatchable, struct layer_link *link)
+static void add_link(struct layer_link **list, const void *dispatchable, struct layer_link *link)
 {
     notice_fork();
     reader_lock_write(&page.lock);
@@ -316,7 +316,7 @@ static void forget_owned_by(const struct quick_device *quick)
 
 void layer_add_instance(struct layer_instance *instance)
 {
-    add(&instances, instance->handle, &instance->link);
+    add_link(&instances, instance->handle, &instance->link);
 }
 
 void layer_remove_instance(struct layer_instance *instance)
@@ -336,7 +336,7 @@ static void add_quick_device(struct layer_device *device)
 
 void layer_add_device(struct layer_device *device)
 {
-    add(&devices, device->handle, &device->link);
+    add_link(&devices, device->handle, &device->link);
     reader_lock_write(&page.lock);
     add_quick_device(device);
     reader_lock_write_done(&page.lock);

@@ -30,8 +30,8 @@ static uint32_t memory_type(const struct own_device *device, uint32_t allowed, b
     return type != UINT32_MAX ? type : find_type(device->memory, allowed, is_mapped ? MAPPED : 0);
 }
 
-static VkResult allocate(const struct own_device *device, bool has_address, bool is_mapped,
-                         struct own_buffer *buffer)
+static VkResult allocate_memory(const struct own_device *device, bool has_address, bool is_mapped,
+                                struct own_buffer *buffer)
 {
     VkMemoryRequirements requirements;
     device->vk->GetBufferMemoryRequirements(device->handle, buffer->handle, &requirements);
@@ -77,7 +77,7 @@ VkResult own_buffer_create(const struct own_device *device, VkBufferUsageFlags u
     *buffer = (struct own_buffer){0};
     VkResult result = device->vk->CreateBuffer(device->handle, &info, NULL, &buffer->handle);
     if (result == VK_SUCCESS)
-        result = allocate(device, has_address, is_mapped, buffer);
+        result = allocate_memory(device, has_address, is_mapped, buffer);
     if (result == VK_SUCCESS && has_address)
         buffer->address = address_of(device, buffer->handle);
     return result;

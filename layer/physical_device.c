@@ -4,6 +4,8 @@
 #include "layer/physical_device.h"
 
 #include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "src/base/recording_path.h"
 #include "src/view/formats.h"
@@ -20,6 +22,23 @@ uint32_t physical_device_api_version(const struct layer_instance *instance,
     instance->vk.GetPhysicalDeviceProperties(physical_device, &properties);
     return properties.apiVersion < instance->api_version ? properties.apiVersion
                                                          : instance->api_version;
+}
+
+bool physical_device_has_extension(const struct layer_device *device, const char *name)
+{
+    const VkuInstanceDispatchTable *vk = &device->instance->vk;
+    uint32_t count = 0;
+    bool is_found = false;
+    if (vk->EnumerateDeviceExtensionProperties(device->physical_device, NULL, &count, NULL) !=
+        VK_SUCCESS)
+        return false;
+    VkExtensionProperties *extensions = calloc(count + 1ull, sizeof(*extensions));
+    if (extensions && vk->EnumerateDeviceExtensionProperties(device->physical_device, NULL, &count,
+                                                             extensions) == VK_SUCCESS)
+        for (uint32_t i = 0; i < count; i++)
+            is_found |= strcmp(extensions[i].extensionName, name) == 0;
+    free(extensions);
+    return is_found;
 }
 
 static bool has_core_queries(const struct layer_instance *instance,
@@ -86,9 +105,9 @@ static enum tristate query_radii(const struct layer_device *device, VkFormat for
 }
 
 /* The driver is queried only for formats that exist. */
-static enum tristate find(const struct layer_device *device, VkFormat format,
-                          _Atomic unsigned char *cache,
-                          enum tristate (*query)(const struct layer_device *, VkFormat))
+static enum tristate find_in_cache(const struct layer_device *device, VkFormat format,
+                                   _Atomic unsigned char *cache,
+                                   enum tristate (*query)(const struct layer_device *, VkFormat))
 {
     bool is_cached = (uint32_t)format < FORMAT_CACHE_SIZE;
     enum tristate known = UNKNOWN;
@@ -104,12 +123,12 @@ static enum tristate find(const struct layer_device *device, VkFormat format,
 
 enum tristate layer_vertex_format_supported(struct layer_device *device, VkFormat format)
 {
-    return find(device, format, device->vertex_formats, query_vertices);
+    return find_in_cache(device, format, device->vertex_formats, query_vertices);
 }
 
 enum tristate layer_radius_format_supported(struct layer_device *device, VkFormat format)
 {
-    return find(device, format, device->radius_formats, query_radii);
+    return find_in_cache(device, format, device->radius_formats, query_radii);
 }
 
 /* ---- queries the sizes of builds, through the size cache */

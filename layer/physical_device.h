@@ -22,6 +22,8 @@ PFN_vkGetPhysicalDeviceProperties2
 physical_device_properties2(const struct layer_instance *instance,
                             const VkuInstanceDispatchTable *vk, VkPhysicalDevice physical_device);
 
+bool physical_device_has_extension(const struct layer_device *device, const char *name);
+
 /* ---- Which formats the physical device supports as inputs of builds. Both functions return
  * UNKNOWN if the value is no format. */
 

@@ -121,7 +121,7 @@ struct command_entry {
 
 #include "entries.h"
 
-static const struct command_entry *find(const char *name)
+static const struct command_entry *find_command_entry(const char *name)
 {
     for (size_t i = 0; i < sizeof(entries) / sizeof(entries[0]); i++)
         if (strcmp(entries[i].name, name) == 0)
@@ -131,7 +131,7 @@ static const struct command_entry *find(const char *name)
 
 PFN_vkVoidFunction command_of_loader(const char *name, bool has_instance)
 {
-    const struct command_entry *entry = find(name);
+    const struct command_entry *entry = find_command_entry(name);
     return entry && (entry->scope == OF_LOADER || !has_instance) ? entry->by_conditions[0] : NULL;
 }
 
@@ -158,7 +158,7 @@ PFN_vkVoidFunction command_of_instance(const struct layer_instance *instance, co
     const bool has_backend = instance->backend == BACKEND_CPU;
     const unsigned conditions =
         conditions_of(instance) | WITH_CONTENT | WITH_CHECKS | (has_backend ? WITH_BACKEND : 0);
-    const struct command_entry *entry = find(name);
+    const struct command_entry *entry = find_command_entry(name);
     PFN_vkVoidFunction own = entry ? entry->by_conditions[conditions] : NULL;
     PFN_vkVoidFunction next = instance->vk.GetInstanceProcAddr(instance->handle, name);
     if (own)
@@ -168,7 +168,7 @@ PFN_vkVoidFunction command_of_instance(const struct layer_instance *instance, co
 
 PFN_vkVoidFunction command_of_device(const struct layer_device *device, const char *name)
 {
-    const struct command_entry *entry = find(name);
+    const struct command_entry *entry = find_command_entry(name);
     const bool is_checked =
         entry && entry->column != COMMAND_COUNT && device->checks[entry->column];
     const unsigned conditions = conditions_of(device->instance) |

@@ -245,8 +245,9 @@ VkResult comparer_trace(struct comparer *comparer, struct tracer_job *job)
     return result == VK_SUCCESS ? tracer_run(comparer->tracer, job) : result;
 }
 
-static VkResult compare(struct comparer *comparer, const struct retained_build *build,
-                        VkQueue queue, const struct reference *reference, const struct rays *rays)
+static VkResult compare_to_reference(struct comparer *comparer, const struct retained_build *build,
+                                     VkQueue queue, const struct reference *reference,
+                                     const struct rays *rays)
 {
     const struct compare_input *input = &build->input->copy->input;
     const struct compare_input inputs[2] = {build->source ? build->source->copy->input : *input,
@@ -277,7 +278,7 @@ static VkResult compare_bottom(struct comparer *comparer, const struct retained_
     if (result == VK_SUCCESS)
         result = rays_create(&reference, comparer_ray_count(comparer), &rays);
     if (result == VK_SUCCESS)
-        result = compare(comparer, build, queue, &reference, &rays);
+        result = compare_to_reference(comparer, build, queue, &reference, &rays);
     rays_free(&rays);
     reference_close(&reference);
     return result;

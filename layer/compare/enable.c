@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "layer/physical_device.h"
 #include "src/base/chain.h"
 
 /* The extensions that trace rays, in order of preference. The feature is the first member of its
@@ -25,31 +26,6 @@ static VkBool32 *feature_of(void *features)
     return (VkBool32 *)&((VkBaseOutStructure *)features)[1];
 }
 
-static bool has_extension(const VkDeviceCreateInfo *info, const char *name)
-{
-    for (uint32_t i = 0; i < info->enabledExtensionCount; i++)
-        if (strcmp(info->ppEnabledExtensionNames[i], name) == 0)
-            return true;
-    return false;
-}
-
-static bool advertises_extension(const struct layer_device *device, const char *name)
-{
-    const VkuInstanceDispatchTable *vk = &device->instance->vk;
-    uint32_t count = 0;
-    bool is_advertised = false;
-    if (vk->EnumerateDeviceExtensionProperties(device->physical_device, NULL, &count, NULL) !=
-        VK_SUCCESS)
-        return false;
-    VkExtensionProperties *advertised = calloc(count + 1ull, sizeof(*advertised));
-    if (advertised && vk->EnumerateDeviceExtensionProperties(device->physical_device, NULL, &count,
-                                                             advertised) == VK_SUCCESS)
-        for (uint32_t i = 0; i < count; i++)
-            is_advertised |= strcmp(advertised[i].extensionName, name) == 0;
-    free(advertised);
-    return is_advertised;
-}
-
 /* Version 1.2 includes everything that either extension requires besides acceleration
  * structures. */
 static bool can_add(const struct layer_device *device, const struct trace_method *method,
@@ -64,7 +40,7 @@ static bool can_add(const struct layer_device *device, const struct trace_method
     vk->GetPhysicalDeviceProperties(device->physical_device, &properties);
     if (properties.apiVersion < VK_API_VERSION_1_2 ||
         device->instance->api_version < VK_API_VERSION_1_2 ||
-        !advertises_extension(device, method->extension))
+        !physical_device_has_extension(device, method->extension))
         return false;
     vk->GetPhysicalDeviceFeatures2(device->physical_device, &features);
     return *feature_of(&enabling->features);
@@ -74,7 +50,7 @@ static bool add_name(const VkDeviceCreateInfo *info, const char *name,
                      struct compare_enabling *enabling)
 {
     uint32_t count = info->enabledExtensionCount;
-    if (has_extension(info, name))
+    if (enables_extension(info, name))
         return true;
     enabling->names = malloc((count + 1ull) * sizeof(*enabling->names));
     if (!enabling->names)
@@ -113,7 +89,7 @@ static const struct trace_method *find_enabled(const VkDeviceCreateInfo *info)
     for (int i = 0; i < METHODS; i++) {
         const VkBaseInStructure *features = chain_find(info->pNext, methods[i].features);
         if (features && *(const VkBool32 *)&features[1] &&
-            has_extension(info, methods[i].extension))
+            enables_extension(info, methods[i].extension))
             return &methods[i];
     }
     return NULL;
@@ -133,7 +109,7 @@ void compare_enabling_begin(const struct layer_device *device, const VkDeviceCre
 {
     *enabling = (struct compare_enabling){.info = info, .changed = *info};
     enabling->is_requested = reporter_settings(device->instance->reporter)->compare_rays > 0 &&
-                             has_extension(info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
+                             enables_extension(info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
     if (!enabling->is_requested)
         return;
     const struct trace_method *enabled = find_enabled(info);

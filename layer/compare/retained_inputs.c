@@ -144,9 +144,9 @@ static bool read_instance(const struct input_memory *memory, uint64_t address,
     return true;
 }
 
-static bool fill(struct comparer *comparer, const struct build_parameters *parameters,
-                 const struct input_memory *memory, uint64_t destroy_count,
-                 struct retained_top *top)
+static bool fill_retained(struct comparer *comparer, const struct build_parameters *parameters,
+                          const struct input_memory *memory, uint64_t destroy_count,
+                          struct retained_top *top)
 {
     const VkAccelerationStructureGeometryInstancesDataKHR *data =
         &parameters->geometries[0].geometry.instances;
@@ -177,7 +177,8 @@ void retained_add_top(struct comparer *comparer, const struct retained_build *bu
     struct retained_top *top = calloc(1, sizeof(*top));
     if (top && count <= TOP_INSTANCES_MAX)
         top->instances = calloc(count + 1ull, sizeof(*top->instances));
-    if (!top || !top->instances || !fill(comparer, parameters, memory, destroy_count, top)) {
+    if (!top || !top->instances ||
+        !fill_retained(comparer, parameters, memory, destroy_count, top)) {
         comparer->input_unknown++;
         retained_free_top(top);
         return;
@@ -189,9 +190,9 @@ void retained_add_top(struct comparer *comparer, const struct retained_build *bu
 
 /* ---- comparing */
 
-static VkResult compare(struct comparer *comparer, const struct retained_build *build,
-                        VkQueue queue, const struct top_reference *reference,
-                        const struct top_rays *rays)
+static VkResult compare_top_level(struct comparer *comparer, const struct retained_build *build,
+                                  VkQueue queue, const struct top_reference *reference,
+                                  const struct top_rays *rays)
 {
     const struct top_input *input = reference->input;
     struct compare_input inputs[TOP_BOTTOMS_MAX];
@@ -240,7 +241,7 @@ VkResult comparer_compare_top(struct comparer *comparer, const struct retained_b
     if (result == VK_SUCCESS)
         result = top_rays_create(&reference, comparer_ray_count(comparer), &rays);
     if (result == VK_SUCCESS)
-        result = compare(comparer, build, queue, &reference, &rays);
+        result = compare_top_level(comparer, build, queue, &reference, &rays);
     top_rays_free(&rays);
     top_reference_close(&reference);
     return result;

@@ -17,8 +17,9 @@ static VkResult create_scratch(const struct compare_device *device, uint64_t siz
                                  size + device->scratch_alignment, false, &structure->scratch);
 }
 
-static VkResult create(const struct compare_device *device, VkAccelerationStructureTypeKHR type,
-                       uint64_t size, struct compare_structure *structure)
+static VkResult create_structure(const struct compare_device *device,
+                                 VkAccelerationStructureTypeKHR type, uint64_t size,
+                                 struct compare_structure *structure)
 {
     VkResult result =
         compare_buffer_create(device, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, size,
@@ -105,8 +106,8 @@ VkResult compare_structure_create(const struct compare_device *device,
         result = create_scratch(device, target ? sizes.updateScratchSize : sizes.buildScratchSize,
                                 structure);
     if (result == VK_SUCCESS && !target)
-        result = create(device, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-                        sizes.accelerationStructureSize, structure);
+        result = create_structure(device, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                                  sizes.accelerationStructureSize, structure);
     return result;
 }
 
@@ -189,8 +190,8 @@ VkResult compare_structure_create_top(const struct compare_device *device,
         &sizes);
     result = create_scratch(device, sizes.buildScratchSize, structure);
     if (result == VK_SUCCESS)
-        result = create(device, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
-                        sizes.accelerationStructureSize, structure);
+        result = create_structure(device, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
+                                  sizes.accelerationStructureSize, structure);
     return result;
 }
 
@@ -206,10 +207,10 @@ void compare_structure_free(const struct compare_device *device,
     *structure = (struct compare_structure){0};
 }
 
-static void build(const struct compare_device *device, VkCommandBuffer commands,
-                  VkAccelerationStructureBuildGeometryInfoKHR *info,
-                  const VkAccelerationStructureBuildRangeInfoKHR *ranges,
-                  const struct compare_structure *structure)
+static void build_structure(const struct compare_device *device, VkCommandBuffer commands,
+                            VkAccelerationStructureBuildGeometryInfoKHR *info,
+                            const VkAccelerationStructureBuildRangeInfoKHR *ranges,
+                            const struct compare_structure *structure)
 {
     const VkMemoryBarrier barrier = {
         .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
@@ -231,7 +232,7 @@ void compare_structure_build(const struct compare_device *device, VkCommandBuffe
                              const struct compare_structure *structure)
 {
     VkAccelerationStructureBuildGeometryInfoKHR info = bottom_info(input, target, structure);
-    build(device, commands, &info, input->parameters->ranges, structure);
+    build_structure(device, commands, &info, input->parameters->ranges, structure);
 }
 
 void compare_structure_build_top(const struct compare_device *device, VkCommandBuffer commands,
@@ -240,5 +241,5 @@ void compare_structure_build_top(const struct compare_device *device, VkCommandB
     const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount =
                                                                 structure->instance_count};
     VkAccelerationStructureBuildGeometryInfoKHR info = top_info(structure);
-    build(device, commands, &info, &range, structure);
+    build_structure(device, commands, &info, &range, structure);
 }

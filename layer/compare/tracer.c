@@ -246,7 +246,7 @@ static VkResult wait_for(const struct work *work)
     return result == VK_SUCCESS || result == VK_ERROR_DEVICE_LOST ? result : VK_TIMEOUT;
 }
 
-static VkResult submit(const struct work *work)
+static VkResult submit_work(const struct work *work)
 {
     const struct compare_device *device = work->device;
     const VkSubmitInfo info = {
@@ -300,7 +300,7 @@ static VkResult trace_batch(struct work *work, uint32_t first, uint32_t count)
     record_rays(work, count);
     result = vk->EndCommandBuffer(work->commands);
     if (result == VK_SUCCESS)
-        result = submit(work);
+        result = submit_work(work);
     if (result != VK_SUCCESS)
         return result;
     memcpy(work->job->answers + first, work->answers.bytes, count * sizeof(struct compare_answer));

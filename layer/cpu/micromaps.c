@@ -10,6 +10,7 @@
 #include "src/cpu/host.h"
 #include "src/snapshots/build_input.h"
 #include "src/snapshots/build_parameters.h"
+#include "src/state/facts.h"
 
 /* Builds of both types use the same builder. */
 void cpu_get_micromap_sizes(const VkMicromapBuildInfoEXT *info, VkMicromapBuildSizesInfoEXT *out)
@@ -28,22 +29,6 @@ void cpu_get_micromap_sizes(const VkMicromapBuildInfoEXT *info, VkMicromapBuildS
 
 /* ---- copies, as those of structures */
 
-static VkCopyAccelerationStructureModeKHR mode_of(VkCopyMicromapModeEXT mode)
-{
-    switch (mode) {
-    case VK_COPY_MICROMAP_MODE_CLONE_EXT:
-        return VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR;
-    case VK_COPY_MICROMAP_MODE_SERIALIZE_EXT:
-        return VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR;
-    case VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT:
-        return VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR;
-    case VK_COPY_MICROMAP_MODE_COMPACT_EXT:
-        return VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
-    default:
-        return VK_COPY_ACCELERATION_STRUCTURE_MODE_MAX_ENUM_KHR;
-    }
-}
-
 VkResult cpu_copy_micromap_on_host(struct cpu_device *backend, VkDeferredOperationKHR operation,
                                    const VkCopyMicromapInfoEXT *info)
 {
@@ -52,7 +37,7 @@ VkResult cpu_copy_micromap_on_host(struct cpu_device *backend, VkDeferredOperati
                              .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
                              .src = (VkAccelerationStructureKHR)info->src,
                              .dst = (VkAccelerationStructureKHR)info->dst,
-                             .mode = mode_of(info->mode),
+                             .mode = copy_mode_of_micromap(info->mode),
                          });
 }
 
@@ -65,7 +50,7 @@ VkResult cpu_write_micromap_on_host(struct cpu_device *backend, VkDeferredOperat
             .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
             .src = (VkAccelerationStructureKHR)info->src,
             .dst = info->dst,
-            .mode = mode_of(info->mode),
+            .mode = copy_mode_of_micromap(info->mode),
         });
 }
 
@@ -78,7 +63,7 @@ VkResult cpu_read_micromap_on_host(struct cpu_device *backend, VkDeferredOperati
             .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
             .src = info->src,
             .dst = (VkAccelerationStructureKHR)info->dst,
-            .mode = mode_of(info->mode),
+            .mode = copy_mode_of_micromap(info->mode),
         });
 }
 
@@ -117,5 +102,6 @@ void cpu_build_micromaps(VkCommandBuffer commands, uint32_t count,
 
 void cpu_copy_micromap(VkCommandBuffer commands, const VkCopyMicromapInfoEXT *info)
 {
-    cpu_copy_structure(commands, (uint64_t)info->dst, (uint64_t)info->src, mode_of(info->mode));
+    cpu_copy_structure(commands, (uint64_t)info->dst, (uint64_t)info->src,
+                       copy_mode_of_micromap(info->mode));
 }

@@ -12,8 +12,8 @@
 enum { MEMORY_ALIGNMENT = 256 };
 
 /* Determines the structure's size from its creation parameters. */
-static VkResult describe(const VkAccelerationStructureCreateInfoNV *create_info,
-                         struct cpu_structure_info *info)
+static VkResult describe_nv_structure(const VkAccelerationStructureCreateInfoNV *create_info,
+                                      struct cpu_structure_info *info)
 {
     struct readable_cache cache = {0};
     struct build_parameters build;
@@ -40,7 +40,7 @@ VkResult cpu_create_nv_structure(struct cpu_structures *structures,
 {
     struct cpu_structure_info info;
     uint64_t handle = 0;
-    VkResult result = describe(create_info, &info);
+    VkResult result = describe_nv_structure(create_info, &info);
     if (result == VK_SUCCESS)
         result = cpu_structures_add(structures, &info, &handle);
     *structure = result == VK_SUCCESS ? (VkAccelerationStructureNV)handle : VK_NULL_HANDLE;

@@ -4,7 +4,6 @@
 #include "layer/cpu/overlay.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #include "backend.h"
 #include "src/base/chain.h"
@@ -21,14 +20,6 @@ void cpu_overlay_instance(struct layer_instance *instance)
 
 /* ---- devices */
 
-static bool is_enabled(const VkDeviceCreateInfo *create_info, const char *extension)
-{
-    for (uint32_t i = 0; i < create_info->enabledExtensionCount; i++)
-        if (strcmp(create_info->ppEnabledExtensionNames[i], extension) == 0)
-            return true;
-    return false;
-}
-
 /* Writes zeros if the version is 1.0: VkPhysicalDeviceIDProperties came with Vulkan 1.1. The
  * commands that serialize structures, which use the id, need Vulkan 1.1, too. */
 static void find_driver_uuid(const struct layer_device *device, uint8_t uuid[VK_UUID_SIZE])
@@ -43,9 +34,10 @@ static void find_driver_uuid(const struct layer_device *device, uint8_t uuid[VK_
 
 VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInfo *create_info)
 {
-    const bool khr = is_enabled(create_info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
-    const bool nv = is_enabled(create_info, VK_NV_RAY_TRACING_EXTENSION_NAME);
-    const bool deferred = is_enabled(create_info, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
+    const bool khr = enables_extension(create_info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
+    const bool nv = enables_extension(create_info, VK_NV_RAY_TRACING_EXTENSION_NAME);
+    const bool deferred =
+        enables_extension(create_info, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
     if ((!khr && !nv && !deferred) || !cpu_advertises(device->instance, device->physical_device))
         return VK_SUCCESS;
     struct cpu_overlay *overlay = calloc(1, sizeof(*overlay));
@@ -61,10 +53,11 @@ VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInf
     overlay->ray_tracing_nv = nv;
     overlay->structures = khr || nv;
     overlay->deferred_host_operations = deferred;
-    overlay->opacity_micromap_ext = is_enabled(create_info, VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME);
+    overlay->opacity_micromap_ext =
+        enables_extension(create_info, VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME);
     overlay->device->has_micromaps =
         overlay->opacity_micromap_ext ||
-        is_enabled(create_info, VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME);
+        enables_extension(create_info, VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME);
     overlay->next = device->vk;
     cover_device(&device->vk, overlay);
     return VK_SUCCESS;

@@ -64,8 +64,8 @@ static bool create_transfer(struct transfer *transfer, uint64_t size)
             snapshots->set_loader_data(device, transfer->command_buffer) == VK_SUCCESS);
 }
 
-static VkResult record(const struct transfer *transfer, VkBuffer buffer,
-                       const VkBufferCopy *regions, uint32_t region_count)
+static VkResult record_transfer(const struct transfer *transfer, VkBuffer buffer,
+                                const VkBufferCopy *regions, uint32_t region_count)
 {
     const VkCommandBufferBeginInfo begin_info = {
         .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
@@ -95,7 +95,7 @@ static bool wait_for(const struct transfer *transfer, uint64_t nanoseconds)
 }
 
 /* Returns false if the device may still execute the copy. */
-static bool submit(const struct transfer *transfer)
+static bool submit_transfer(const struct transfer *transfer)
 {
     struct snapshots *snapshots = transfer->device->snapshots;
     const VkSubmitInfo info = {
@@ -138,8 +138,8 @@ static void write_bytes(void *user, struct ticket *ticket, VkBuffer buffer, cons
     transfer->queue = ticket->queue;
     if (create_transfer(transfer, size)) {
         memcpy(transfer->chunk->chunk.bytes, bytes, size);
-        if (record(transfer, buffer, regions, region_count) == VK_SUCCESS)
-            is_complete = submit(transfer);
+        if (record_transfer(transfer, buffer, regions, region_count) == VK_SUCCESS)
+            is_complete = submit_transfer(transfer);
     }
     if (is_complete) {
         free_transfer(transfer);
@@ -179,7 +179,7 @@ static void warn(const struct layer_device *device)
     cpu_overlay_warn_overwritten(device);
 }
 
-static void run(void *user, struct order_batch *batch)
+static void cpu_overlay_run(void *user, struct order_batch *batch)
 {
     const struct layer_device *device = user;
     uint32_t count = 0;
@@ -199,7 +199,7 @@ static void run_unordered(void *user, struct execution *execution)
     cpu_playback_run(device->cpu->playback, execution, timestamp_never());
 }
 
-static void deliver(void *user)
+static void cpu_overlay_deliver(void *user)
 {
     struct layer_device *device = user;
     struct execution_clock seen = {0};
@@ -213,6 +213,8 @@ static void deliver(void *user)
 
 struct batch_consumer cpu_overlay_consumer(struct layer_device *device)
 {
-    return (struct batch_consumer){
-        .user = device, .run = run, .run_unordered = run_unordered, .deliver = deliver};
+    return (struct batch_consumer){.user = device,
+                                   .run = cpu_overlay_run,
+                                   .run_unordered = run_unordered,
+                                   .deliver = cpu_overlay_deliver};
 }

@@ -16,7 +16,7 @@
 static struct buffer_facts find_buffer(struct resources *resources, VkBuffer handle)
 {
     struct buffer_facts facts;
-    resources_ask_buffer(resources, handle, &facts);
+    resources_look_up_buffer(resources, handle, &facts);
     return facts;
 }
 

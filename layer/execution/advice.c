@@ -64,7 +64,7 @@ struct noting {
     bool has_memory;
 };
 
-static void note(struct noting *noting, uint64_t id, enum structure_use use)
+static void note_use(struct noting *noting, uint64_t id, enum structure_use use)
 {
     noting->has_memory &= structures_note_use(noting->structures, id, use);
 }
@@ -102,7 +102,7 @@ static void note_build(struct noting *noting, const struct journal_entry *entry)
 static void note_copy(struct noting *noting, const struct journal_entry *entry)
 {
     struct structure_uses of_src;
-    note(noting, entry->dst_id, USE_FILLED);
+    note_use(noting, entry->dst_id, USE_FILLED);
     note_tiny(noting, entry->dst_id,
               structures_find_uses(noting->structures, entry->src_id, &of_src) && of_src.is_tiny);
     structures_copy_box(noting->structures, entry->dst_id, entry->src_id);
@@ -113,7 +113,7 @@ static void note_read(struct noting *noting, const struct journal_entry *entry)
     const bool is_size =
         entry->read.query == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
     if (entry->read.query == VK_QUERY_TYPE_MAX_ENUM || is_size)
-        note(noting, entry->src_id, is_size ? USE_SIZE_QUERIED : USE_COPIED);
+        note_use(noting, entry->src_id, is_size ? USE_SIZE_QUERIED : USE_COPIED);
 }
 
 /* The replay of the batch has trusted the answer, or has not kept its size. */
@@ -124,7 +124,7 @@ static void note_answer(struct noting *noting, const struct journal_entry *entry
     if ((VkQueryType)entry->info != VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR)
         return;
     if (entry->src)
-        note(noting, entry->src_id, USE_SIZE_QUERIED);
+        note_use(noting, entry->src_id, USE_SIZE_QUERIED);
     if (compacted && compacted->size)
         noting->has_memory &= structures_note_compacted_size(
             noting->structures, compacted->serialized_id, compacted->size);
@@ -144,19 +144,19 @@ static void note_entry(struct noting *noting, const struct journal_entry *entry)
     case JOURNAL_UPDATE:
         noting->needed_size = 0;
         noting->is_tiny = false;
-        note(noting, entry->dst_id, USE_UPDATED);
-        note(noting, entry->src_id, USE_UPDATE_SOURCE);
+        note_use(noting, entry->dst_id, USE_UPDATED);
+        note_use(noting, entry->src_id, USE_UPDATE_SOURCE);
         break;
     case JOURNAL_COPY:
-        note(noting, entry->src_id, USE_COPIED);
+        note_use(noting, entry->src_id, USE_COPIED);
         note_copy(noting, entry);
         break;
     case JOURNAL_COMPACT:
-        note(noting, entry->src_id, USE_COMPACTED);
+        note_use(noting, entry->src_id, USE_COMPACTED);
         note_copy(noting, entry);
         break;
     case JOURNAL_FILL:
-        note(noting, entry->dst_id, USE_FILLED);
+        note_use(noting, entry->dst_id, USE_FILLED);
         note_tiny(noting, entry->dst_id, false);
         break;
     case JOURNAL_READ:
@@ -200,7 +200,7 @@ static void note_failed(struct noting *noting, const struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal, JOURNAL_WRITES);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        note(noting, entry->dst_id, USE_FILLED);
+        note_use(noting, entry->dst_id, USE_FILLED);
 }
 
 /* ---- batches */
@@ -211,14 +211,14 @@ static bool is_of_queue(const struct order_batch *batch)
     return batch->work == WORK_OF_QUEUE && !(journal && journal->binds);
 }
 
-static void submit(void *user, struct order_batch *batch)
+static void advice_submit(void *user, struct order_batch *batch)
 {
     struct device_advice *advice = user;
     (void)batch;
     atomic_fetch_add(&advice->outstanding, 1);
 }
 
-static void fail(void *user, struct order_batch *batch)
+static void advice_fail(void *user, struct order_batch *batch)
 {
     struct device_advice *advice = user;
     (void)batch;
@@ -249,7 +249,7 @@ static void count_submission(struct device_advice *advice)
     advice->submissions = number;
 }
 
-static void run(void *user, struct order_batch *batch)
+static void advice_run(void *user, struct order_batch *batch)
 {
     struct device_advice *advice = user;
     const bool is_submitted = is_of_queue(batch);
@@ -271,8 +271,11 @@ static void order_unknown(void *user, enum order_unknown_reason why)
 
 struct batch_consumer advice_consumer(struct device_advice *advice)
 {
-    return (struct batch_consumer){
-        .user = advice, .submit = submit, .run = run, .fail = fail, .order_unknown = order_unknown};
+    return (struct batch_consumer){.user = advice,
+                                   .submit = advice_submit,
+                                   .run = advice_run,
+                                   .fail = advice_fail,
+                                   .order_unknown = order_unknown};
 }
 
 /* ---- the list */
@@ -299,7 +302,8 @@ struct judging {
     uint64_t object;
 };
 
-static void found(void *user, enum advice id, const struct finding *finding, uint64_t weight)
+static void add_found_advice(void *user, enum advice id, const struct finding *finding,
+                             uint64_t weight)
 {
     const struct judging *judging = user;
     advice_add(judging->advice, id, judging->type, judging->object, finding, weight);
@@ -322,7 +326,7 @@ static void judge(struct device_advice *advice, const struct accel_facts *accel,
     };
     struct judging judging = {advice, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                               (uint64_t)(uintptr_t)accel->handle};
-    advice_judge_use(&view, found, &judging);
+    advice_judge_use(&view, add_found_advice, &judging);
 }
 
 static void judge_all(struct device_advice *advice)
@@ -332,7 +336,7 @@ static void judge_all(struct device_advice *advice)
     struct judging judging = {advice, VK_OBJECT_TYPE_DEVICE,
                               (uint64_t)(uintptr_t)advice->device->handle};
     if (!advice->is_unknown)
-        advice_judge_crowd(&view, found, &judging);
+        advice_judge_crowd(&view, add_found_advice, &judging);
 }
 
 void advice_judge_destroyed(struct device_advice *advice, VkAccelerationStructureKHR accel)

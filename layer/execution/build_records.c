@@ -51,8 +51,8 @@ static void describe_nv(const struct writer *writer, const struct journal_entry 
 {
     struct nv_accel_facts accel;
     record->object_type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV;
-    resources_ask_nv_accel(writer->device->resources,
-                           (VkAccelerationStructureNV)(uintptr_t)entry->dst, &accel);
+    resources_look_up_nv_accel(writer->device->resources,
+                               (VkAccelerationStructureNV)(uintptr_t)entry->dst, &accel);
     if (accel.id == entry->dst_id && accel.created)
         record->type = type_name(accel.created->type);
     nv_shape_release(accel.created);
@@ -68,8 +68,8 @@ static void describe_nv(const struct writer *writer, const struct journal_entry 
     record->memory_offset = accel.span.begin;
 }
 
-static struct log_record describe(const struct writer *writer, enum record_kind kind,
-                                  const char *mode, const struct journal_entry *entry)
+static struct log_record describe_entry(const struct writer *writer, enum record_kind kind,
+                                        const char *mode, const struct journal_entry *entry)
 {
     struct log_record record = writer->record;
     record.kind = kind;
@@ -86,7 +86,7 @@ static struct log_record describe(const struct writer *writer, enum record_kind 
 
 /* ---- entries */
 
-static void add(const struct writer *writer, const struct log_record *record)
+static void add_to_record(const struct writer *writer, const struct log_record *record)
 {
     reporter_record(writer->device->instance->reporter, record);
 }
@@ -95,7 +95,7 @@ static void add_build(struct writer *writer, const struct journal_entry *entry)
 {
     bool is_update = entry->kind == JOURNAL_UPDATE;
     struct log_record record =
-        describe(writer, RECORD_BUILD, is_update ? "update" : "build", entry);
+        describe_entry(writer, RECORD_BUILD, is_update ? "update" : "build", entry);
     record.has_position = true;
     record.position = entry->built.position;
     if (entry->built.state == BUILT_BEFORE) {
@@ -111,14 +111,14 @@ static void add_build(struct writer *writer, const struct journal_entry *entry)
             record.scratch_size = writer->figures->dst;
     }
     writer->figures = NULL;
-    add(writer, &record);
+    add_to_record(writer, &record);
 }
 
 static void add_copy(const struct writer *writer, const char *mode,
                      const struct journal_entry *entry)
 {
-    struct log_record record = describe(writer, RECORD_COPY, mode, entry);
-    add(writer, &record);
+    struct log_record record = describe_entry(writer, RECORD_COPY, mode, entry);
+    add_to_record(writer, &record);
 }
 
 /* A write of a VkMicromapEXT. */
@@ -137,7 +137,7 @@ static void add_micromap(const struct writer *writer, const struct journal_entry
     record.object_type = VK_OBJECT_TYPE_MICROMAP_EXT;
     record.dst = entry->dst;
     record.src = entry->src;
-    add(writer, &record);
+    add_to_record(writer, &record);
 }
 
 static void add_journal(const struct layer_device *device, const struct order_batch *batch,
@@ -214,7 +214,7 @@ static bool binds(const struct order_batch *batch)
 }
 
 /* Work of the host is recorded when it has ended. */
-static void run(void *user, struct order_batch *batch)
+static void build_records_run(void *user, struct order_batch *batch)
 {
     const struct layer_device *device = user;
     if (!batch->is_replayed || batch->work == WORK_BEGINS || batch->work == WORK_FAILS ||
@@ -229,7 +229,7 @@ static void run(void *user, struct order_batch *batch)
 
 struct batch_consumer build_records_consumer(struct layer_device *device)
 {
-    return (struct batch_consumer){.user = device, .run = run};
+    return (struct batch_consumer){.user = device, .run = build_records_run};
 }
 
 void build_records_add_size(const struct layer_device *device, VkAccelerationStructureKHR structure,

@@ -79,8 +79,8 @@ static bool keep_finding(void *user, const struct journal *journal, uint32_t fir
     return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
 }
 
-static bool found(void *user, enum rule rule, const struct location *location,
-                  const struct finding *finding)
+static bool note_found(void *user, enum rule rule, const struct location *location,
+                       const struct finding *finding)
 {
     const struct read_call *call = user;
     struct location there = *location;
@@ -258,7 +258,7 @@ static void digested(void *user, const struct input_digest *digest)
 }
 
 #define HOOKS                                                                                      \
-    .found = found, .find_sizes = find_sizes, .query_addresses = query_addresses,                  \
+    .found = note_found, .find_sizes = find_sizes, .query_addresses = query_addresses,             \
     .of_another_device = of_another_device, .refers_to_destroyed = refers_to_destroyed,            \
     .is_compatible = is_compatible, .advised = advised, .digested = digested,                      \
     .instances = instances
@@ -432,7 +432,7 @@ static void read_build(struct read_buffer *buffer, const struct journal_entry *e
 /* Whether this thread is to validate the build now. The device executes the calls of a command
  * buffer in order, so one number says which builds were validated before completion. After the
  * device was lost, several threads may read the same execution: one of them validates a build. */
-static bool is_readable(struct read_buffer *buffer, const struct recorded_build *build)
+static bool is_of_this_thread(struct read_buffer *buffer, const struct recorded_build *build)
 {
     struct execution *execution = buffer->execution;
     const uint32_t position = build->place.position;
@@ -462,7 +462,7 @@ static void read_entry(struct read_buffer *buffer, const struct journal_entry *e
         leave_call(buffer->call);
         buffer->call = NULL;
     }
-    if (!buffer->is_known || !is_readable(buffer, build))
+    if (!buffer->is_known || !is_of_this_thread(buffer, build))
         return;
     if (!buffer->call)
         buffer->call = begin_call(buffer->reading, buffer->journal, &build->place);

@@ -55,7 +55,7 @@ static struct input_check *check_of(const struct batch_cursor *at)
 }
 
 /* A walk over the executions that wait. */
-static struct batch_cursor start(const struct input_checks *input_checks)
+static struct batch_cursor start_batches_read(const struct input_checks *input_checks)
 {
     return (struct batch_cursor){
         .list = input_checks->batches, .sequence = IN_EXECUTION_ORDER, .use = USES_INPUTS};
@@ -139,7 +139,7 @@ static void expect(const struct input_checks *input_checks, struct order_batch *
 }
 
 /* Takes the executions of the batch. */
-static void run(void *user, struct order_batch *batch)
+static void input_checks_run(void *user, struct order_batch *batch)
 {
     struct input_checks *input_checks = user;
     struct missed_executions missed = {0};
@@ -210,8 +210,8 @@ static bool has_sources(const struct input_check *check)
     return true;
 }
 
-static struct ran_execution describe(const struct input_checks *input_checks,
-                                     const struct batch_cursor *at, bool is_complete)
+static struct ran_execution describe_execution(const struct input_checks *input_checks,
+                                               const struct batch_cursor *at, bool is_complete)
 {
     return (struct ran_execution){
         .device = input_checks->device,
@@ -225,16 +225,16 @@ static struct ran_execution describe(const struct input_checks *input_checks,
 
 /* Validates complete executions in execution order. Skips incomplete ones, because executions of
  * other queues may be complete. */
-static void deliver(struct input_checks *input_checks)
+static void deliver_executions(struct input_checks *input_checks)
 {
     struct delivery delivery = {.input_checks = input_checks};
     struct missed_executions missed = {0};
     VkResult end;
     execution_order_host_clock(input_checks->device->order, &delivery.seen);
-    for (struct batch_cursor at = start(input_checks); batch_cursor_step(&at);) {
+    for (struct batch_cursor at = start_batches_read(input_checks); batch_cursor_step(&at);) {
         if (!has_ended(&delivery, at.batch, check_of(&at), &end) || !has_sources(check_of(&at)))
             continue;
-        const struct ran_execution ran = describe(input_checks, &at, end == VK_SUCCESS);
+        const struct ran_execution ran = describe_execution(input_checks, &at, end == VK_SUCCESS);
         take(input_checks, &at);
         if (ran.is_complete)
             submitted_builds_end(input_checks->device->submitted_builds, at.batch);
@@ -250,7 +250,7 @@ static bool begin_delivery(struct input_checks *input_checks, bool *is_busy)
 {
     pthread_mutex_lock(&input_checks->batches->lock);
     *is_busy = input_checks->drain.is_busy;
-    struct batch_cursor first = start(input_checks);
+    struct batch_cursor first = start_batches_read(input_checks);
     bool begins = (*is_busy || batch_cursor_next(&first)) && drain_begin(&input_checks->drain);
     pthread_mutex_unlock(&input_checks->batches->lock);
     return begins;
@@ -270,7 +270,7 @@ void input_checks_deliver(struct input_checks *input_checks)
     if (!input_checks || !begin_delivery(input_checks, &is_busy))
         return;
     do {
-        deliver(input_checks);
+        deliver_executions(input_checks);
     } while (repeat_delivery(input_checks));
 }
 
@@ -280,13 +280,13 @@ static bool read_waiting(struct input_checks *input_checks, const char *when)
     bool is_busy;
     if (!begin_delivery(input_checks, &is_busy))
         return !is_busy;
-    for (struct batch_cursor at = start(input_checks); batch_cursor_step(&at);) {
-        const struct ran_execution ran = describe(input_checks, &at, false);
+    for (struct batch_cursor at = start_batches_read(input_checks); batch_cursor_step(&at);) {
+        const struct ran_execution ran = describe_execution(input_checks, &at, false);
         if (has_sources(check_of(&at)))
             input_checks_read(&ran, when, &missed);
     }
     while (repeat_delivery(input_checks))
-        deliver(input_checks);
+        deliver_executions(input_checks);
     return true;
 }
 
@@ -324,7 +324,8 @@ void input_checks_destroy(struct input_checks *input_checks)
 {
     if (!input_checks)
         return;
-    for (struct batch_cursor at = start(input_checks); at.list && batch_cursor_step(&at);) {
+    for (struct batch_cursor at = start_batches_read(input_checks);
+         at.list && batch_cursor_step(&at);) {
         take(input_checks, &at);
         end_check(input_checks, &at);
     }
@@ -338,7 +339,7 @@ struct ticket *input_checks_next_ticket(struct input_checks *input_checks, VkQue
 {
     struct ticket *next = NULL;
     pthread_mutex_lock(&input_checks->batches->lock);
-    for (struct batch_cursor at = start(input_checks); batch_cursor_next(&at);) {
+    for (struct batch_cursor at = start_batches_read(input_checks); batch_cursor_next(&at);) {
         struct ticket *ticket = check_of(&at)->execution->ticket;
         if (ticket->number > after && (!queue || at.batch->queue == queue) &&
             (!next || ticket->number < next->number))
@@ -356,7 +357,7 @@ enum { WAIT_NANOSECONDS = 1000 * 1000 * 1000, PAUSE_NANOSECONDS = 1000 * 1000 };
 
 static struct ticket *share_first(struct input_checks *input_checks)
 {
-    struct batch_cursor first = start(input_checks);
+    struct batch_cursor first = start_batches_read(input_checks);
     pthread_mutex_lock(&input_checks->batches->lock);
     bool found = batch_cursor_next(&first);
     struct ticket *ticket = found ? ticket_share(check_of(&first)->execution->ticket) : NULL;
@@ -370,7 +371,8 @@ static bool note_wait(struct input_checks *input_checks, const struct ticket *ti
 {
     bool is_first = false, has_first = false;
     pthread_mutex_lock(&input_checks->batches->lock);
-    for (struct batch_cursor at = start(input_checks); batch_cursor_next(&at); has_first = true) {
+    for (struct batch_cursor at = start_batches_read(input_checks); batch_cursor_next(&at);
+         has_first = true) {
         if (check_of(&at)->execution->ticket != ticket)
             continue;
         is_first |= !has_first;
@@ -409,7 +411,7 @@ struct batch_consumer input_checks_consumer(struct input_checks *input_checks)
     input_checks->batches = execution_order_batches(input_checks->device->order);
     return (struct batch_consumer){.user = input_checks,
                                    .undo = drop,
-                                   .run = run,
+                                   .run = input_checks_run,
                                    .retire = drop,
                                    .deliver = deliver_complete,
                                    .wait = wait_for_first};

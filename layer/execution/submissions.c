@@ -69,8 +69,9 @@ struct judging {
     struct call_origin origin;
 };
 
-static bool found(void *user, const struct journal *journal, uint32_t first_build, uint32_t origin,
-                  enum rule rule, const struct location *location, const struct finding *finding)
+static bool send_found(void *user, const struct journal *journal, uint32_t first_build,
+                       uint32_t origin, enum rule rule, const struct location *location,
+                       const struct finding *finding)
 {
     struct judging *judging = user;
     judging->origin.command_buffer = journal->command_buffer;
@@ -104,7 +105,7 @@ static struct replay replay_of(struct judging *judging, const struct order_batch
         .destroy_count = batch->destroy_count,
         .never_is_certain = !submissions->device->facts.has_other_builders,
         .unordered = batch->work != WORK_OF_QUEUE,
-        .found = found,
+        .found = send_found,
         .compacted = submissions->device->records_builds ? record_compacted_size : NULL,
         .user = judging,
     };
@@ -194,7 +195,7 @@ static void settle_bindings(struct resources *resources, struct journal *journal
     journal->binds = false;
 }
 
-static void release(void *user, void *captured)
+static void submissions_release(void *user, void *captured)
 {
     const struct submissions *submissions = user;
     struct journal *journal = captured;
@@ -209,7 +210,7 @@ struct execution_hooks submissions_hooks(struct submissions *submissions)
         .user = submissions,
         .follows_host = submissions->device->finds_hazards,
         .capture = capture,
-        .release = release,
+        .release = submissions_release,
         .is_open = is_open,
     };
 }
@@ -232,7 +233,7 @@ static void inspect(void *user, struct order_batch *batch)
 
 /* Judges a batch before its call goes down, so that a callback can have the call skipped. Applies
  * it at once, because all earlier batches have run. */
-static void check(void *user, struct order_batch *batch)
+static void submissions_check(void *user, struct order_batch *batch)
 {
     struct submissions *submissions = user;
     if (!submissions->order_unknown)
@@ -247,7 +248,7 @@ static void undo(void *user, struct order_batch *batch)
     structures_undo(submissions->device->structures);
 }
 
-static void run(void *user, struct order_batch *batch)
+static void submissions_run(void *user, struct order_batch *batch)
 {
     struct submissions *submissions = user;
     bool is_done = batch->is_checked && batch->work == WORK_OF_QUEUE;
@@ -258,7 +259,7 @@ static void run(void *user, struct order_batch *batch)
     batch->is_replayed = !submissions->order_unknown;
 }
 
-static void ran(void *user, struct order_batch *batch)
+static void submissions_ran(void *user, struct order_batch *batch)
 {
     const struct submissions *submissions = user;
     struct journal *journal = batch->command_count ? batch->commands[0].captured : NULL;
@@ -276,10 +277,10 @@ struct batch_consumer submissions_consumer(struct submissions *submissions)
     return (struct batch_consumer){
         .user = submissions,
         .submit = inspect,
-        .check = check,
+        .check = submissions_check,
         .undo = undo,
-        .run = run,
-        .ran = ran,
+        .run = submissions_run,
+        .ran = submissions_ran,
         .order_unknown = order_unknown,
     };
 }

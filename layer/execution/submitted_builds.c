@@ -48,7 +48,7 @@ static bool has_uses(const struct journal *journal)
 }
 
 /* Forgets a batch whose use has ended. */
-static void forget(struct submitted_builds *submitted, struct order_batch *batch)
+static void forget_batch(struct submitted_builds *submitted, struct order_batch *batch)
 {
     for (uint32_t i = 0; i < batch->command_count; i++)
         atomic_fetch_sub(&submitted->count, batch->commands[i].is_used[USES_PENDING_BUILDS]);
@@ -63,7 +63,7 @@ static void forget_those(struct submitted_builds *submitted,
     for (struct order_batch *batch;
          (batch = batch_list_take(submitted->batches, IN_SUBMISSION_ORDER, USES_PENDING_BUILDS,
                                   ends, user));)
-        forget(submitted, batch);
+        forget_batch(submitted, batch);
 }
 
 struct newest {
@@ -77,7 +77,7 @@ static bool is_beyond_limit(const void *user, const struct order_batch *batch)
     return atomic_load(&newest->submitted->count) > SUBMITTED_MAX && batch != newest->batch;
 }
 
-static void submit(void *user, struct order_batch *batch)
+static void submitted_builds_submit(void *user, struct order_batch *batch)
 {
     struct submitted_builds *submitted = user;
     struct execution_clock seen;
@@ -103,28 +103,28 @@ static void submit(void *user, struct order_batch *batch)
 void submitted_builds_end(struct submitted_builds *submitted, struct order_batch *batch)
 {
     if (submitted && order_batch_end_use(batch, USES_PENDING_BUILDS))
-        forget(submitted, batch);
+        forget_batch(submitted, batch);
 }
 
-static void fail(void *user, struct order_batch *batch)
+static void submitted_builds_fail(void *user, struct order_batch *batch)
 {
     submitted_builds_end(user, batch);
 }
 
 /* Whether the host has observed the end of the batch. */
-static bool is_complete(const void *user, const struct order_batch *batch)
+static bool batch_is_complete(const void *user, const struct order_batch *batch)
 {
     return order_batch_has_run(batch) && execution_clock_has(user, batch->timestamp);
 }
 
-static void deliver(void *user)
+static void submitted_builds_deliver(void *user)
 {
     struct submitted_builds *submitted = user;
     struct execution_clock seen;
     if (!atomic_load(&submitted->count))
         return;
     execution_order_host_clock(submitted->device->order, &seen);
-    forget_those(submitted, is_complete, &seen);
+    forget_those(submitted, batch_is_complete, &seen);
 }
 
 void submitted_builds_destroy(struct submitted_builds *submitted)
@@ -136,8 +136,10 @@ void submitted_builds_destroy(struct submitted_builds *submitted)
 
 struct batch_consumer submitted_builds_consumer(struct submitted_builds *submitted)
 {
-    return (struct batch_consumer){
-        .user = submitted, .submit = submit, .fail = fail, .deliver = deliver};
+    return (struct batch_consumer){.user = submitted,
+                                   .submit = submitted_builds_submit,
+                                   .fail = submitted_builds_fail,
+                                   .deliver = submitted_builds_deliver};
 }
 
 /* ---- uses of one object

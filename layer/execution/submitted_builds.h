@@ -41,7 +41,7 @@ void submitted_builds_note_destroyed(struct submitted_builds *submitted, uint64_
 
 /* One build. */
 struct submitted_build {
-    const struct journal *journal; /* of its command buffer, perhaps a secondary one */
+    const struct journal *journal; /* of its command buffer, which may be a secondary one */
     const struct journal_entry *entry;
     VkCommandBuffer primary;
     VkQueue queue;

@@ -23,7 +23,7 @@ static void add_nv(struct hazard_recording *recording, enum access_kind kind, en
 {
     struct nv_accel_facts facts;
     const struct hazard_use use = {.kind = kind, .role = role};
-    resources_ask_nv_accel(recording->device->resources, handle, &facts);
+    resources_look_up_nv_accel(recording->device->resources, handle, &facts);
     hazard_recording_add_nv(recording, &use, &facts);
     nv_shape_release(facts.created);
 }

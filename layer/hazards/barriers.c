@@ -45,7 +45,7 @@ static struct group begin_wait(struct hazard_recording *recording, VkEvent event
 }
 
 /* Without memory the journal lacks hazards, and the entries of the group are worth nothing. */
-static void add(struct group *group, const struct hazard_barrier *barrier)
+static void add_to_group(struct group *group, const struct hazard_barrier *barrier)
 {
     struct journal *journal = group->recording->journal;
     if (journal->lacks_hazards)
@@ -66,13 +66,13 @@ static void add(struct group *group, const struct hazard_barrier *barrier)
 
 static void add_global(struct group *group, const struct dependency *dependency)
 {
-    add(group, &(struct hazard_barrier){.dependency = *dependency, .is_global = true});
+    add_to_group(group, &(struct hazard_barrier){.dependency = *dependency, .is_global = true});
 }
 
 /* An execution dependency, and the memory dependency of no bytes. */
 static void add_execution(struct group *group, const struct dependency *dependency)
 {
-    add(group, &(struct hazard_barrier){.dependency = *dependency});
+    add_to_group(group, &(struct hazard_barrier){.dependency = *dependency});
 }
 
 /* ---- buffer barriers */
@@ -113,7 +113,7 @@ static void add_transferable(struct group *group, struct hazard_barrier *barrier
         barrier->dependency = barriers_full_dependency();
         barrier->is_global = true;
     }
-    add(group, barrier);
+    add_to_group(group, barrier);
 }
 
 static void find_bytes(const struct hazard_recording *recording, VkBuffer buffer,

@@ -29,7 +29,7 @@ void hazards_add_elements(struct hazard_recording *recording, const struct hazar
 void hazards_add_indexed(struct hazard_recording *recording, const struct hazard_use *use,
                          const struct hazard_elements *elements);
 
-/* Adds what a geometry surely reads; of what a host build reads, mapped memory (inputs.c). */
+/* Adds what a geometry certainly reads; of what a host build reads, mapped memory (inputs.c). */
 void hazards_add_inputs(struct hazard_recording *recording, const struct geometry_view *geometry);
 
 #endif

@@ -33,7 +33,7 @@ void descriptor_sets_forget(struct descriptor_sets *sets, uint64_t set)
     free(held);
 }
 
-/* Returns the record of a set, perhaps a new one. Call with the lock for writing. */
+/* Returns the record of a set; adds one if there is none. Call with the lock for writing. */
 static struct held_set *hold_set(struct descriptor_sets *sets, uint64_t set)
 {
     struct held_set *held = handle_table_find(&sets->sets, set);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Records the input data that builds surely read. What an indirect build reads depends on counts in
- * device memory, so nothing of it is certain. */
+/* Records the input data that builds certainly read. What an indirect build reads depends on counts
+ * in device memory, so nothing of it is certain. */
 #include "layer/hazards/builds.h"
 
 #include <string.h>
@@ -124,8 +124,8 @@ static void add_of_size(const struct input *input, enum hazard_role role, uint32
     hazards_add_elements(input->recording, &use, elements);
 }
 
-static void add(const struct input *input, enum hazard_role role,
-                VkDeviceOrHostAddressConstKHR address, struct hazard_elements *elements)
+static void add_input_bytes(const struct input *input, enum hazard_role role,
+                            VkDeviceOrHostAddressConstKHR address, struct hazard_elements *elements)
 {
     add_of_size(input, role, 0, address, elements);
 }
@@ -149,7 +149,7 @@ static void add_other(const struct input *input, VkDeviceOrHostAddressConstKHR a
         resources_look_up_address(input->recording->device->resources, address.deviceAddress,
                                   &facts);
     elements->facts = &facts;
-    add(input, HAZARD_OTHER_INPUT, address, elements);
+    add_input_bytes(input, HAZARD_OTHER_INPUT, address, elements);
 }
 
 /* The facts of an address in the structures of extensions. */
@@ -170,7 +170,7 @@ static void add_vertices_of(const struct input *input, enum hazard_role role,
 {
     const struct hazard_use use = use_of(input, role);
     if (vertices->count)
-        add(input, role, address, vertices);
+        add_input_bytes(input, role, address, vertices);
     else if (!input->is_host)
         hazards_add_indexed(input->recording, &use, vertices);
 }
@@ -261,11 +261,11 @@ static void add_triangles(const struct input *input)
                                               .count = (uint64_t)input->range->primitiveCount * 3,
                                               .stride = index_size,
                                               .size = index_size});
-    add(input, HAZARD_TRANSFORM, triangles->transformData,
-        &(struct hazard_elements){.facts = &input->geometry->transform,
-                                  .offset = input->range->transformOffset,
-                                  .count = 1,
-                                  .size = sizeof(VkTransformMatrixKHR)});
+    add_input_bytes(input, HAZARD_TRANSFORM, triangles->transformData,
+                    &(struct hazard_elements){.facts = &input->geometry->transform,
+                                              .offset = input->range->transformOffset,
+                                              .count = 1,
+                                              .size = sizeof(VkTransformMatrixKHR)});
     if (input->geometry->chained) {
         add_opacity(input, triangles->pNext);
         add_displacement(input, triangles->pNext);
@@ -315,16 +315,16 @@ static void add_boxes(const struct input *input)
 {
     const VkAccelerationStructureGeometryAabbsDataKHR *aabbs =
         &input->geometry->geometry->geometry.aabbs;
-    add(input, HAZARD_BOXES, aabbs->data,
-        &(struct hazard_elements){.facts = &input->geometry->data,
-                                  .offset = input->range->primitiveOffset,
-                                  .count = input->range->primitiveCount,
-                                  .stride = aabbs->stride,
-                                  .size = sizeof(VkAabbPositionsKHR)});
+    add_input_bytes(input, HAZARD_BOXES, aabbs->data,
+                    &(struct hazard_elements){.facts = &input->geometry->data,
+                                              .offset = input->range->primitiveOffset,
+                                              .count = input->range->primitiveCount,
+                                              .stride = aabbs->stride,
+                                              .size = sizeof(VkAabbPositionsKHR)});
     await_data(input, &input->geometry->data);
 }
 
-/* Motion instances are 160 bytes apart. What surely is read of one is as much as an instance
+/* Motion instances are 160 bytes apart. What is certainly read of one is as much as an instance
  * without motion has, behind its type and flags. */
 enum { MOTION_INSTANCE_STRIDE = 160, MOTION_INSTANCE_HEADER = 8 };
 
@@ -367,8 +367,8 @@ static void add_instances(const struct input *input)
         elements.stride = MOTION_INSTANCE_STRIDE;
         elements.size += MOTION_INSTANCE_HEADER;
     }
-    add(input, instances->arrayOfPointers ? HAZARD_INSTANCE_POINTERS : HAZARD_INSTANCES,
-        instances->data, &elements);
+    add_input_bytes(input, instances->arrayOfPointers ? HAZARD_INSTANCE_POINTERS : HAZARD_INSTANCES,
+                    instances->data, &elements);
     if (input->is_host && input->recording->device->level >= LEVEL_CONTENT &&
         elements.size == sizeof(VkAccelerationStructureInstanceKHR))
         add_host_references(input, instances->data.hostAddress);
@@ -380,10 +380,10 @@ static void add_dense(const struct input *input)
         input->geometry->geometry->pNext, &input->geometry->chain,
         VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX);
     if (dense && !dense_is_empty(dense))
-        add(input, HAZARD_OTHER_INPUT, dense->compressedData,
-            &(struct hazard_elements){.facts = chained_facts(input, INPUT_DENSE_DATA),
-                                      .count = 1,
-                                      .size = dense->dataSize});
+        add_input_bytes(input, HAZARD_OTHER_INPUT, dense->compressedData,
+                        &(struct hazard_elements){.facts = chained_facts(input, INPUT_DENSE_DATA),
+                                                  .count = 1,
+                                                  .size = dense->dataSize});
 }
 
 void hazards_add_inputs(struct hazard_recording *recording, const struct geometry_view *geometry)
@@ -423,8 +423,8 @@ void hazards_add_inputs(struct hazard_recording *recording, const struct geometr
 
 /* ---- what the host has overwritten */
 
-/* Call before the host waits. It does not know yet that the builds are complete, so it wrote too
- * early whatever it has written by now. */
+/* Call before the host submits or waits. It does not know yet that the builds are complete, so it
+ * wrote too early whatever it has written by now. */
 void hazards_look_at_inputs(struct layer_device *device)
 {
     host_writes_look(device->host_writes);

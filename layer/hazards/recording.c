@@ -81,11 +81,6 @@ void hazard_recording_add_anywhere(struct hazard_recording *recording, const str
     hazard_recording_add_entry(recording, HAZARD_ACCESS, use);
 }
 
-static inline VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
-{
-    return a < b ? a : b;
-}
-
 static inline uint64_t memory_id(const struct hazard_recording *recording, VkDeviceMemory memory)
 {
     return hazard_memory_id(recording->journal, recording->device->resources, memory);

@@ -13,7 +13,7 @@
 
 /* ---- creation */
 
-static int compare(const void *a, const void *b)
+static int compare_dependencies(const void *a, const void *b)
 {
     const struct subpass_dependency *x = a, *y = b;
     if (x->dst != y->dst)
@@ -22,11 +22,11 @@ static int compare(const void *a, const void *b)
 }
 
 /* Takes over the dependencies, which are NULL if memory ran out. */
-static void keep(const struct layer_device *device, VkRenderPass render_pass,
-                 struct subpass_dependency *dependencies, uint32_t count)
+static void keep_dependencies(const struct layer_device *device, VkRenderPass render_pass,
+                              struct subpass_dependency *dependencies, uint32_t count)
 {
     if (dependencies)
-        qsort(dependencies, count, sizeof(*dependencies), compare);
+        qsort(dependencies, count, sizeof(*dependencies), compare_dependencies);
     if (dependencies)
         hazard_objects_add_render_pass(device->hazard_objects, render_pass, dependencies, count);
     else
@@ -35,7 +35,7 @@ static void keep(const struct layer_device *device, VkRenderPass render_pass,
 }
 
 /* Room for at least one, so that NULL means that memory has run out. */
-static struct subpass_dependency *allocate(uint32_t count)
+static struct subpass_dependency *allocate_dependencies(uint32_t count)
 {
     return calloc(count ? count : 1, sizeof(struct subpass_dependency));
 }
@@ -44,7 +44,7 @@ void hazards_note_render_pass(struct layer_device *device, VkRenderPass render_p
                               const VkRenderPassCreateInfo *info)
 {
     uint32_t count = info->dependencyCount;
-    struct subpass_dependency *all = allocate(count);
+    struct subpass_dependency *all = allocate_dependencies(count);
     for (uint32_t i = 0; all && i < count; i++) {
         const VkSubpassDependency *from = &info->pDependencies[i];
         all[i] =
@@ -52,11 +52,11 @@ void hazards_note_render_pass(struct layer_device *device, VkRenderPass render_p
                                         dependency_of(from->srcStageMask, from->srcAccessMask,
                                                       from->dstStageMask, from->dstAccessMask)};
     }
-    keep(device, render_pass, all, count);
+    keep_dependencies(device, render_pass, all, count);
 }
 
 /* A VkMemoryBarrier2 replaces the masks of the structure that it extends. */
-static struct subpass_dependency describe(const VkSubpassDependency2 *from)
+static struct subpass_dependency describe_dependency(const VkSubpassDependency2 *from)
 {
     const VkMemoryBarrier2 *barrier = chain_find(from->pNext, VK_STRUCTURE_TYPE_MEMORY_BARRIER_2);
     struct subpass_dependency dependency = {.src = from->srcSubpass, .dst = from->dstSubpass};
@@ -73,10 +73,10 @@ static struct subpass_dependency describe(const VkSubpassDependency2 *from)
 void hazards_note_render_pass_2(struct layer_device *device, VkRenderPass render_pass,
                                 const VkRenderPassCreateInfo2 *info)
 {
-    struct subpass_dependency *all = allocate(info->dependencyCount);
+    struct subpass_dependency *all = allocate_dependencies(info->dependencyCount);
     for (uint32_t i = 0; all && i < info->dependencyCount; i++)
-        all[i] = describe(&info->pDependencies[i]);
-    keep(device, render_pass, all, info->dependencyCount);
+        all[i] = describe_dependency(&info->pDependencies[i]);
+    keep_dependencies(device, render_pass, all, info->dependencyCount);
 }
 
 void hazards_forget_render_pass(struct layer_device *device, VkRenderPass render_pass)

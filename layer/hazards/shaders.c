@@ -11,7 +11,7 @@
 
 /* ---- commands */
 
-static void add(struct hazard_recording *recording, enum access_kind kind)
+static void add_shader_access(struct hazard_recording *recording, enum access_kind kind)
 {
     hazard_recording_add_anywhere(recording,
                                   &(struct hazard_use){.kind = kind, .role = HAZARD_SHADER});
@@ -23,7 +23,7 @@ static void add_trace(struct hazard_recording *recording, enum access_kind kind,
 {
     hazards_add_traced(recording, kind, point);
     if (!recording->journal->lacks_hazards)
-        add(recording, kind);
+        add_shader_access(recording, kind);
 }
 
 /* A command adds nothing if it follows one of the same name, with no other entry between them.
@@ -36,7 +36,7 @@ static bool add_command(struct hazard_recording *recording, const char *name,
         journal->shaders_name == name)
         return false;
     hazard_recording_command(recording, name, NULL);
-    add(recording, write);
+    add_shader_access(recording, write);
     return true;
 }
 
@@ -112,7 +112,7 @@ void hazards_note_module(struct layer_device *device, VkShaderModule module,
 {
     const bool traces = shader_code_traces(info->pCode, info->codeSize);
     hazard_objects_set_tracing(device->hazard_objects, TRACING_MODULE, (uint64_t)(uintptr_t)module,
-                               shader_code_surely_traces(info->pCode, info->codeSize));
+                               shader_code_certainly_traces(info->pCode, info->codeSize));
     if (shader_code_stores(info->pCode, info->codeSize))
         host_writes_stop(device->host_writes);
     if (traces && shader_code_traces_addresses(info->pCode, info->codeSize))
@@ -186,7 +186,7 @@ void hazards_note_shaders(struct layer_device *device, uint32_t count,
 static bool stage_traces(const struct layer_device *device,
                          const VkPipelineShaderStageCreateInfo *stage)
 {
-    return shader_stage_surely_traces(stage) ||
+    return shader_stage_certainly_traces(stage) ||
            hazard_objects_trace(device->hazard_objects, TRACING_MODULE,
                                 (uint64_t)(uintptr_t)stage->module);
 }

@@ -223,9 +223,9 @@ void hazards_write_marker(struct hazard_recording *recording, VkBuffer dst, VkDe
 
 /* ---- results of queries */
 
-/* What is surely written of each query: with VK_QUERY_RESULT_WAIT_BIT its first word, and behind it
- * another value or the availability; otherwise only the availability, whose place is known if the
- * query has one value, as those of compacted sizes have. */
+/* What is certainly written of each query: with VK_QUERY_RESULT_WAIT_BIT its first word, and behind
+ * it another value or the availability; otherwise only the availability, whose place is known if
+ * the query has one value, as those of compacted sizes have. */
 static void add_results(struct hazard_recording *recording, VkQueryPool pool, uint32_t count,
                         const struct place *dst, VkDeviceSize offset, VkDeviceSize stride,
                         VkQueryResultFlags flags)

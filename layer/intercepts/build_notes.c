@@ -35,8 +35,8 @@ static inline struct noting begin_noting(const struct build_call *call,
                            .geometry_by_pointer = build->geometry_pointers != NULL};
 }
 
-static inline void note(struct noting *noting, enum input_role role,
-                        const struct address_facts *facts)
+static inline void note_input(struct noting *noting, enum input_role role,
+                              const struct address_facts *facts)
 {
     if (facts->status != ADDRESS_IN_BUFFER ||
         !journal_notes_buffer(noting->journal, facts->buffer_id))
@@ -59,15 +59,15 @@ static inline void note_geometry(struct noting *noting, const struct geometry_vi
 {
     switch (geometry->geometry->geometryType) {
     case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
-        note(noting, INPUT_VERTEX, &geometry->vertex);
-        note(noting, INPUT_INDEX, &geometry->index_data);
-        note(noting, INPUT_MATRIX, &geometry->transform);
+        note_input(noting, INPUT_VERTEX, &geometry->vertex);
+        note_input(noting, INPUT_INDEX, &geometry->index_data);
+        note_input(noting, INPUT_MATRIX, &geometry->transform);
         break;
     case VK_GEOMETRY_TYPE_AABBS_KHR:
-        note(noting, INPUT_AABBS, &geometry->data);
+        note_input(noting, INPUT_AABBS, &geometry->data);
         break;
     default:
-        note(noting, INPUT_INSTANCES, &geometry->data);
+        note_input(noting, INPUT_INSTANCES, &geometry->data);
     }
 }
 
@@ -78,7 +78,7 @@ static void note_address(const struct build_call *call, const struct build_view 
     struct noting noting = begin_noting(call, build, geometry);
     if (!noting.next)
         return;
-    note(&noting, role, facts);
+    note_input(&noting, role, facts);
     journal_end_inputs(call->journal, noting.next);
 }
 
@@ -156,7 +156,7 @@ static inline void note_src(struct journal_entry *entry, const struct build_view
     entry->src_backing = backing_of(&build->src);
 }
 
-static bool is_readable(const struct build_view *build)
+static bool has_all_geometries(const struct build_view *build)
 {
     return build->geometry_count == build->info->geometryCount;
 }
@@ -175,7 +175,7 @@ add_shapes(struct journal *journal, const struct build_view *build, struct journ
         .micromaps = build->micromaps,
         .inputs = build->inputs,
     };
-    if (is_readable(build))
+    if (has_all_geometries(build))
         built_add_shapes(&entry->built, &description);
     else
         built_forget(&entry->built);
@@ -205,7 +205,7 @@ static inline void note_build(const struct build_call *call, const struct build_
     note_src(entry, build);
     built_describe(&entry->built, build->info, call->view.command_buffer.handle,
                    position_of(call, build));
-    if (built_has_shapes(build->info) || !is_readable(build))
+    if (built_has_shapes(build->info) || !has_all_geometries(build))
         add_shapes(call->journal, build, entry);
 }
 
@@ -220,7 +220,7 @@ static const VkAccelerationStructureGeometryKHR *geometry_of(const struct build_
 static bool count_primitives(const struct build_view *build, VkDeviceSize *count)
 {
     *count = 0;
-    if (!is_readable(build) || (build->geometry_count && !build->ranges))
+    if (!has_all_geometries(build) || (build->geometry_count && !build->ranges))
         return false;
     for (uint32_t i = 0; i < build->geometry_count; i++) {
         if (geometry_is_dense(geometry_of(build, i)))
@@ -270,8 +270,8 @@ static inline void note_inputs(const struct build_call *call, const struct build
     if (geometry)
         note_geometry(&noting, geometry);
     if (build->dst.id && build->sizes.known)
-        note(&noting, build_is_update(build->info) ? INPUT_UPDATE_SCRATCH : INPUT_SCRATCH,
-             &build->scratch);
+        note_input(&noting, build_is_update(build->info) ? INPUT_UPDATE_SCRATCH : INPUT_SCRATCH,
+                   &build->scratch);
     journal_end_inputs(call->journal, noting.next);
 }
 

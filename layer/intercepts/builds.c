@@ -71,7 +71,7 @@ static inline __attribute__((always_inline)) void run_checks(struct build_call *
 }
 
 /* With this many builds or more, probing the call's arrays anew costs little. Smaller calls trust
- * probes of the last milliseconds: docs/probes.md has the figures. */
+ * probes of the last milliseconds: docs/costs.md has the figures. */
 enum { PROBED_ANEW = 64 };
 
 static inline struct readable_cache *readable_cache_for(uint32_t builds)

@@ -4,7 +4,8 @@
 #include "src/base/recording_path.h"
 #include "src/check/replay/replay.h"
 
-static struct command_buffer *find(struct layer_device *device, VkCommandBuffer handle)
+static struct command_buffer *find_command_buffer(struct layer_device *device,
+                                                  VkCommandBuffer handle)
 {
     return command_buffers_find(device->command_buffers, handle);
 }
@@ -24,7 +25,7 @@ void note_command_pool(struct layer_device *device, VkCommandPool pool,
                              info->flags & VK_COMMAND_POOL_CREATE_PROTECTED_BIT);
 }
 
-static void forget(void *user, VkCommandBuffer handle)
+static void forget_command_buffer(void *user, VkCommandBuffer handle)
 {
     layer_forget_command_buffer(handle);
     object_names_set(user, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)handle, NULL);
@@ -32,7 +33,8 @@ static void forget(void *user, VkCommandBuffer handle)
 
 void forget_command_pool(struct layer_device *device, VkCommandPool pool)
 {
-    command_buffers_remove_pool(device->command_buffers, pool, forget, device->names);
+    command_buffers_remove_pool(device->command_buffers, pool, forget_command_buffer,
+                                device->names);
     object_names_set(device->names, VK_OBJECT_TYPE_COMMAND_POOL, (uint64_t)(uintptr_t)pool, NULL);
 }
 
@@ -56,37 +58,37 @@ void forget_command_buffers(struct layer_device *device, uint32_t count,
 {
     command_buffers_remove(device->command_buffers, count, handles);
     for (uint32_t i = 0; i < count; i++)
-        forget(device->names, handles[i]);
+        forget_command_buffer(device->names, handles[i]);
 }
 
 ON_RECORDING_PATH void note_begin(struct layer_device *device, VkCommandBuffer handle,
                                   const VkCommandBufferBeginInfo *info, VkResult result)
 {
-    command_buffer_begin(find(device, handle), info, resources_destroy_count(device->resources),
-                         result);
+    command_buffer_begin(find_command_buffer(device, handle), info,
+                         resources_destroy_count(device->resources), result);
 }
 
 ON_RECORDING_PATH void note_end(struct layer_device *device, VkCommandBuffer handle,
                                 VkResult result)
 {
-    command_buffer_end(find(device, handle), result);
+    command_buffer_end(find_command_buffer(device, handle), result);
 }
 
 ON_RECORDING_PATH void note_reset(struct layer_device *device, VkCommandBuffer handle,
                                   VkCommandBufferResetFlags flags, VkResult result)
 {
-    command_buffer_reset(find(device, handle),
+    command_buffer_reset(find_command_buffer(device, handle),
                          flags & VK_COMMAND_BUFFER_RESET_RELEASE_RESOURCES_BIT, result);
 }
 
 void note_secondaries(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
                       const VkCommandBuffer *secondaries)
 {
-    struct command_buffer *primary = find(device, handle);
+    struct command_buffer *primary = find_command_buffer(device, handle);
     for (uint32_t i = 0; primary && i < count; i++) {
         if (primary->journal)
             journal_begin_call(primary->journal);
-        command_buffer_execute(primary, find(device, secondaries[i]));
+        command_buffer_execute(primary, find_command_buffer(device, secondaries[i]));
         if (primary->journal)
             replay_keep(primary);
     }
@@ -96,21 +98,21 @@ void note_secondaries(struct layer_device *device, VkCommandBuffer handle, uint3
 
 void open_render_pass(struct layer_device *device, VkCommandBuffer handle)
 {
-    command_buffer_begin_rendering(find(device, handle), 0);
+    command_buffer_begin_rendering(find_command_buffer(device, handle), 0);
 }
 
 void open_rendering(struct layer_device *device, VkCommandBuffer handle,
                     const VkRenderingInfo *info)
 {
-    command_buffer_begin_rendering(find(device, handle), info->flags);
+    command_buffer_begin_rendering(find_command_buffer(device, handle), info->flags);
 }
 
 void close_rendering(struct layer_device *device, VkCommandBuffer handle)
 {
-    command_buffer_end_rendering(find(device, handle));
+    command_buffer_end_rendering(find_command_buffer(device, handle));
 }
 
 void set_video_coding(struct layer_device *device, VkCommandBuffer handle, bool is_open)
 {
-    command_buffer_set_video_coding(find(device, handle), is_open);
+    command_buffer_set_video_coding(find_command_buffer(device, handle), is_open);
 }

@@ -64,7 +64,7 @@ bool note_nv_copy(struct layer_device *device, VkCommandBuffer handle,
     const bool compacts = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
     uint64_t dst_handle = (uint64_t)(uintptr_t)dst, src_handle = (uint64_t)(uintptr_t)src;
     struct nv_accel_facts facts;
-    resources_ask_nv_accel(device->resources, dst, &facts);
+    resources_look_up_nv_accel(device->resources, dst, &facts);
     nv_shape_release(facts.created);
     struct journal_entry entry = {
         .kind = compacts ? JOURNAL_COMPACT : JOURNAL_COPY,
@@ -99,7 +99,7 @@ bool note_accel_write(struct layer_device *device, VkCommandBuffer handle,
 
 /* ---- on the host */
 
-static struct host_work begin(struct layer_device *device, struct journal_entry *entry)
+static struct host_work begin_host_copy(struct layer_device *device, struct journal_entry *entry)
 {
     struct host_work work = host_work_begin(device);
     if (entry->kind == JOURNAL_READ ? entry->src_id : entry->dst_id)
@@ -111,7 +111,7 @@ struct host_work begin_accel_copy(struct layer_device *device,
                                   const VkCopyAccelerationStructureInfoKHR *info)
 {
     struct journal_entry entry = copy_entry(device, COMMAND_CopyAccelerationStructureKHR, info);
-    return begin(device, &entry);
+    return begin_host_copy(device, &entry);
 }
 
 struct host_work begin_accel_read(struct layer_device *device,
@@ -133,5 +133,5 @@ struct host_work begin_accel_write(struct layer_device *device,
 {
     struct journal_entry entry =
         serialize_entry(device, COMMAND_CopyAccelerationStructureToMemoryKHR, info->src, 0);
-    return begin(device, &entry);
+    return begin_host_copy(device, &entry);
 }

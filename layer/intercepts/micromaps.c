@@ -108,8 +108,8 @@ bool note_micromap_write(struct layer_device *device, VkCommandBuffer handle,
 
 /* ---- on the host */
 
-static struct host_work begin(struct layer_device *device, struct journal_entry *entries,
-                              uint32_t count)
+static struct host_work begin_micromap_work(struct layer_device *device,
+                                            struct journal_entry *entries, uint32_t count)
 {
     struct host_work work = host_work_begin(device);
     for (uint32_t i = 0; work.journal && i < count; i++)
@@ -134,7 +134,7 @@ struct host_work begin_micromap_copy(struct layer_device *device, const VkCopyMi
 {
     struct journal_entry entries[2];
     set_copy(device, COMMAND_CopyMicromapEXT, info, entries);
-    return begin(device, entries, 2);
+    return begin_micromap_work(device, entries, 2);
 }
 
 struct host_work begin_micromap_read(struct layer_device *device,
@@ -142,12 +142,12 @@ struct host_work begin_micromap_read(struct layer_device *device,
 {
     struct journal_entry entry = write_entry(device, COMMAND_CopyMemoryToMicromapEXT,
                                              FILL_READS_MICROMAP, info->dst, VK_NULL_HANDLE);
-    return begin(device, &entry, 1);
+    return begin_micromap_work(device, &entry, 1);
 }
 
 struct host_work begin_micromap_write(struct layer_device *device,
                                       const VkCopyMicromapToMemoryInfoEXT *info)
 {
     struct journal_entry entry = read_entry(device, COMMAND_CopyMicromapToMemoryEXT, info->src);
-    return begin(device, &entry, 1);
+    return begin_micromap_work(device, &entry, 1);
 }

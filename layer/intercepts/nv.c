@@ -107,7 +107,8 @@ void note_nv_reference(struct layer_device *device, VkAccelerationStructureNV ac
 
 /* ---- builds */
 
-static struct built describe(const struct build_call *call, const struct nv_call_view *view)
+static struct built describe_nv_build(const struct build_call *call,
+                                      const struct nv_call_view *view)
 {
     uint32_t position = call->view.command_buffer.build_index;
     if (!view->info)
@@ -162,7 +163,7 @@ void nv_record_build(void *user, const struct nv_call_view *view)
         .dst_backing = view->dst_facts.binding == NV_BOUND ? BACKED_BY_MEMORY : 0,
         .src = (uint64_t)(uintptr_t)view->src,
         .src_id = view->src_facts.id,
-        .built = describe(call, view),
+        .built = describe_nv_build(call, view),
     };
     journal_end_entry(journal, entry);
 }

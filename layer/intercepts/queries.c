@@ -37,7 +37,6 @@ enum { QUERIED_AT_ONCE = 16 };
 /* A command that queries a property of structures or micromaps. */
 struct queried {
     enum build_command command;
-    enum resource_kind kind;
     VkQueryType type;
     uint32_t count;
     const void *handles; /* of 64 bits each */
@@ -47,6 +46,19 @@ struct queried {
     uint64_t first_id;      /* of the first query; 0: it is unknown */
     uint32_t tracked_count; /* as many queries from the first one on have ids */
 };
+
+static enum resource_kind queried_kind(const struct queried *queried)
+{
+    switch ((int)queried->command) {
+    case COMMAND_CmdWriteMicromapsPropertiesEXT:
+    case COMMAND_WriteMicromapsPropertiesEXT:
+        return RESOURCE_MICROMAP;
+    case COMMAND_CmdWriteAccelerationStructuresPropertiesNV:
+        return RESOURCE_ACCEL_NV;
+    default:
+        return RESOURCE_ACCEL;
+    }
+}
 
 static struct journal_entry read_entry(const struct layer_device *device,
                                        const struct queried *queried, uint32_t i)
@@ -59,106 +71,52 @@ static struct journal_entry read_entry(const struct layer_device *device,
         .info = i,
         .dst = (uint64_t)(uintptr_t)queried->pool,
         .src = handle,
-        .src_id = resources_find_id(device->resources, queried->kind, handle),
+        .src_id = resources_find_id(device->resources, queried_kind(queried), handle),
         .dst_id = i < queried->tracked_count ? queried->first_id + i : 0,
         .read = {.query = queried->type, .number = queried->first + i},
     };
 }
 
 /* A query of another type than that of the command has no result that means anything. */
-static bool note_queries(struct layer_device *device, VkCommandBuffer handle,
-                         struct queried *queried)
+bool note_queries(struct layer_device *device, VkCommandBuffer handle, enum build_command command,
+                  uint32_t count, const void *handles, VkQueryType type, VkQueryPool pool_handle,
+                  uint32_t first)
 {
+    struct queried queried = {.command = command,
+                              .type = type,
+                              .count = count,
+                              .handles = handles,
+                              .pool = pool_handle,
+                              .first = first};
     bool skip = false;
     struct query_pool pool;
-    query_pools_touch(device->query_pools, queried->pool, queried->first, queried->count);
-    if (query_pools_find(device->query_pools, queried->pool, &pool) && pool.type == queried->type) {
-        queried->tracked_count = query_pool_clamp(&pool, queried->first, queried->count);
-        queried->first_id = pool.first_id + queried->first;
+    if (query_pools_touch(device->query_pools, pool_handle, first, count, &pool) &&
+        pool.type == type) {
+        queried.tracked_count = query_pool_clamp(&pool, first, count);
+        queried.first_id = pool.first_id + first;
     }
-    for (uint32_t i = 0; i < queried->count;) {
+    for (uint32_t i = 0; i < count;) {
         struct journal_entry entries[QUERIED_AT_ONCE];
-        uint32_t count = 0;
-        while (i < queried->count && count < QUERIED_AT_ONCE)
-            entries[count++] = read_entry(device, queried, i++);
-        skip |= layer_record(device, handle, entries, count);
+        uint32_t read = 0;
+        while (i < count && read < QUERIED_AT_ONCE)
+            entries[read++] = read_entry(device, &queried, i++);
+        skip |= layer_record(device, handle, entries, read);
     }
     return skip;
 }
 
-bool note_accel_queries(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
-                        const VkAccelerationStructureKHR *accels, VkQueryType type,
-                        VkQueryPool pool, uint32_t first)
+struct host_work begin_queries(struct layer_device *device, enum build_command command,
+                               uint32_t count, const void *handles, VkQueryType type)
 {
-    struct queried queried = {.command = COMMAND_CmdWriteAccelerationStructuresPropertiesKHR,
-                              .kind = RESOURCE_ACCEL,
-                              .type = type,
-                              .count = count,
-                              .handles = accels,
-                              .pool = pool,
-                              .first = first};
-    return note_queries(device, handle, &queried);
-}
-
-bool note_nv_queries(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
-                     const VkAccelerationStructureNV *accels, VkQueryType type, VkQueryPool pool,
-                     uint32_t first)
-{
-    struct queried queried = {.command = COMMAND_CmdWriteAccelerationStructuresPropertiesNV,
-                              .kind = RESOURCE_ACCEL_NV,
-                              .type = type,
-                              .count = count,
-                              .handles = accels,
-                              .pool = pool,
-                              .first = first};
-    return note_queries(device, handle, &queried);
-}
-
-bool note_micromap_queries(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
-                           const VkMicromapEXT *micromaps, VkQueryType type, VkQueryPool pool,
-                           uint32_t first)
-{
-    struct queried queried = {.command = COMMAND_CmdWriteMicromapsPropertiesEXT,
-                              .kind = RESOURCE_MICROMAP,
-                              .type = type,
-                              .count = count,
-                              .handles = micromaps,
-                              .pool = pool,
-                              .first = first};
-    return note_queries(device, handle, &queried);
-}
-
-static struct host_work begin_queries(struct layer_device *device, const struct queried *queried)
-{
+    const struct queried queried = {
+        .command = command, .type = type, .count = count, .handles = handles};
     struct host_work work = host_work_begin(device);
-    for (uint32_t i = 0; work.journal && i < queried->count; i++) {
-        struct journal_entry entry = read_entry(device, queried, i);
+    for (uint32_t i = 0; work.journal && i < count; i++) {
+        struct journal_entry entry = read_entry(device, &queried, i);
         if (entry.src_id)
             host_work_add(&work, &entry);
     }
     return work;
-}
-
-struct host_work begin_accel_queries(struct layer_device *device, uint32_t count,
-                                     const VkAccelerationStructureKHR *accels, VkQueryType type)
-{
-    const struct queried queried = {.command = COMMAND_WriteAccelerationStructuresPropertiesKHR,
-                                    .kind = RESOURCE_ACCEL,
-                                    .type = type,
-                                    .count = count,
-                                    .handles = accels};
-    return begin_queries(device, &queried);
-}
-
-struct host_work begin_micromap_queries(struct layer_device *device, uint32_t count,
-                                        const VkMicromapEXT *micromaps, VkQueryType type)
-{
-    const struct queried queried = {.command = COMMAND_WriteMicromapsPropertiesEXT,
-                                    .kind = RESOURCE_MICROMAP,
-                                    .type = type,
-                                    .count = count,
-                                    .handles = micromaps};
-    return begin_queries(device, &queried);
 }
 
 /* ---- resets */
@@ -175,8 +133,7 @@ void note_query_resets(struct layer_device *device, VkQueryPool handle, uint32_t
                        uint32_t count)
 {
     struct query_pool pool;
-    query_pools_touch(device->query_pools, handle, first, count);
-    if (!query_pools_find(device->query_pools, handle, &pool))
+    if (!query_pools_touch(device->query_pools, handle, first, count, &pool))
         return;
     const struct journal_entry entry = reset_entry(&pool, first, count);
     struct journal *journal = journal_create(VK_NULL_HANDLE);
@@ -189,8 +146,7 @@ void note_recorded_query_resets(struct layer_device *device, VkCommandBuffer com
                                 VkQueryPool handle, uint32_t first, uint32_t count)
 {
     struct query_pool pool;
-    query_pools_touch(device->query_pools, handle, first, count);
-    if (!query_pools_find(device->query_pools, handle, &pool))
+    if (!query_pools_touch(device->query_pools, handle, first, count, &pool))
         return;
     const struct journal_entry entry = reset_entry(&pool, first, count);
     struct command_buffer *recording = layer_find_recording(device, command_buffer);

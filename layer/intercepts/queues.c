@@ -122,7 +122,7 @@ static void add_submit(struct submission *submission, const struct layer_device 
 }
 
 /* Counts the call, whether or not it will succeed. */
-static struct submission *begin(struct layer_device *device, VkQueue queue)
+static struct submission *begin_submission(struct layer_device *device, VkQueue queue)
 {
     struct shared_labels *labels;
     destroyed_objects_count_submission(device->destroyed);
@@ -136,7 +136,7 @@ static struct submission *begin(struct layer_device *device, VkQueue queue)
 struct submission *begin_submit(struct layer_device *device, VkQueue queue, uint32_t count,
                                 const VkSubmitInfo *infos, VkFence fence)
 {
-    struct submission *submission = begin(device, queue);
+    struct submission *submission = begin_submission(device, queue);
     for (uint32_t i = 0; submission && i < count; i++)
         add_submit(submission, device, &infos[i]);
     submission_set_fence(submission, fence);
@@ -184,7 +184,7 @@ static void add_submit2(struct submission *submission, const struct layer_device
 struct submission *begin_submit_2(struct layer_device *device, VkQueue queue, uint32_t count,
                                   const VkSubmitInfo2 *infos, VkFence fence)
 {
-    struct submission *submission = begin(device, queue);
+    struct submission *submission = begin_submission(device, queue);
     for (uint32_t i = 0; submission && i < count; i++)
         add_submit2(submission, device, &infos[i]);
     submission_set_fence(submission, fence);

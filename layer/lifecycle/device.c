@@ -181,19 +181,7 @@ static bool has_driver_properties(const struct layer_device *device)
     const struct layer_instance *instance = device->instance;
     if (physical_device_api_version(instance, device->physical_device) >= VK_API_VERSION_1_2)
         return true;
-    uint32_t count = 0;
-    bool found = false;
-    if (instance->vk.EnumerateDeviceExtensionProperties(device->physical_device, NULL, &count,
-                                                        NULL) != VK_SUCCESS)
-        return false;
-    VkExtensionProperties *extensions = calloc(count ? count : 1, sizeof(*extensions));
-    if (extensions && instance->vk.EnumerateDeviceExtensionProperties(
-                          device->physical_device, NULL, &count, extensions) == VK_SUCCESS)
-        for (uint32_t i = 0; i < count && !found; i++)
-            found =
-                strcmp(extensions[i].extensionName, VK_KHR_DRIVER_PROPERTIES_EXTENSION_NAME) == 0;
-    free(extensions);
-    return found;
+    return physical_device_has_extension(device, VK_KHR_DRIVER_PROPERTIES_EXTENSION_NAME);
 }
 
 /* Adds the device to the record of log_format = json. */

@@ -8,6 +8,7 @@
 #include "layer/harsh.h"
 #include "layer/layer.h"
 #include "observers.h"
+#include "src/base/chain.h"
 
 static const VkLayerProperties own_layer = {
     .layerName = ASSAY_LAYER_NAME,
@@ -100,14 +101,6 @@ static uint32_t requested_api_version(const VkInstanceCreateInfo *create_info)
     return application && application->apiVersion ? application->apiVersion : VK_API_VERSION_1_0;
 }
 
-static bool is_enabled(const VkInstanceCreateInfo *create_info, const char *extension)
-{
-    for (uint32_t i = 0; i < create_info->enabledExtensionCount; i++)
-        if (strcmp(create_info->ppEnabledExtensionNames[i], extension) == 0)
-            return true;
-    return false;
-}
-
 VKAPI_ATTR VkResult VKAPI_CALL assay_CreateInstance(const VkInstanceCreateInfo *pCreateInfo,
                                                     const VkAllocationCallbacks *pAllocator,
                                                     VkInstance *pInstance)
@@ -138,7 +131,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateInstance(const VkInstanceCreateInfo *
     state->handle = *pInstance;
     state->api_version = requested_api_version(pCreateInfo);
     state->has_properties2 =
-        is_enabled(pCreateInfo, VK_KHR_GET_PHYSICAL_DEVICE_PROPERTIES_2_EXTENSION_NAME);
+        enables_extension(pCreateInfo, VK_KHR_GET_PHYSICAL_DEVICE_PROPERTIES_2_EXTENSION_NAME);
     vkuInitInstanceDispatchTable(*pInstance, &state->vk, next_proc_addr);
     state->backend = reporter_settings(state->reporter)->backend;
     if (state->backend == BACKEND_CPU)

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Writes the report of a crash, and keeps the devices that it is about. The forms of a message are
- * those of src/report/message.c and src/report/log/lines.c, without printf, locks and the time
- * zone. */
+ * those of src/report/message.c and src/report/log/lines.c. They are written a second time here
+ * because a signal handler must not use printf, the lock of the log, which the interrupted thread
+ * may hold, or the time zone. */
 #include "layer/postmortem/postmortem.h"
 
 #include <stdbool.h>
@@ -163,7 +164,7 @@ static bool report_device(int i, const struct crash_event *event)
     return device->input_checks;
 }
 
-static void report(const struct crash_event *event)
+static void report_crash(const struct crash_event *event)
 {
     bool has_inputs[DEVICES_MAX], has_any = false;
     for (int i = 0; i < DEVICES_MAX; i++) {
@@ -224,7 +225,7 @@ void crash_add_device(struct layer_device *device)
     pthread_mutex_lock(&crash.lock);
     crash.id_number = message_id_number(event_id);
     if (!has_devices())
-        crash_handler_install(&(struct crash_hooks){report, validate});
+        crash_handler_install(&(struct crash_hooks){report_crash, validate});
     int i = find_slot(NULL);
     if (i < DEVICES_MAX) {
         struct crash_output *output = &crash.devices[i].output;

@@ -79,7 +79,7 @@ static uint64_t find_limit(const struct layer_device *device)
 
 /* Returns false if there is nothing to watch. Most waits are shorter than a slice, so progress is
  * measured first at the end of one. */
-static bool begin(struct layer_device *device, const struct wait *wait, struct watch *watch)
+static bool begin_watch(struct layer_device *device, const struct wait *wait, struct watch *watch)
 {
     uint64_t limit = find_limit(device);
     if (!limit || !submitted_builds_are_pending(device->submitted_builds))
@@ -89,7 +89,7 @@ static bool begin(struct layer_device *device, const struct wait *wait, struct w
     return true;
 }
 
-static void report(const struct watch *watch)
+static void report_hang(const struct watch *watch)
 {
     struct layer_device *device = watch->device;
     char line[MESSAGE_SIZE];
@@ -132,7 +132,7 @@ static bool look(struct watch *watch)
         watch->since = clock_monotonic();
         watch->cpu_since = 0;
     } else if (clock_monotonic() - watch->since >= watch->hang) {
-        report(watch);
+        report_hang(watch);
     }
     return !atomic_load(&watch->device->hang_reported);
 }
@@ -148,7 +148,7 @@ static bool has_end(uint64_t begin, uint64_t timeout)
 static VkResult wait_in_slices(const struct wait *wait, uint64_t timeout)
 {
     struct watch watch;
-    if (timeout <= find_limit(wait->device) / SLICES || !begin(wait->device, wait, &watch))
+    if (timeout <= find_limit(wait->device) / SLICES || !begin_watch(wait->device, wait, &watch))
         return wait->wait(wait, timeout);
     const uint64_t begun = clock_monotonic(), slice = watch.hang / SLICES;
     VkResult result = VK_TIMEOUT;
@@ -231,7 +231,7 @@ void hang_wait_before_idle(struct layer_device *device, VkQueue queue)
 {
     struct watch watch;
     uint64_t last = 0;
-    bool watches = begin(device, NULL, &watch);
+    bool watches = begin_watch(device, NULL, &watch);
     while (watches) {
         struct ticket *ticket = input_checks_next_ticket(device->input_checks, queue, last);
         if (!ticket)

@@ -158,7 +158,7 @@ static void append_device_fault(const struct layer_device *device, const struct 
 
 /* ---- the report */
 
-static void report(struct layer_device *device)
+static void report_loss(struct layer_device *device)
 {
     char line[MESSAGE_SIZE];
     struct text_buffer text;
@@ -186,6 +186,6 @@ void postmortem_report_loss(struct layer_device *device)
         atomic_store(&device->snapshots->device_lost, true);
     snapshots_deliver(device);
     input_checks_read_marked(device->input_checks, "read after the device was lost");
-    report(device);
+    report_loss(device);
     execution_order_set_unknown(device->order, ORDER_UNKNOWN_DEVICE_LOST);
 }

@@ -156,10 +156,10 @@ copy_parameters(struct recorder *recorder, enum build_command command, uint32_t 
     return build;
 }
 
-static void record(struct recorder *recorder, VkCommandBuffer handle, uint32_t count,
-                   const VkAccelerationStructureBuildGeometryInfoKHR *infos,
-                   const VkAccelerationStructureBuildRangeInfoKHR *const *ranges,
-                   struct guard_call *guards)
+static void record_copies(struct recorder *recorder, VkCommandBuffer handle, uint32_t count,
+                          const VkAccelerationStructureBuildGeometryInfoKHR *infos,
+                          const VkAccelerationStructureBuildRangeInfoKHR *const *ranges,
+                          struct guard_call *guards)
 {
     struct readable_cache *cache = readable_cache_of_thread();
     if (!recorder_begin_builds(recorder, handle) ||
@@ -189,7 +189,7 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresKHR(
         return;
     struct guard_call guards = {0};
     struct recorder recorder;
-    record(&recorder, commandBuffer, infoCount, pInfos, ppBuildRangeInfos, &guards);
+    record_copies(&recorder, commandBuffer, infoCount, pInfos, ppBuildRangeInfos, &guards);
     guard_call_direct(&guards, infoCount, &pInfos, &ppBuildRangeInfos);
     snapshots->below.CmdBuildAccelerationStructuresKHR(commandBuffer, infoCount, pInfos,
                                                        ppBuildRangeInfos);
@@ -328,7 +328,8 @@ void snapshots_build_micromaps(struct layer_device *device, VkCommandBuffer hand
  * beyond is unknown. */
 enum { COPIED_MAX = 4096 };
 
-static struct recorded_build *create(enum build_command command, const struct deserialization *from)
+static struct recorded_build *create_build(enum build_command command,
+                                           const struct deserialization *from)
 {
     struct recorded_build *build = calloc(1, sizeof(*build));
     struct deserialization *deserialization = malloc(sizeof(*deserialization));
@@ -351,7 +352,7 @@ static void copy_deserialized(struct layer_device *device, VkCommandBuffer handl
     struct snapshot snapshot;
     if (device->snapshots->are_for_backend || !recorder_begin_other(&recorder, handle))
         return;
-    struct recorded_build *build = create(command, deserialization);
+    struct recorded_build *build = create_build(command, deserialization);
     if (build) {
         if (recorder_copy(&recorder, deserialization->address, COPIED_MAX, &snapshot) &&
             !recorded_build_add(build, &snapshot))

@@ -3,7 +3,7 @@
 #include "layer/snapshots/executions.h"
 #include "layer/snapshots/snapshots.h"
 
-static void run(void *user, struct order_batch *batch)
+static void snapshots_run(void *user, struct order_batch *batch)
 {
     (void)user;
     for (uint32_t i = 0; i < batch->command_count; i++) {
@@ -13,7 +13,7 @@ static void run(void *user, struct order_batch *batch)
     }
 }
 
-static void ran(void *user, struct order_batch *batch)
+static void snapshots_ran(void *user, struct order_batch *batch)
 {
     (void)user;
     for (uint32_t i = 0; i < batch->command_count; i++)
@@ -74,6 +74,8 @@ void snapshots_release_held(struct snapshots *snapshots)
 
 struct batch_consumer snapshots_consumer(struct snapshots *snapshots)
 {
-    return (struct batch_consumer){
-        .user = snapshots, .run = run, .ran = ran, .order_unknown = order_unknown};
+    return (struct batch_consumer){.user = snapshots,
+                                   .run = snapshots_run,
+                                   .ran = snapshots_ran,
+                                   .order_unknown = order_unknown};
 }

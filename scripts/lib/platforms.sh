@@ -49,11 +49,11 @@ unpack() {
     touch "$folder-root/done"
 }
 
-# toolchain_write PROCESSOR C-COMPILER C++-COMPILER [LINE]...: describes a cross compiler that takes
+# toolchain_write PROCESSOR C-COMPILER [LINE]...: describes a cross compiler that takes
 # libraries from $folder-root.
 toolchain_write() {
     printf '%s\n' "set(CMAKE_SYSTEM_NAME Linux)" "set(CMAKE_SYSTEM_PROCESSOR $1)" \
-        "set(CMAKE_C_COMPILER $2)" "set(CMAKE_CXX_COMPILER $3)" "${@:4}" \
+        "set(CMAKE_C_COMPILER $2)" "${@:3}" \
         "set(CMAKE_FIND_ROOT_PATH \"$folder-root\")" \
         "set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)" "set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)" \
         "set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)" "set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)" \
@@ -81,14 +81,14 @@ tests_run() {
 platform_clang() {
     tools_ensure clang
     # Debian 12's Valgrind cannot read clang's DWARF 5.
-    configure -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_C_FLAGS=-gdwarf-4
+    configure -DCMAKE_C_COMPILER=clang -DCMAKE_C_FLAGS=-gdwarf-4
     logged cmake --build "$folder" --target quick_tests
     tests_run clang -L '^quick$'
 }
 
 platform_i686() {
-    tools_ensure gcc-i686-linux-gnu g++-i686-linux-gnu libc6-dev-i386-cross
-    toolchain_write i686 i686-linux-gnu-gcc i686-linux-gnu-g++
+    tools_ensure gcc-i686-linux-gnu libc6-dev-i386-cross
+    toolchain_write i686 i686-linux-gnu-gcc
     ! configure -DCMAKE_TOOLCHAIN_FILE="$folder.cmake" 2>/dev/null || {
         result "CMake accepts 32 bits"
         return 1
@@ -97,13 +97,13 @@ platform_i686() {
     result "$(version i686-linux-gnu-gcc): CMake refuses 32 bits"
 }
 
-# Debian has no C++ library for musl, which the settings' library needs. So the layer is compiled, but not
-# linked, and the tests are those of the reference builder, which is C alone.
+# Debian has no YAJL for musl. So the layer is compiled, but not linked, and the tests are those of the
+# reference builder, which needs libc alone.
 platform_musl() {
     local library=/usr/lib/x86_64-linux-gnu headers=$folder-root/usr/include objects
     tools_ensure musl-tools
     unpack amd64 linux-libc-dev
-    toolchain_write x86_64 musl-gcc g++ "set(CMAKE_LIBRARY_PATH $library)" \
+    toolchain_write x86_64 musl-gcc "set(CMAKE_LIBRARY_PATH $library)" \
         "set(CMAKE_C_FLAGS_INIT \"-idirafter $headers -idirafter $headers/x86_64-linux-gnu\")" \
         "set(CMAKE_EXE_LINKER_FLAGS_INIT -Wl,--defsym=__fprintf_chk=0) # GMP calls it only to end a program" \
         "set(ASSAY_GMP $folder-root$library/libgmp.a CACHE FILEPATH \"\")" \
@@ -121,9 +121,9 @@ platform_aarch64() {
     local triple=aarch64-linux-gnu test bad=0
     local library=$folder-root/usr/lib/$triple
     local emulator=(qemu-aarch64 -L "/usr/$triple" -E "LD_LIBRARY_PATH=$library")
-    tools_ensure gcc-aarch64-linux-gnu g++-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user
+    tools_ensure gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user
     unpack arm64
-    toolchain_write aarch64 $triple-gcc $triple-g++ \
+    toolchain_write aarch64 $triple-gcc \
         "set(CMAKE_CROSSCOMPILING_EMULATOR $(printf '"%s" ' "${emulator[@]}"))"
     pkgconfig=$library/pkgconfig
     PKG_CONFIG_SYSROOT_DIR=$folder-root \

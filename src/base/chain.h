@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Searches pNext chains, and copies of them. */
+/* Searches pNext chains, copies of them, and lists of extensions. */
 #ifndef ASSAY_BASE_CHAIN_H
 #define ASSAY_BASE_CHAIN_H
 
+#include <stdbool.h>
+#include <string.h>
 #include <vulkan/vulkan_core.h>
 
 /* Returns the first structure with this sType in the chain, or NULL. */
@@ -13,6 +15,18 @@ static inline const void *chain_find(const void *chain, VkStructureType type)
             return s;
     return NULL;
 }
+
+static inline bool names_have(const char *const *names, uint32_t count, const char *name)
+{
+    for (uint32_t i = 0; i < count; i++)
+        if (strcmp(names[i], name) == 0)
+            return true;
+    return false;
+}
+
+/* Whether a VkInstanceCreateInfo or VkDeviceCreateInfo enables an extension. */
+#define enables_extension(create_info, name)                                                       \
+    names_have((create_info)->ppEnabledExtensionNames, (create_info)->enabledExtensionCount, name)
 
 /* ---- A pNext chain of which one structure is changed or left out on the way down. The
  * application's structures are never edited, so those before it are copied; those behind it are its

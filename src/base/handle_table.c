@@ -37,7 +37,7 @@ static bool resize(struct handle_table *table, size_t size)
     return true;
 }
 
-static bool grow(struct handle_table *table)
+static bool grow_table(struct handle_table *table)
 {
     return resize(table, table->slots ? (table->mask + 1) * 2 : FIRST_SLOTS);
 }
@@ -57,7 +57,7 @@ bool handle_table_set(struct handle_table *table, uint64_t handle, void *record)
     struct handle_slot *slot = table->slots ? find_slot(table, handle) : NULL;
     if (!slot || !slot->handle) {
         if (!slot || (table->count + 1) * 3 > (table->mask + 1) * 2) {
-            if (!grow(table))
+            if (!grow_table(table))
                 return false;
             slot = find_slot(table, handle);
         }

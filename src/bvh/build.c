@@ -52,8 +52,8 @@ static void structure_sizes(const struct build_state *state, const struct input_
 }
 
 /* Determines the kind, the counts and the sizes of a build. */
-static enum builder_result begin(struct build_state *state, const uint32_t *primitives,
-                                 struct input_counts *counts, struct builder_sizes *sizes)
+static enum builder_result begin_build(struct build_state *state, const uint32_t *primitives,
+                                       struct input_counts *counts, struct builder_sizes *sizes)
 {
     enum builder_result result = input_kind(state->input, &state->kind);
     if (result == BUILDER_OK)
@@ -71,7 +71,7 @@ enum builder_result builder_get_sizes(const struct builder_input *input, const u
     *sizes = (struct builder_sizes){0};
     struct build_state state = {.input = input};
     struct input_counts found;
-    return begin(&state, counts, &found, sizes);
+    return begin_build(&state, counts, &found, sizes);
 }
 
 static void clear_unused_records(const struct structure_header *header)
@@ -170,7 +170,7 @@ enum builder_result builder_build(const struct builder_input *input, void *struc
     struct builder_sizes sizes;
     struct input_counts counts;
     struct input_tables tables;
-    enum builder_result result = begin(&state, NULL, &counts, &sizes);
+    enum builder_result result = begin_build(&state, NULL, &counts, &sizes);
     if (result != BUILDER_OK)
         return result;
     if (structure_size < sizes.structure || scratch_size < sizes.build_scratch)

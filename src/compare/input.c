@@ -142,7 +142,8 @@ void compare_input_place(const struct compare_input *input, uint64_t address, un
 
 /* ---- copies */
 
-static uint64_t find(void *context, uint64_t address, uint64_t size, const void **bytes)
+static uint64_t find_copied_bytes(void *context, uint64_t address, uint64_t size,
+                                  const void **bytes)
 {
     const struct input_copy *copy = context;
     uint64_t offset = address - (uint64_t)(uintptr_t)copy->bytes;
@@ -153,7 +154,7 @@ static uint64_t find(void *context, uint64_t address, uint64_t size, const void 
     return size < copy->size - offset ? size : copy->size - offset;
 }
 
-static VkResult fill(const struct compare_input *input, struct input_copy *copy)
+static VkResult fill_copy(const struct compare_input *input, struct input_copy *copy)
 {
     const struct build_parameters *from = input->parameters;
     uint32_t count = from->info.geometryCount;
@@ -180,9 +181,9 @@ struct input_copy *input_copy_create(const struct compare_input *input)
     struct input_copy *copy = calloc(1, sizeof(*copy));
     if (!copy)
         return NULL;
-    copy->memory = (struct input_memory){.find = find, .context = copy};
+    copy->memory = (struct input_memory){.find = find_copied_bytes, .context = copy};
     copy->input = (struct compare_input){&copy->parameters, &copy->memory};
-    if (fill(input, copy) == VK_SUCCESS)
+    if (fill_copy(input, copy) == VK_SUCCESS)
         return copy;
     input_copy_free(copy);
     return NULL;
@@ -200,7 +201,7 @@ void input_copy_free(struct input_copy *copy)
 /* ---- builds a compared input with the reference builder */
 
 /* Allocates memory with the alignment that the builder requires of structures and scratch. */
-static void *allocate(uint64_t size)
+static void *allocate_input(uint64_t size)
 {
     uint64_t room = (size + BUILDER_ALIGNMENT - 1) / BUILDER_ALIGNMENT * BUILDER_ALIGNMENT;
     return aligned_allocate(BUILDER_ALIGNMENT, room ? room : BUILDER_ALIGNMENT);
@@ -253,14 +254,14 @@ static VkResult open_sources(struct reference *reference)
     return VK_SUCCESS;
 }
 
-static VkResult build(struct reference *reference)
+static VkResult build_reference(struct reference *reference)
 {
     const struct builder_input *input = &reference->input.input;
     struct builder_sizes sizes;
     if (builder_get_sizes(input, NULL, &sizes) != BUILDER_OK)
         return VK_ERROR_FORMAT_NOT_SUPPORTED;
-    void *scratch = allocate(sizes.build_scratch);
-    reference->structure = allocate(sizes.structure);
+    void *scratch = allocate_input(sizes.build_scratch);
+    reference->structure = allocate_input(sizes.structure);
     if (!scratch || !reference->structure) {
         aligned_free(scratch);
         return VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -285,7 +286,7 @@ VkResult reference_open(const struct input_copy *copy, struct reference *referen
     limit_vertices(parameters, &reference->input);
     reference->input.input.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR;
     result = open_sources(reference);
-    return result == VK_SUCCESS ? build(reference) : result;
+    return result == VK_SUCCESS ? build_reference(reference) : result;
 }
 
 void reference_close(struct reference *reference)

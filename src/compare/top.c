@@ -60,19 +60,20 @@ static struct builder_resolver resolver_of(struct top_reference *reference)
     return (struct builder_resolver){find_bottom, reference};
 }
 
-static void *allocate(uint64_t size)
+static void *allocate_top(uint64_t size)
 {
     uint64_t room = (size + BUILDER_ALIGNMENT) / BUILDER_ALIGNMENT * BUILDER_ALIGNMENT;
     return aligned_allocate(BUILDER_ALIGNMENT, room);
 }
 
-static VkResult build(const struct builder_input *input, struct top_reference *reference)
+static VkResult build_top_reference(const struct builder_input *input,
+                                    struct top_reference *reference)
 {
     struct builder_sizes sizes;
     if (builder_get_sizes(input, NULL, &sizes) != BUILDER_OK)
         return VK_ERROR_FORMAT_NOT_SUPPORTED;
-    void *scratch = allocate(sizes.build_scratch);
-    reference->structure = allocate(sizes.structure);
+    void *scratch = allocate_top(sizes.build_scratch);
+    reference->structure = allocate_top(sizes.structure);
     enum builder_result result = BUILDER_TOO_SMALL;
     if (scratch && reference->structure)
         result = builder_build(input, reference->structure, sizes.structure, scratch,
@@ -105,7 +106,7 @@ static VkResult build_top(struct top_reference *reference)
         .ranges = &range,
         .resolver = resolver_of(reference),
     };
-    VkResult result = build(&top, reference);
+    VkResult result = build_top_reference(&top, reference);
     free(instances);
     return result;
 }

@@ -172,7 +172,7 @@ void cpu_deferred_remove(struct cpu_deferred_operations *operations, uint64_t ha
         free_operation(operation);
 }
 
-static bool is_complete(struct job *job)
+static bool job_is_complete(struct job *job)
 {
     pthread_mutex_lock(&job->lock);
     bool complete = job->is_complete;
@@ -187,7 +187,7 @@ static struct job *replace_job(struct cpu_deferred_operations *operations, uint6
 {
     pthread_mutex_lock(&operations->lock);
     struct operation *operation = handle_table_find(&operations->table, handle);
-    if (operation && (!operation->job || is_complete(operation->job))) {
+    if (operation && (!operation->job || job_is_complete(operation->job))) {
         struct job *old = operation->job;
         operation->job = job;
         job = old;

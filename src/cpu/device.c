@@ -35,14 +35,14 @@ static void cpu_private_data_release(struct cpu_private_data *data)
     pthread_mutex_destroy(&data->lock);
 }
 
-static struct value *find(struct value *list, uint64_t slot)
+static struct value *find_slot_value(struct value *list, uint64_t slot)
 {
     while (list && list->slot != slot)
         list = list->next;
     return list;
 }
 
-static struct value *add(struct cpu_private_data *data, uint64_t object, struct value *list)
+static struct value *add_value(struct cpu_private_data *data, uint64_t object, struct value *list)
 {
     struct value *value = calloc(1, sizeof(*value));
     if (!value)
@@ -59,11 +59,11 @@ VkResult cpu_private_data_set(struct cpu_private_data *data, uint64_t object, ui
 {
     pthread_mutex_lock(&data->lock);
     struct value *list = handle_table_find(&data->objects, object);
-    struct value *entry = find(list, slot);
+    struct value *entry = find_slot_value(list, slot);
     if (!entry)
-        entry = find(list, 0);
+        entry = find_slot_value(list, 0);
     if (!entry)
-        entry = add(data, object, list);
+        entry = add_value(data, object, list);
     if (entry) {
         entry->slot = slot;
         entry->value = value;
@@ -75,7 +75,7 @@ VkResult cpu_private_data_set(struct cpu_private_data *data, uint64_t object, ui
 uint64_t cpu_private_data_get(struct cpu_private_data *data, uint64_t object, uint64_t slot)
 {
     pthread_mutex_lock(&data->lock);
-    const struct value *entry = find(handle_table_find(&data->objects, object), slot);
+    const struct value *entry = find_slot_value(handle_table_find(&data->objects, object), slot);
     uint64_t value = entry ? entry->value : 0;
     pthread_mutex_unlock(&data->lock);
     return value;
@@ -89,9 +89,9 @@ void cpu_private_data_forget_object(struct cpu_private_data *data, uint64_t obje
     free_list(list);
 }
 
-static void forget(void *record, void *slot)
+static void forget_values(void *record, void *slot)
 {
-    struct value *entry = find(record, *(const uint64_t *)slot);
+    struct value *entry = find_slot_value(record, *(const uint64_t *)slot);
     if (entry)
         *entry = (struct value){.next = entry->next};
 }
@@ -99,7 +99,7 @@ static void forget(void *record, void *slot)
 void cpu_private_data_forget_slot(struct cpu_private_data *data, uint64_t slot)
 {
     pthread_mutex_lock(&data->lock);
-    handle_table_each(&data->objects, forget, &slot);
+    handle_table_each(&data->objects, forget_values, &slot);
     pthread_mutex_unlock(&data->lock);
 }
 

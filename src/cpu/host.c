@@ -88,12 +88,12 @@ static void help(void *context)
     builder_team_help_for_now(&((struct build_call *)context)->team);
 }
 
-static void finish(void *context)
+static void finish_call(void *context)
 {
     builder_team_close(&((struct build_call *)context)->team);
 }
 
-static void release(void *context)
+static void release_call(void *context)
 {
     struct build_call *call = context;
     if (call->is_deferred)
@@ -139,7 +139,7 @@ static uint32_t concurrency(const struct build_call *call)
 static VkResult do_now(struct build_call *call)
 {
     const struct cpu_work work = {
-        .part_count = call->count, .run = build_part, .release = release, .context = call};
+        .part_count = call->count, .run = build_part, .release = release_call, .context = call};
     return cpu_work_do(&work);
 }
 
@@ -150,8 +150,8 @@ static VkResult defer(struct build_call *call, uint64_t operation)
         .concurrency = concurrency(call),
         .run = build_part,
         .help = help,
-        .finish = finish,
-        .release = release,
+        .finish = finish_call,
+        .release = release_call,
         .context = call,
     };
     call->is_deferred = true;
@@ -160,8 +160,8 @@ static VkResult defer(struct build_call *call, uint64_t operation)
 }
 
 /* Returns NULL if memory runs out. */
-static struct build_call *create(struct cpu_device *device, uint32_t count,
-                                 const struct readable_cache *cache)
+static struct build_call *create_call(struct cpu_device *device, uint32_t count,
+                                      const struct readable_cache *cache)
 {
     struct build_call *call = calloc(1, sizeof(*call) + sizeof(call->builds[0]) * (size_t)count);
     if (!call)
@@ -174,10 +174,10 @@ static struct build_call *create(struct cpu_device *device, uint32_t count,
 }
 
 /* `copied`: the result of copying the parameters. */
-static VkResult start(struct build_call *call, uint64_t operation, VkResult copied)
+static VkResult start_call(struct build_call *call, uint64_t operation, VkResult copied)
 {
     if (copied != VK_SUCCESS) {
-        release(call);
+        release_call(call);
         return copied;
     }
     return operation ? defer(call, operation) : do_now(call);
@@ -193,8 +193,8 @@ VkResult cpu_host_build(struct cpu_device *device, uint64_t operation, uint32_t 
     if (!readable(&cache, infos, sizeof(*infos) * (size_t)count) ||
         !readable(&cache, ranges, sizeof(*ranges) * (size_t)count))
         return VK_ERROR_VALIDATION_FAILED;
-    struct build_call *call = create(device, count, &cache);
-    return call ? start(call, operation, copy_parameters(call, infos, ranges))
+    struct build_call *call = create_call(device, count, &cache);
+    return call ? start_call(call, operation, copy_parameters(call, infos, ranges))
                 : VK_ERROR_OUT_OF_HOST_MEMORY;
 }
 
@@ -207,12 +207,12 @@ VkResult cpu_host_build_micromaps(struct cpu_device *device, uint64_t operation,
         return operation ? VK_OPERATION_NOT_DEFERRED_KHR : VK_SUCCESS;
     if (!readable(&cache, infos, sizeof(*infos) * (size_t)count))
         return VK_ERROR_VALIDATION_FAILED;
-    struct build_call *call = create(device, count, &cache);
+    struct build_call *call = create_call(device, count, &cache);
     if (!call)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     for (uint32_t i = 0; i < count && result == VK_SUCCESS; i++)
         result = micromap_info_copy(&call->memory.readable, &infos[i], &call->builds[i]);
-    return start(call, operation, result);
+    return start_call(call, operation, result);
 }
 
 /* ---- host copies, and properties that the host reads */

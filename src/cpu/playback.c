@@ -85,7 +85,7 @@ static struct cpu_tree *tree_of(struct cpu_playback *playback, uint64_t structur
     return cpu_structures_tree(playback->device->structures, structure);
 }
 
-/* What a command writes: the structure `dst`, perhaps from `src`. */
+/* What a command writes: the structure `dst`, from `src` if it has one. */
 struct write {
     enum journal_kind kind;
     uint64_t dst, src;
@@ -311,8 +311,8 @@ static void write_queried(struct cpu_playback *playback, const struct result *re
 }
 
 /* Whether a result's submission is complete. */
-static bool is_complete(const struct result *result, const struct cpu_delivery *delivery,
-                        VkResult *end)
+static bool result_is_complete(const struct result *result, const struct cpu_delivery *delivery,
+                               VkResult *end)
 {
     bool was_seen = execution_clock_has(delivery->seen, result->timestamp);
     return ticket_has_ended(result->ticket, was_seen, end);
@@ -340,7 +340,7 @@ void cpu_playback_deliver(struct cpu_playback *playback, const struct cpu_delive
     VkResult end;
     pthread_mutex_lock(&playback->delivery);
     for (struct result *result;
-         (result = first_result(playback)) && is_complete(result, delivery, &end);) {
+         (result = first_result(playback)) && result_is_complete(result, delivery, &end);) {
         take_first_result(playback);
         if (end == VK_SUCCESS && result->target.buffer && result->pool)
             write_queried(playback, result, delivery);

@@ -69,7 +69,8 @@ static struct cpu_query_pool *create_pool(VkQueryType type, uint32_t count)
     return pool;
 }
 
-static VkResult add(struct cpu_query_pools *pools, struct cpu_query_pool *pool, uint64_t *handle)
+static VkResult add_pool(struct cpu_query_pools *pools, struct cpu_query_pool *pool,
+                         uint64_t *handle)
 {
     *handle = cpu_unique_handle();
     pthread_mutex_lock(&pools->lock);
@@ -85,7 +86,7 @@ VkResult cpu_query_pools_add(struct cpu_query_pools *pools, VkQueryType type, ui
                              uint64_t *handle)
 {
     struct cpu_query_pool *pool = create_pool(type, count);
-    return pool ? add(pools, pool, handle) : VK_ERROR_OUT_OF_HOST_MEMORY;
+    return pool ? add_pool(pools, pool, handle) : VK_ERROR_OUT_OF_HOST_MEMORY;
 }
 
 void cpu_query_pools_remove(struct cpu_query_pools *pools, uint64_t handle)
@@ -157,8 +158,8 @@ void cpu_query_pools_write(struct cpu_query_pools *pools, uint64_t handle, uint3
 /* ---- results */
 
 /* Copies a query, and adds references. Returns false if there is no such query. */
-static bool find(struct cpu_query_pools *pools, uint64_t handle, uint32_t query,
-                 struct query *found, VkQueryType *type)
+static bool find_query(struct cpu_query_pools *pools, uint64_t handle, uint32_t query,
+                       struct query *found, VkQueryType *type)
 {
     pthread_mutex_lock(&pools->lock);
     const struct cpu_query_pool *pool = handle_table_find(&pools->table, handle);
@@ -183,8 +184,8 @@ VkResult cpu_query_pools_copy(struct cpu_query_pools *pools, uint64_t handle, ui
     if (!pool)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     for (uint32_t i = 0; i < *count; i++)
-        find(pools, handle, first + i, &pool->queries[i], &pool->type);
-    return add(pools, pool, copy);
+        find_query(pools, handle, first + i, &pool->queries[i], &pool->type);
+    return add_pool(pools, pool, copy);
 }
 
 /* Returns VK_SUCCESS, VK_NOT_READY, or the error of the submission. Leaves `value` unchanged if the
@@ -221,7 +222,7 @@ VkResult cpu_query_pools_read(struct cpu_query_pools *pools, uint64_t handle, ui
         struct query query;
         VkQueryType type;
         uint64_t value = 0, at = i * stride;
-        if (!find(pools, handle, first + i, &query, &type))
+        if (!find_query(pools, handle, first + i, &query, &type))
             break;
         VkResult state = value_of(&query, type, flags & VK_QUERY_RESULT_WAIT_BIT, &value);
         release_query(&query);

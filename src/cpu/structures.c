@@ -33,7 +33,7 @@ struct cpu_structures {
     struct handle_table ranges; /* of struct generic_range, by the buffer's id */
 };
 
-static uint64_t reserve(uint64_t size)
+static uint64_t reserve_addresses(uint64_t size)
 {
     static _Atomic uint64_t next = FIRST_HANDLE;
     uint64_t rounded = (size + HANDLE_ALIGNMENT - 1) & ~(uint64_t)(HANDLE_ALIGNMENT - 1);
@@ -42,7 +42,7 @@ static uint64_t reserve(uint64_t size)
 
 uint64_t cpu_unique_handle(void)
 {
-    return reserve(HANDLE_ALIGNMENT);
+    return reserve_addresses(HANDLE_ALIGNMENT);
 }
 
 VkResult cpu_structures_create(struct cpu_structures **structures)
@@ -92,7 +92,7 @@ static struct generic_range *range_of(struct cpu_structures *structures,
         return NULL;
     }
     *range = (struct generic_range){.buffer_id = info->buffer_id, .size = info->buffer_size};
-    range->begin = reserve(range->size);
+    range->begin = reserve_addresses(range->size);
     return range;
 }
 
@@ -105,7 +105,8 @@ static void leave_range(struct cpu_structures *structures, struct generic_range 
 }
 
 /* Returns the handle; 0 if memory runs out. */
-static uint64_t add(struct cpu_structures *structures, struct cpu_structure *structure)
+static uint64_t add_cpu_structure(struct cpu_structures *structures,
+                                  struct cpu_structure *structure)
 {
     const struct cpu_structure_info *info = &structure->info;
     uint64_t handle = 0;
@@ -168,7 +169,7 @@ VkResult cpu_structures_add(struct cpu_structures *structures,
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     structure->info = *info;
     reader_lock_write(&structures->lock);
-    *handle = add(structures, structure);
+    *handle = add_cpu_structure(structures, structure);
     reader_lock_write_done(&structures->lock);
     if (*handle)
         return VK_SUCCESS;

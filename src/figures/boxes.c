@@ -18,8 +18,8 @@ static double surface_of(const double size[3])
 }
 
 /* The box around a placed box: its center is placed, and the halves of its sides add up. */
-static void grow(struct box_figures *figures, const struct figure_box *box,
-                 const VkTransformMatrixKHR *transform, double size[3])
+static void grow_figures(struct box_figures *figures, const struct figure_box *box,
+                         const VkTransformMatrixKHR *transform, double size[3])
 {
     for (int i = 0; i < 3; i++) {
         const float *row = transform->matrix[i];
@@ -43,7 +43,7 @@ void box_figures_add(struct box_figures *figures, const struct figure_box *box,
     double size[3], volume = fabs(determinant);
     for (int i = 0; i < 3; i++)
         volume *= (double)box->upper[i] - box->lower[i];
-    grow(figures, box, transform, size);
+    grow_figures(figures, box, transform, size);
     figures->surfaces += surface_of(size);
     for (int i = 0; i < MASK_BITS; i++)
         figures->volumes[i] += mask >> i & 1 ? volume : 0;

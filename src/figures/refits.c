@@ -68,7 +68,7 @@ struct tree {
     uint8_t *structure; /* the scratch follows */
 };
 
-static void describe(struct tree *tree, const struct triangle_sample *sample)
+static void describe_sample(struct tree *tree, const struct triangle_sample *sample)
 {
     tree->geometry = (struct builder_geometry){
         .type = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
@@ -94,9 +94,9 @@ static uint64_t aligned(uint64_t size)
     return (size + BUILDER_ALIGNMENT - 1) / BUILDER_ALIGNMENT * BUILDER_ALIGNMENT;
 }
 
-static bool build(struct tree *tree, const struct triangle_sample *sample)
+static bool build_sample_tree(struct tree *tree, const struct triangle_sample *sample)
 {
-    describe(tree, sample);
+    describe_sample(tree, sample);
     tree->structure = NULL;
     if (builder_get_sizes(&tree->input, NULL, &tree->sizes) != BUILDER_OK)
         return false;
@@ -113,7 +113,7 @@ static bool build(struct tree *tree, const struct triangle_sample *sample)
 
 static bool refit(struct tree *tree, const struct triangle_sample *sample)
 {
-    describe(tree, sample);
+    describe_sample(tree, sample);
     return builder_refit(&tree->input, tree->structure, tree->structure, tree->sizes.structure,
                          tree->structure + tree->sizes.structure, tree->scratch_size,
                          NULL) == BUILDER_OK;
@@ -126,10 +126,12 @@ static double cost_of(const struct tree *tree)
     return statistics.sah;
 }
 
-static double compare(const struct triangle_sample *built, const struct triangle_sample *now)
+static double compare_samples(const struct triangle_sample *built,
+                              const struct triangle_sample *now)
 {
     struct tree kept, fresh;
-    const bool is_kept = build(&kept, built) && refit(&kept, now), is_fresh = build(&fresh, now);
+    const bool is_kept = build_sample_tree(&kept, built) && refit(&kept, now),
+               is_fresh = build_sample_tree(&fresh, now);
     const double times = is_kept && is_fresh ? cost_of(&kept) / cost_of(&fresh) : 0;
     aligned_free(kept.structure);
     aligned_free(fresh.structure);
@@ -139,7 +141,7 @@ static double compare(const struct triangle_sample *built, const struct triangle
 double triangle_sample_refit_cost(const struct triangle_sample *built, const struct source *now)
 {
     struct triangle_sample *sample = now->count == built->of ? triangle_sample_create(now) : NULL;
-    const double times = sample ? compare(built, sample) : 0;
+    const double times = sample ? compare_samples(built, sample) : 0;
     triangle_sample_release(sample);
     return times;
 }

@@ -114,7 +114,7 @@ static double step_at(float magnitude)
 /* ---- all triangles. A first pass finds what each one is, and the box around all. What it costs
  * is most of what advice costs, so the rest looks at a sample, or seldom. */
 
-static void grow(struct box *box, const float corner[3])
+static void grow_box(struct box *box, const float corner[3])
 {
     for (int i = 0; i < 3; i++) {
         box->lower[i] = less_of(box->lower[i], corner[i]);
@@ -156,9 +156,9 @@ static bool read_all(const struct source *source, struct triangle_figures *figur
         } else if (is_degenerate(&triangle)) {
             count_one(&figures->degenerate, &figures->first_degenerate, i);
         } else {
-            grow(&box, triangle.a);
-            grow(&box, triangle.b);
-            grow(&box, triangle.c);
+            grow_box(&box, triangle.a);
+            grow_box(&box, triangle.b);
+            grow_box(&box, triangle.c);
             figures->measured++;
         }
     }
@@ -186,8 +186,8 @@ static void measure_finite(const struct source *source, struct triangle_figures 
         struct box box;
         if (!find_box(source, i, &box))
             continue;
-        grow(all, box.lower);
-        grow(all, box.upper);
+        grow_box(all, box.lower);
+        grow_box(all, box.upper);
         figures->measured++;
     }
 }
@@ -351,8 +351,8 @@ static uint64_t sample(const struct source *source, struct extents *extents, str
         if (!find_box(source, i, &box))
             continue;
         count_extent(extents, extent_of(box.lower, box.upper));
-        grow(all, box.lower);
-        grow(all, box.upper);
+        grow_box(all, box.lower);
+        grow_box(all, box.upper);
     }
     return count;
 }

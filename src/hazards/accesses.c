@@ -11,8 +11,8 @@ static bool has_bit(uint32_t set, unsigned bit)
     return set >> bit & 1;
 }
 
-/* Whether a buffer barrier makes the piece's last write visible to kind b, perhaps through later
- * global barriers. */
+/* Whether a buffer barrier makes the piece's last write visible to kind b, if need be through
+ * later global barriers. */
 static bool barriers_order_write(const struct hazards *hazards, const struct piece_notes *notes,
                                  enum access_kind b)
 {
@@ -60,9 +60,9 @@ static bool is_racing(const struct hazards *hazards, access_mark earlier)
     return queue == HAZARD_HOST_QUEUE && batch != hazards_batch_of(hazards, queue, hazards->number);
 }
 
-static struct hazard describe(const struct hazards *hazards, const struct piece *piece,
-                              access_mark earlier, enum hazard_type type, uint64_t number,
-                              const struct hazard_access *access)
+static struct hazard describe_hazard(const struct hazards *hazards, const struct piece *piece,
+                                     access_mark earlier, enum hazard_type type, uint64_t number,
+                                     const struct hazard_access *access)
 {
     const enum access_kind k = mark_kind(earlier);
     const enum sync_stage d = access_stage(access->kind);
@@ -83,10 +83,11 @@ static struct hazard describe(const struct hazards *hazards, const struct piece 
     return hazard;
 }
 
-static void report(struct hazards *hazards, struct piece *piece, access_mark earlier,
-                   enum hazard_type type, uint64_t number, const struct hazard_access *access)
+static void report_access(struct hazards *hazards, struct piece *piece, access_mark earlier,
+                          enum hazard_type type, uint64_t number,
+                          const struct hazard_access *access)
 {
-    const struct hazard hazard = describe(hazards, piece, earlier, type, number, access);
+    const struct hazard hazard = describe_hazard(hazards, piece, earlier, type, number, access);
     hazards->found(hazards->user, &hazard);
 }
 
@@ -121,7 +122,7 @@ static void judge_reads(struct hazards *hazards, struct piece *piece, uint64_t n
         const access_mark read = *piece_read(piece, i);
         if (read && !read_is_ordered(hazards, read, access->kind) &&
             !is_superseded(hazards, piece, read))
-            report(hazards, piece, read, WRITE_AFTER_READ, number, access);
+            report_access(hazards, piece, read, WRITE_AFTER_READ, number, access);
     }
 }
 
@@ -152,8 +153,8 @@ static void hazards_judge(struct hazards *hazards, struct piece *piece, uint64_t
 {
     const bool is_write = access_is_write(access->kind);
     if (piece->write && !write_is_ordered(hazards, piece, access->kind))
-        report(hazards, piece, piece->write, is_write ? WRITE_AFTER_WRITE : READ_AFTER_WRITE,
-               number, access);
+        report_access(hazards, piece, piece->write, is_write ? WRITE_AFTER_WRITE : READ_AFTER_WRITE,
+                      number, access);
     if (is_write)
         judge_reads(hazards, piece, number, access);
 }
@@ -242,7 +243,7 @@ void hazards_write_after(struct hazards *hazards, const struct hazard_side *read
     const access_mark mark = mark_of(read->number, read->queue, read->kind);
     struct piece piece = {.begin = write->bytes.begin, .end = write->bytes.begin + 1};
     if (!read_is_ordered(hazards, mark, write->kind))
-        report(hazards, &piece, mark, WRITE_AFTER_READ, number, write);
+        report_access(hazards, &piece, mark, WRITE_AFTER_READ, number, write);
 }
 
 /* Returns the piece of the first byte if its last write is known; else NULL. */
@@ -280,7 +281,8 @@ bool hazards_read_is_early(struct hazards *hazards, const struct hazard_access *
     const struct piece *piece = find_written(hazards, &read->bytes);
     if (!piece || write_is_ordered(hazards, piece, read->kind))
         return false;
-    *hazard = describe(hazards, piece, piece->write, READ_AFTER_WRITE, hazards->number, read);
+    *hazard =
+        describe_hazard(hazards, piece, piece->write, READ_AFTER_WRITE, hazards->number, read);
     return true;
 }
 

@@ -245,7 +245,7 @@ struct cursor ranges_find(struct ranges *ranges, uint64_t at)
 
 /* Chooses the leaf for a new piece before the cursor, and makes room in it. Returns false if memory
  * runs out. */
-static bool make_room(struct ranges *ranges, struct cursor *at)
+static bool make_room_for_piece(struct ranges *ranges, struct cursor *at)
 {
     struct leaf *prev = at->leaf ? at->leaf->prev : ranges->last;
     /* Between two leaves, the piece goes to the end of the first one, unless the second one has
@@ -269,7 +269,7 @@ struct piece *ranges_insert(struct ranges *ranges, struct cursor *cursor, uint64
                             uint64_t end)
 {
     struct cursor at = *cursor;
-    if (!make_room(ranges, &at))
+    if (!make_room_for_piece(ranges, &at))
         return NULL;
     struct piece *piece = &at.leaf->pieces[at.piece];
     memmove(piece + 1, piece, (at.leaf->count - at.piece) * sizeof(*piece));

@@ -92,8 +92,8 @@ static bool cross_pieces(struct hazards *hazards, const struct first_scope *scop
 }
 
 /* Executes the barriers of one command. */
-static void cross(struct hazards *hazards, const struct first_scope *scope,
-                  const struct hazard_barrier *barriers, uint32_t count, uint64_t number)
+static void cross_barriers(struct hazards *hazards, const struct first_scope *scope,
+                           const struct hazard_barrier *barriers, uint32_t count, uint64_t number)
 {
     struct hazard_queue *queue = &hazards->queues[hazards->queue];
     struct crossing crossing = {*scope, barriers, count, 0, false};
@@ -116,7 +116,7 @@ void hazards_barriers(struct hazards *hazards, const struct hazard_barrier *barr
                       uint32_t count)
 {
     const uint64_t number = ++hazards->number;
-    cross(hazards, &(struct first_scope){.before = number - 1}, barriers, count, number);
+    cross_barriers(hazards, &(struct first_scope){.before = number - 1}, barriers, count, number);
 }
 
 /* ---- events */
@@ -221,8 +221,8 @@ void hazards_wait_event(struct hazards *hazards, uint64_t event,
     const uint64_t number = ++hazards->number;
     const struct hazard_event *set = handle_table_find(&hazards->events, event + 1);
     for (; set && set->queue == hazards->queue; set = set->next)
-        cross(hazards, &(struct first_scope){.before = set->before, .event = set}, barriers, count,
-              number);
+        cross_barriers(hazards, &(struct first_scope){.before = set->before, .event = set},
+                       barriers, count, number);
 }
 
 /* ---- semaphores */

@@ -41,7 +41,7 @@ void messengers_destroy(struct messengers *messengers)
     pthread_mutex_destroy(&messengers->lock);
 }
 
-static void release(struct messenger_list *list)
+static void release_messengers(struct messenger_list *list)
 {
     if (list && --list->users == 0)
         free(list);
@@ -63,7 +63,7 @@ static void copy_entry(struct messenger *to, const struct messenger *from)
 }
 
 /* Replaces the current list with a new one: the entries that are not removed, and `added`. */
-static VkResult add(struct messengers *messengers, const struct messenger *added)
+static VkResult add_messenger(struct messengers *messengers, const struct messenger *added)
 {
     pthread_mutex_lock(&messengers->lock);
     struct messenger_list *old = messengers->current;
@@ -78,7 +78,7 @@ static VkResult add(struct messengers *messengers, const struct messenger *added
                 copy_entry(&list->entries[list->count++], &old->entries[i]);
         copy_entry(&list->entries[list->count++], added);
         messengers->current = list;
-        release(old);
+        release_messengers(old);
     }
     pthread_mutex_unlock(&messengers->lock);
     return list ? VK_SUCCESS : VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -91,15 +91,15 @@ static VkResult add_utils(struct messengers *messengers, VkDebugUtilsMessengerEX
         !(info->messageType & (VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
                                VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT)))
         return VK_SUCCESS; /* it would never be called */
-    return add(messengers, &(struct messenger){
-                               .type = VK_OBJECT_TYPE_DEBUG_UTILS_MESSENGER_EXT,
-                               .handle = (uint64_t)handle,
-                               .of_create_info = of_create_info,
-                               .severities = info->messageSeverity,
-                               .types = info->messageType,
-                               .call = info->pfnUserCallback,
-                               .user_data = info->pUserData,
-                           });
+    return add_messenger(messengers, &(struct messenger){
+                                         .type = VK_OBJECT_TYPE_DEBUG_UTILS_MESSENGER_EXT,
+                                         .handle = (uint64_t)handle,
+                                         .of_create_info = of_create_info,
+                                         .severities = info->messageSeverity,
+                                         .types = info->messageType,
+                                         .call = info->pfnUserCallback,
+                                         .user_data = info->pUserData,
+                                     });
 }
 
 static VkResult add_report(struct messengers *messengers, VkDebugReportCallbackEXT handle,
@@ -107,14 +107,14 @@ static VkResult add_report(struct messengers *messengers, VkDebugReportCallbackE
 {
     if (!info->pfnCallback)
         return VK_SUCCESS;
-    return add(messengers, &(struct messenger){
-                               .type = VK_OBJECT_TYPE_DEBUG_REPORT_CALLBACK_EXT,
-                               .handle = (uint64_t)handle,
-                               .of_create_info = of_create_info,
-                               .report_flags = info->flags,
-                               .call_report = info->pfnCallback,
-                               .user_data = info->pUserData,
-                           });
+    return add_messenger(messengers, &(struct messenger){
+                                         .type = VK_OBJECT_TYPE_DEBUG_REPORT_CALLBACK_EXT,
+                                         .handle = (uint64_t)handle,
+                                         .of_create_info = of_create_info,
+                                         .report_flags = info->flags,
+                                         .call_report = info->pfnCallback,
+                                         .user_data = info->pUserData,
+                                     });
 }
 
 VkResult messengers_add_chain(struct messengers *messengers, const void *chain)
@@ -258,7 +258,7 @@ bool messengers_call(struct messengers *messengers, const struct message *messag
     }
 
     pthread_mutex_lock(&messengers->lock);
-    release(list);
+    release_messengers(list);
     pthread_mutex_unlock(&messengers->lock);
     return skip;
 }

@@ -80,7 +80,8 @@ static void warn_of_log(struct reporter *reporter, int error)
 }
 
 /* Sets `delivered` if a messenger got the message. Returns true to skip the call. */
-static bool deliver(struct reporter *reporter, const struct message *message, bool *delivered)
+static bool deliver_message(struct reporter *reporter, const struct message *message,
+                            bool *delivered)
 {
     *delivered = false;
     bool skip = !atomic_load(&reporter->only_logs) &&
@@ -155,7 +156,7 @@ static bool send_report(struct reporter *reporter, uint32_t id, VkDevice device,
     if (!duplicates_add(&reporter->duplicates, id, shown, device, subject, &style))
         return true;
     message_of_report(&message, report, &style);
-    *skip = deliver(reporter, &message, &delivered);
+    *skip = deliver_message(reporter, &message, &delivered);
     return true;
 }
 
@@ -226,7 +227,7 @@ static void send_line(struct reporter *reporter, _Atomic uint32_t *messages,
         return;
     struct message message;
     message_of_layer(&message, severity, line);
-    deliver(reporter, &message, &delivered);
+    deliver_message(reporter, &message, &delivered);
 }
 
 void reporter_warn(struct reporter *reporter, const char *line)
@@ -258,7 +259,7 @@ void reporter_report_event(struct reporter *reporter, const char *id, const char
     bool delivered;
     message_of_event(&message, REPORT_WARNING, id, text);
     if (reporter_has_warnings(reporter))
-        deliver(reporter, &message, &delivered);
+        deliver_message(reporter, &message, &delivered);
 }
 
 int reporter_log_descriptor(const struct reporter *reporter, bool *is_json)
@@ -283,7 +284,7 @@ static void send_information(struct reporter *reporter, const char *line)
     struct message message;
     bool delivered;
     message_of_layer(&message, REPORT_INFO, line);
-    deliver(reporter, &message, &delivered);
+    deliver_message(reporter, &message, &delivered);
 }
 
 void reporter_announce(struct reporter *reporter, const char *version)
@@ -342,7 +343,7 @@ static void send_kept_line(struct reporter *reporter, const char *line)
     if (!reporter->warnings_left || !reported_lines_add(line))
         return;
     message_of_layer(&message, REPORT_WARNING, line);
-    deliver(reporter, &message, &delivered);
+    deliver_message(reporter, &message, &delivered);
     if (delivered || is_logged(reporter, delivered))
         reported_lines_keep();
     else

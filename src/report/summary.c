@@ -35,7 +35,7 @@ const char *reported_id_name(uint32_t id)
     return id < MESSAGE_ID_COUNT ? vuid_texts[id].id : other_id_name(id - MESSAGE_ID_COUNT);
 }
 
-static bool is_enabled(const struct settings *settings, uint32_t id)
+static bool id_is_enabled(const struct settings *settings, uint32_t id)
 {
     bool is_vuid = id < MESSAGE_ID_COUNT;
     bool is_error =
@@ -61,7 +61,7 @@ void duplicates_enable(struct duplicates *duplicates, const struct settings *set
     duplicates->counts_all =
         settings->report_flags & REPORT_INFO || settings->log_format == LOG_FORMAT_JSON;
     for (uint32_t id = 0; id < FIRST_RETIRED; id++) {
-        duplicates->ids[id].is_enabled = is_enabled(settings, id);
+        duplicates->ids[id].is_enabled = id_is_enabled(settings, id);
         atomic_init(&duplicates->ids[id].left, duplicates->ids[id].is_enabled ? left : 0);
     }
 }

@@ -172,7 +172,8 @@ bool update_scratch_is_host_memory(const struct host_build_view *host_build,
 
 /* ---- geometries */
 
-static bool is_readable(const struct host_bytes *bytes, struct finding *finding, const char *field)
+static bool host_bytes_are_readable(const struct host_bytes *bytes, struct finding *finding,
+                                    const char *field)
 {
     return !bytes->unreadable ||
            violated(finding, field,
@@ -188,7 +189,7 @@ bool vertex_host_address_is_readable(const struct host_geometry_view *host_geome
     const struct host_bytes *vertices = &host_geometry->vertices;
     return !triangles_in(host_geometry->geometry->geometry) ||
            (host_input_is_given(host_geometry->geometry, finding, field, vertices->address) &&
-            is_readable(vertices, finding, field));
+            host_bytes_are_readable(vertices, finding, field));
 }
 
 bool index_host_address_is_readable(const struct host_geometry_view *host_geometry,
@@ -200,14 +201,14 @@ bool index_host_address_is_readable(const struct host_geometry_view *host_geomet
         triangles_in(host_geometry->geometry->geometry);
     return !triangles || !index_type_size(triangles->indexType) ||
            (host_input_is_given(host_geometry->geometry, finding, field, indices->address) &&
-            is_readable(indices, finding, field));
+            host_bytes_are_readable(indices, finding, field));
 }
 
 bool transform_host_address_is_null_or_readable(const struct host_geometry_view *host_geometry,
                                                 struct finding *finding)
 {
-    return is_readable(&host_geometry->transform, finding,
-                       "geometry.triangles.transformData.hostAddress");
+    return host_bytes_are_readable(&host_geometry->transform, finding,
+                                   "geometry.triangles.transformData.hostAddress");
 }
 
 bool aabb_host_address_is_readable(const struct host_geometry_view *host_geometry,
@@ -217,7 +218,7 @@ bool aabb_host_address_is_readable(const struct host_geometry_view *host_geometr
     return !aabbs_in(host_geometry->geometry->geometry) ||
            (host_input_is_given(host_geometry->geometry, finding, field,
                                 host_geometry->data.address) &&
-            is_readable(&host_geometry->data, finding, field));
+            host_bytes_are_readable(&host_geometry->data, finding, field));
 }
 
 bool instance_host_address_is_readable(const struct host_geometry_view *host_geometry,
@@ -227,5 +228,5 @@ bool instance_host_address_is_readable(const struct host_geometry_view *host_geo
     return !instances_in(host_geometry->geometry->geometry) ||
            (host_input_is_given(host_geometry->geometry, finding, field,
                                 host_geometry->data.address) &&
-            is_readable(&host_geometry->data, finding, field));
+            host_bytes_are_readable(&host_geometry->data, finding, field));
 }

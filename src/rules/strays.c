@@ -46,7 +46,7 @@ static const struct {
      VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV},
 };
 
-static bool is_enabled(const struct geometry_view *geometry, enum rule rule)
+static bool extension_is_enabled(const struct geometry_view *geometry, enum rule rule)
 {
     const struct device_facts *device = device_of(geometry);
     switch ((int)rule) {
@@ -73,7 +73,7 @@ static bool has_its_stype(const struct micromap_geometry_view *view, struct find
 {
     const struct geometry_view *geometry = view->geometry;
     const struct chain_facts *chain = &geometry->triangles_chain;
-    return !is_of_extension(chain, is_enabled(geometry, of_triangles[kind].rule),
+    return !is_of_extension(chain, extension_is_enabled(geometry, of_triangles[kind].rule),
                             of_triangles[kind].type) ||
            stray_is_not(chain, finding, "geometry.triangles.pNext", of_triangles[kind].type) ||
            names_chain(geometry, finding, RULE_triangles_chain_is_known);
@@ -99,7 +99,8 @@ bool displacement_has_its_stype(const struct micromap_geometry_view *micromap_ge
 
 enum rule rule_of_stray(const struct geometry_view *geometry)
 {
-    return is_of_extension(&geometry->chain, is_enabled(geometry, RULE_micromap_data_has_its_stype),
+    return is_of_extension(&geometry->chain,
+                           extension_is_enabled(geometry, RULE_micromap_data_has_its_stype),
                            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR)
                ? RULE_micromap_data_has_its_stype
                : RULE_COUNT;
@@ -162,7 +163,8 @@ bool motion_triangles_have_their_stype(const struct motion_triangles_view *motio
 enum rule rule_of_triangles_stray(const struct geometry_view *geometry)
 {
     for (size_t i = 0; i < sizeof(of_triangles) / sizeof(of_triangles[0]); i++)
-        if (is_of_extension(&geometry->triangles_chain, is_enabled(geometry, of_triangles[i].rule),
+        if (is_of_extension(&geometry->triangles_chain,
+                            extension_is_enabled(geometry, of_triangles[i].rule),
                             of_triangles[i].type))
             return of_triangles[i].rule;
     return is_motion_data(geometry) ? RULE_motion_triangles_have_their_stype : RULE_COUNT;

@@ -11,8 +11,8 @@ enum { CHAIN_MAX = 64 };
 /* Copies the first structure of a type. All of its `size` bytes must be readable; it may be
  * misaligned. The copy's sType is 0 if the chain lacks the structure. Returns false if it can't be
  * read. */
-static bool find(struct readable_cache *cache, const void *chain, VkStructureType type, size_t size,
-                 void *found)
+static bool find_in_chain(struct readable_cache *cache, const void *chain, VkStructureType type,
+                          size_t size, void *found)
 {
     VkBaseInStructure base;
     memset(found, 0, size);
@@ -37,9 +37,9 @@ static bool copy_motion(struct readable_cache *cache,
                         struct chained_input *copy)
 {
     VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
-    if (!find(cache, geometry->geometry.triangles.pNext,
-              VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
-              sizeof(motion), &motion))
+    if (!find_in_chain(cache, geometry->geometry.triangles.pNext,
+                       VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
+                       sizeof(motion), &motion))
         return false;
     if (motion.sType)
         copy->motion_vertices = motion.vertexData;
@@ -51,10 +51,12 @@ static bool copy_opacity(struct readable_cache *cache, const void *chain,
 {
     VkAccelerationStructureTrianglesOpacityMicromapEXT ext;
     VkAccelerationStructureTrianglesOpacityMicromapKHR khr;
-    if (!find(cache, chain, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
-              sizeof(ext), &ext) ||
-        !find(cache, chain, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR,
-              sizeof(khr), &khr))
+    if (!find_in_chain(cache, chain,
+                       VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
+                       sizeof(ext), &ext) ||
+        !find_in_chain(cache, chain,
+                       VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR,
+                       sizeof(khr), &khr))
         return false;
     copy->has_opacity = ext.sType || khr.sType;
 #define MEMBERS(s)                                                                                 \
@@ -74,8 +76,9 @@ static bool copy_spheres(struct readable_cache *cache, const void *chain,
                          struct chained_input *copy)
 {
     VkAccelerationStructureGeometrySpheresDataNV s;
-    if (!find(cache, chain, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV,
-              sizeof(s), &s))
+    if (!find_in_chain(cache, chain,
+                       VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV, sizeof(s),
+                       &s))
         return false;
     if (s.sType)
         copy->spheres = (VkAccelerationStructureGeometryLinearSweptSpheresDataNV){
@@ -97,9 +100,10 @@ static bool copy_swept_spheres(struct readable_cache *cache, const void *chain,
                                struct chained_input *copy)
 {
     VkAccelerationStructureGeometryLinearSweptSpheresDataNV s;
-    if (!find(cache, chain,
-              VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV,
-              sizeof(s), &s))
+    if (!find_in_chain(
+            cache, chain,
+            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV,
+            sizeof(s), &s))
         return false;
     if (s.sType)
         copy->spheres = s;
@@ -110,9 +114,10 @@ static bool copy_swept_spheres(struct readable_cache *cache, const void *chain,
 static bool copy_dense(struct readable_cache *cache, const void *chain, struct chained_input *copy)
 {
     VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX s;
-    if (!find(cache, chain,
-              VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX,
-              sizeof(s), &s))
+    if (!find_in_chain(
+            cache, chain,
+            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX,
+            sizeof(s), &s))
         return false;
     if (!s.sType)
         return true;
@@ -153,8 +158,9 @@ static VkResult copy_micromap(struct readable_cache *cache, const void *chain,
                               struct chained_input *copy)
 {
     VkAccelerationStructureGeometryMicromapDataKHR s;
-    if (!find(cache, chain, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR,
-              sizeof(s), &s))
+    if (!find_in_chain(cache, chain,
+                       VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR,
+                       sizeof(s), &s))
         return VK_ERROR_VALIDATION_FAILED;
     if (!s.sType)
         return VK_SUCCESS;
@@ -172,9 +178,9 @@ static VkResult copy_displacement(struct readable_cache *cache, const void *chai
                                   struct chained_input *copy)
 {
     VkAccelerationStructureTrianglesDisplacementMicromapNV s;
-    if (!find(cache, chain,
-              VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
-              sizeof(s), &s))
+    if (!find_in_chain(cache, chain,
+                       VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
+                       sizeof(s), &s))
         return VK_ERROR_VALIDATION_FAILED;
     if (!s.sType)
         return VK_SUCCESS;

@@ -19,7 +19,8 @@ void host_memory_release(struct host_memory *host)
  * would otherwise be probed for hours. */
 #define EXTENT_MAX (SIZE_MAX >> 24)
 
-static uint64_t find(void *context, uint64_t address, uint64_t size, const void **bytes)
+static uint64_t find_snapshot_bytes(void *context, uint64_t address, uint64_t size,
+                                    const void **bytes)
 {
     struct host_memory *host = context;
     *bytes = (const void *)(uintptr_t)address; // NOLINT(performance-no-int-to-ptr)
@@ -34,7 +35,7 @@ static uint64_t find(void *context, uint64_t address, uint64_t size, const void 
 
 struct input_memory host_memory_of(struct host_memory *host)
 {
-    return (struct input_memory){.find = find, .context = host};
+    return (struct input_memory){.find = find_snapshot_bytes, .context = host};
 }
 
 static const uintptr_t page_size = (uintptr_t)1 << PROBE_PAGE_SHIFT;

@@ -55,11 +55,9 @@ struct gathering {
 /* ---- guards (setting guard): a shader copies the instances of a top-level build just before it,
  * without references to structures that are not live, and the build reads the copy. */
 
-enum {
-    GUARD_UNLIMITED = UINT32_MAX,  /* of guard_order.readable and range_count */
-    GUARD_ALL_LIVE = UINT32_MAX,   /* of guard_order.limit: each live structure counts as built */
-    GUARD_NEVER_BUILT = UINT32_MAX /* no build of the structure has been submitted */
-};
+/* Of readable, range_count and limit of a guard_order. With it as the limit each live structure
+ * counts as built. */
+enum { GUARD_UNLIMITED = UINT32_MAX };
 
 /* What guard.comp reads and returns for one build. It lies in a chunk, in the shader's layout. The
  * host writes it before each submission. */
@@ -85,7 +83,7 @@ struct build_guard {
     uint64_t order_offset, ranges_offset, ranges_size; /* ranges_size 0: no pointers */
     uint64_t source, source_size, indirect;
     /* The limit that the last checked submission has set (layer/snapshots/guard/execution.h);
-     * GUARD_ALL_LIVE if there was none. The limit only grows. Another thread may submit the build
+     * GUARD_UNLIMITED if there was none. The limit only grows. Another thread may submit the build
      * at the same time. */
     _Atomic uint32_t limit;
 };

@@ -11,6 +11,28 @@
 /* A rule stays silent on UNKNOWN. One byte, because facts are copied for every build. */
 enum __attribute__((packed)) tristate { UNKNOWN, NO, YES };
 
+static inline VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
+{
+    return a < b ? a : b;
+}
+
+/* Copies of micromaps are tracked and executed like those of structures. */
+static inline VkCopyAccelerationStructureModeKHR copy_mode_of_micromap(VkCopyMicromapModeEXT mode)
+{
+    switch (mode) {
+    case VK_COPY_MICROMAP_MODE_CLONE_EXT:
+        return VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR;
+    case VK_COPY_MICROMAP_MODE_SERIALIZE_EXT:
+        return VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR;
+    case VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT:
+        return VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR;
+    case VK_COPY_MICROMAP_MODE_COMPACT_EXT:
+        return VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
+    default:
+        return VK_COPY_ACCELERATION_STRUCTURE_MODE_MAX_ENUM_KHR;
+    }
+}
+
 /* Bytes [begin, end) of one VkDeviceMemory; memory VK_NULL_HANDLE: none, or unknown. */
 struct memory_span {
     VkDeviceMemory memory;

@@ -39,7 +39,7 @@ static uint32_t smallest_component(const struct VKU_FORMAT_INFO *info)
     return smallest / 8;
 }
 
-static union format_facts look_up(VkFormat format)
+static union format_facts look_up_format(VkFormat format)
 {
     const struct VKU_FORMAT_INFO info = vkuGetFormatInfo(format);
     union format_facts facts = {{.looked_up = true}};
@@ -57,11 +57,11 @@ ON_RECORDING_PATH __attribute__((const, noinline)) static uint32_t number_of_fac
 {
     static atomic_uint_least32_t remembered[REMEMBERED_FORMATS];
     if ((uint32_t)format >= REMEMBERED_FORMATS)
-        return look_up(format).number;
+        return look_up_format(format).number;
     union format_facts facts = {
         .number = atomic_load_explicit(&remembered[format], memory_order_relaxed)};
     if (!facts.looked_up) {
-        facts = look_up(format);
+        facts = look_up_format(format);
         atomic_store_explicit(&remembered[format], facts.number, memory_order_relaxed);
     }
     return facts.number;

@@ -165,7 +165,7 @@ struct built_micromap_view {
 struct micromap_triangles_view {
     const struct call_view *call;
     VkMicromapTypeEXT type;
-    const uint8_t *first; /* `count` VkMicromapTriangleEXT, perhaps misaligned */
+    const uint8_t *first; /* `count` VkMicromapTriangleEXT, which may be misaligned */
     uint64_t count, stride;
 };
 
@@ -181,7 +181,7 @@ struct lookup_view {
  * application has observed. */
 struct pending_use {
     enum build_command command;
-    VkCommandBuffer command_buffer; /* perhaps a secondary one */
+    VkCommandBuffer command_buffer; /* may be a secondary one */
     VkQueue queue;
     uint64_t submission; /* see struct order_batch */
 };

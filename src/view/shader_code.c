@@ -99,7 +99,7 @@ static bool has_one_entry(const uint32_t *code, size_t words)
     return count == 1;
 }
 
-bool shader_code_surely_traces(const uint32_t *code, size_t size)
+bool shader_code_certainly_traces(const uint32_t *code, size_t size)
 {
     return shader_code_traces(code, size) && has_one_entry(code, size / sizeof(*code));
 }
@@ -246,10 +246,10 @@ bool shader_stage_traces(const VkPipelineShaderStageCreateInfo *stage)
     return module && shader_code_traces(module->pCode, module->codeSize);
 }
 
-bool shader_stage_surely_traces(const VkPipelineShaderStageCreateInfo *stage)
+bool shader_stage_certainly_traces(const VkPipelineShaderStageCreateInfo *stage)
 {
     const VkShaderModuleCreateInfo *module = code_of(stage);
-    return module && shader_code_surely_traces(module->pCode, module->codeSize);
+    return module && shader_code_certainly_traces(module->pCode, module->codeSize);
 }
 
 bool shader_stage_traces_addresses(const VkPipelineShaderStageCreateInfo *stage)

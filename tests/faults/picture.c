@@ -37,9 +37,9 @@ static void compare_buffer(struct comparison *comparison, uint32_t slot)
 {
     const struct model_buffer *buffer = &comparison->model->buffers[slot];
     struct buffer_facts facts;
-    resources_ask_buffer(comparison->device->resources,
-                         HANDLE_OF(VkBuffer, &comparison->model->calls.slots[BUFFERS][slot]),
-                         &facts);
+    resources_look_up_buffer(comparison->device->resources,
+                             HANDLE_OF(VkBuffer, &comparison->model->calls.slots[BUFFERS][slot]),
+                             &facts);
     if (expect_alive(comparison, "buffer", BUFFERS, slot, facts.alive) &&
         !(comparison->may_be_unknown && facts.status == ADDRESS_UNKNOWN))
         expect(comparison, "binding of buffer", slot,

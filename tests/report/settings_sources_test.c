@@ -62,6 +62,21 @@ TEST_OPENED(precedence, surrounding_set_up)
     assert_int_equal(settings.level, LEVEL_CONTENT);
 }
 
+TEST_OPENED(several_lines_of_a_key, surrounding_set_up)
+{
+    const char *level = "parameters";
+    const VkLayerSettingEXT entry = text_given("level", &level);
+    const VkLayerSettingsCreateInfoEXT info = settings_given(&entry, 1);
+    surrounding_clear("assay_validation.level = content\nassay_validation.level = state\n");
+    struct settings settings = settings_read(&info);
+    assert_int_equal(settings.level, LEVEL_STATE);
+
+    surrounding_clear("assay_validation.level = content\nassay_validation.level =\n");
+    settings = settings_read(&info);
+    assert_int_equal(settings.level, LEVEL_PARAMETERS);
+    assert_int_equal(warned.count, 0);
+}
+
 TEST_OPENED(unknown_keys_of_the_application, surrounding_set_up)
 {
     const VkBool32 on = VK_TRUE;

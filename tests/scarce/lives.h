@@ -13,9 +13,8 @@
 
 #include <stdbool.h>
 
-/* How a life ended. IN_SETTINGS_LIBRARY: the library that reads settings is in C++, and throws
- * where it gets no memory; nothing in the layer catches that. */
-enum life_end { LIFE_WELL, LIFE_SKIPPED, LIFE_IN_SETTINGS_LIBRARY, LIFE_BADLY };
+/* How a life ended. */
+enum life_end { LIFE_WELL, LIFE_SKIPPED, LIFE_BADLY };
 
 /* Watches the layer. Ends the process if it cannot. */
 void lives_open(void);

@@ -39,7 +39,7 @@ static void have_nv(struct resources *resources, unsigned n)
 static struct nv_accel_facts nv_facts(struct resources *resources, unsigned n)
 {
     struct nv_accel_facts facts;
-    resources_ask_nv_accel(resources, nv(n), &facts);
+    resources_look_up_nv_accel(resources, nv(n), &facts);
     nv_shape_release(facts.created);
     return facts;
 }
@@ -47,7 +47,7 @@ static struct nv_accel_facts nv_facts(struct resources *resources, unsigned n)
 static struct buffer_facts buffer_facts(struct resources *resources, unsigned n)
 {
     struct buffer_facts facts;
-    resources_ask_buffer(resources, buffer(n), &facts);
+    resources_look_up_buffer(resources, buffer(n), &facts);
     return facts;
 }
 

@@ -52,16 +52,18 @@ POOLS_TEST(ids_are_of_one_query_alone)
 POOLS_TEST(the_first_untouched_query_is_found)
 {
     uint32_t number = 9;
+    struct query_pool pool;
     add(pools, 1, 4);
-    query_pools_touch(pools, handle(1), 1, 1);
+    assert_true(query_pools_touch(pools, handle(1), 1, 1, &pool));
+    assert_int_equal(pool.count, 4);
     assert_true(query_pools_find_untouched(pools, handle(1), 0, 2, &number));
     assert_int_equal(number, 0);
     assert_true(query_pools_find_untouched(pools, handle(1), 1, UINT32_MAX, &number));
     assert_int_equal(number, 2);
     assert_false(query_pools_find_untouched(pools, handle(1), 1, 1, &number));
     assert_false(query_pools_find_untouched(pools, handle(1), 0, 0, &number));
-    query_pools_touch(pools, handle(1), 2, UINT32_MAX);
-    query_pools_touch(pools, handle(2), 0, 1);
+    assert_true(query_pools_touch(pools, handle(1), 2, UINT32_MAX, &pool));
+    assert_false(query_pools_touch(pools, handle(2), 0, 1, &pool));
     assert_false(query_pools_find_untouched(pools, handle(1), 1, 4, &number));
     assert_false(query_pools_find_untouched(pools, handle(2), 0, 1, &number));
 }

@@ -56,11 +56,11 @@ static const uint32_t by_address[] = {TRACING, 4 << 16 | 4447, 3, 4, 5};
 
 TEST(a_module_with_two_entries_need_not_trace)
 {
-    assert_true(shader_code_surely_traces(one_entry, sizeof(one_entry)));
+    assert_true(shader_code_certainly_traces(one_entry, sizeof(one_entry)));
     assert_true(shader_code_traces(two_entries, sizeof(two_entries)));
-    assert_false(shader_code_surely_traces(two_entries, sizeof(two_entries)));
-    assert_false(shader_code_surely_traces(none, sizeof(none)));
-    assert_false(shader_code_surely_traces(NULL, 0));
+    assert_false(shader_code_certainly_traces(two_entries, sizeof(two_entries)));
+    assert_false(shader_code_certainly_traces(none, sizeof(none)));
+    assert_false(shader_code_certainly_traces(NULL, 0));
 }
 
 TEST(traces_by_address_are_found)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the hazard check knows of a batch: which accesses of its commands the log does not tell, and
+/* What the hazard check knows of a batch: which accesses of its commands the journal lacks, and
  * how the number of an access leads back to its command. */
 #ifndef ASSAY_LAYER_EXECUTION_HAZARDS_BATCHES_H
 #define ASSAY_LAYER_EXECUTION_HAZARDS_BATCHES_H

@@ -113,7 +113,7 @@ static bool concerns(const struct order_batch *batch)
 }
 
 /* Until the batch is kept, its slot has what hazard_batch_record.untracked will be. */
-static void submit(void *user, struct order_batch *batch)
+static void hazard_checks_submit(void *user, struct order_batch *batch)
 {
     const struct hazard_checks *checks = user;
     struct execution_clock observed;
@@ -122,7 +122,7 @@ static void submit(void *user, struct order_batch *batch)
     batch->slots[USES_HAZARDS] = (void *)(uintptr_t)untracked;
 }
 
-static void run(void *user, struct order_batch *batch)
+static void hazard_checks_run(void *user, struct order_batch *batch)
 {
     struct hazard_checks *checks = user;
     if (!concerns(batch))
@@ -146,7 +146,7 @@ static struct hazard_batch_record *lock(struct hazard_checks *checks,
 }
 
 /* Which instances will be known is known now. */
-static void ran(void *user, struct order_batch *batch)
+static void hazard_checks_ran(void *user, struct order_batch *batch)
 {
     struct hazard_checks *checks = user;
     struct hazard_batch_record *record = lock(checks, batch);
@@ -157,7 +157,10 @@ static void ran(void *user, struct order_batch *batch)
 
 struct batch_consumer hazard_checks_consumer(struct hazard_checks *checks)
 {
-    return (struct batch_consumer){.user = checks, .submit = submit, .run = run, .ran = ran};
+    return (struct batch_consumer){.user = checks,
+                                   .submit = hazard_checks_submit,
+                                   .run = hazard_checks_run,
+                                   .ran = hazard_checks_ran};
 }
 
 /* ---- references and indices */

@@ -200,10 +200,11 @@ static void begin_inputs(const struct host_writes *host_writes, struct order_bat
             !execution_order_find_observed(host_writes->device->order, &seen, &inputs->untracked);
 }
 
-static void submit(void *user, struct order_batch *batch)
+static void host_writes_submit(void *user, struct order_batch *batch)
 {
     struct host_writes *host_writes = user;
-    host_writes_look(host_writes);
+    if (!batch->queue) /* before batches of queues their call has looked */
+        host_writes_look(host_writes);
     if (batch->queue && reads_host_data(batch) && !atomic_load(&host_writes->is_stopped))
         begin_inputs(host_writes, batch);
 }
@@ -214,7 +215,7 @@ static bool is_compared(const struct host_writes *host_writes, const struct orde
            !batch->is_exposed && atomic_load(&host_writes->kept) < BATCHES_COMPARED;
 }
 
-static void run(void *user, struct order_batch *batch)
+static void host_writes_run(void *user, struct order_batch *batch)
 {
     struct host_writes *host_writes = user;
     struct submitted_inputs *inputs = batch->slots[USES_HOST_WRITES];
@@ -243,7 +244,7 @@ static void forget_those(struct host_writes *host_writes,
     }
 }
 
-static void retire(void *user, struct order_batch *batch)
+static void host_writes_retire(void *user, struct order_batch *batch)
 {
     struct submitted_inputs *inputs = batch->slots[USES_HOST_WRITES];
     (void)user;
@@ -253,19 +254,19 @@ static void retire(void *user, struct order_batch *batch)
     batch->slots[USES_HOST_WRITES] = NULL;
 }
 
-static bool is_complete(const void *user, const struct order_batch *batch)
+static bool batch_is_over(const void *user, const struct order_batch *batch)
 {
     return execution_clock_has(user, batch->timestamp);
 }
 
-static void deliver(void *user)
+static void host_writes_deliver(void *user)
 {
     struct host_writes *host_writes = user;
     struct execution_clock seen;
     if (!atomic_load(&host_writes->kept))
         return;
     execution_order_host_clock(host_writes->device->order, &seen);
-    forget_those(host_writes, is_complete, &seen);
+    forget_those(host_writes, batch_is_over, &seen);
 }
 
 void host_writes_forget(struct host_writes *host_writes)
@@ -316,8 +317,9 @@ static struct hazard_bytes bytes_of(const struct submitted_input *input)
                                  access->bytes.begin + last * access->count + access->origin};
 }
 
-static void report(const struct host_writes *host_writes, const struct order_batch *batch,
-                   const struct submitted_input *input, uint32_t more)
+static void report_host_write(const struct host_writes *host_writes,
+                              const struct order_batch *batch, const struct submitted_input *input,
+                              uint32_t more)
 {
     const struct layer_device *device = host_writes->device;
     const struct journal *journal = input->journal;
@@ -349,8 +351,8 @@ static void report(const struct host_writes *host_writes, const struct order_bat
 }
 
 /* Reports the first input that has changed, and how many others of its command have. */
-static void compare(const struct host_writes *host_writes, const struct order_batch *batch,
-                    struct submitted_inputs *inputs)
+static void compare_inputs(const struct host_writes *host_writes, const struct order_batch *batch,
+                           struct submitted_inputs *inputs)
 {
     const struct submitted_input *first = NULL;
     uint32_t more = 0;
@@ -363,7 +365,7 @@ static void compare(const struct host_writes *host_writes, const struct order_ba
     }
     if (first && is_pending(host_writes, batch, inputs->untracked) &&
         !atomic_exchange(&inputs->is_reported, true))
-        report(host_writes, batch, first, more);
+        report_host_write(host_writes, batch, first, more);
 }
 
 void host_writes_look(struct host_writes *host_writes)
@@ -375,7 +377,7 @@ void host_writes_look(struct host_writes *host_writes)
     while (batch_cursor_step(&at)) {
         struct submitted_inputs *inputs = at.batch->slots[USES_HOST_WRITES];
         if (!atomic_load(&inputs->is_reported))
-            compare(host_writes, at.batch, inputs);
+            compare_inputs(host_writes, at.batch, inputs);
     }
 }
 
@@ -403,6 +405,9 @@ void host_writes_destroy(struct host_writes *host_writes)
 
 struct batch_consumer host_writes_consumer(struct host_writes *host_writes)
 {
-    return (struct batch_consumer){
-        .user = host_writes, .submit = submit, .run = run, .retire = retire, .deliver = deliver};
+    return (struct batch_consumer){.user = host_writes,
+                                   .submit = host_writes_submit,
+                                   .run = host_writes_run,
+                                   .retire = host_writes_retire,
+                                   .deliver = host_writes_deliver};
 }

@@ -3,8 +3,8 @@
  * build is complete.
  *
  * When a batch reaches its execution point, the layer takes hashes of the inputs that its builds
- * surely read, as far as nothing but the host can write them: mapped, coherent memory, in buffers
- * that no command writes, on a device whose shaders write through no address. Before the
+ * certainly read, as far as nothing but the host can write them: mapped, coherent memory, in
+ * buffers that no command writes, on a device whose shaders write through no address. Before the
  * application submits or waits again, it takes them once more.
  *
  * The functions accept NULL, and may be called on any thread. */

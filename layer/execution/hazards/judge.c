@@ -276,7 +276,7 @@ static void judge_signals(struct hazard_judge *judge, const struct order_batch *
 
 /* Drops what had completed, as the host knew, when the last batch was submitted. The host may know
  * more now, but batches that are yet to be judged may have been submitted before it did. */
-static void prune(struct hazard_judge *judge, const struct execution_clock *completed)
+static void prune_records(struct hazard_judge *judge, const struct execution_clock *completed)
 {
     const struct order_batch *first;
     hazards_prune(judge->hazards, completed->counts, completed->queues);
@@ -285,14 +285,14 @@ static void prune(struct hazard_judge *judge, const struct execution_clock *comp
         forget_first(judge);
 }
 
-static void keep(struct hazard_judge *judge, struct hazard_batch_record *record,
-                 const struct execution_clock *completed)
+static void keep_record(struct hazard_judge *judge, struct hazard_batch_record *record,
+                        const struct execution_clock *completed)
 {
     judge->current = NULL;
     judge->last = record->batch;
     judge->judged_count++;
     judge->batch_count++;
-    prune(judge, completed);
+    prune_records(judge, completed);
     if (judge->judged_count > BATCHES_KEPT)
         judge->lost = true;
 }
@@ -351,7 +351,7 @@ void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *
     judge_commands(judge, batch, &completed);
     /* From now on the application may know that the batch is complete. */
     judge->lost |= batch->is_exposed;
-    keep(judge, record, &completed);
+    keep_record(judge, record, &completed);
 }
 
 /* ---- creation */

@@ -16,7 +16,7 @@ static void forget_written(struct hazard_judge *judge, uint64_t structure)
     free(handle_table_remove(&judge->written, structure));
 }
 
-/* Returns the record of a structure, perhaps a new one; NULL if memory runs out. */
+/* Returns the record of a structure, and adds one if there is none; NULL if memory runs out. */
 static struct written *find_written(struct hazard_judge *judge, uint64_t structure)
 {
     struct written *written = handle_table_find(&judge->written, structure);

@@ -6,8 +6,8 @@
 
 #include "layer/execution/hazards/reports.h"
 
-/* The access of that number wrote a structure, and these bytes of it. Number 0: perhaps, and
- * nothing is known then. */
+/* The access of that number wrote a structure, and these bytes of it. Number 0: that is
+ * not certain, and nothing is known then. */
 void judge_written(struct hazard_judge *judge, uint64_t structure, uint64_t number,
                    const struct hazard_bytes *bytes);
 void judge_forget_all_written(struct hazard_judge *judge);

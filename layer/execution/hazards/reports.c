@@ -53,7 +53,7 @@ static void name_traced(const struct hazard_judge *judge, uint64_t number,
         }
 }
 
-static void report(const struct hazard_judge *judge, const struct kind_of_hazard *kind)
+static void report_kind(const struct hazard_judge *judge, const struct kind_of_hazard *kind)
 {
     const struct device_facts *facts = &judge->device->facts;
     struct hazard_report report = {.hazard = kind->first,
@@ -77,7 +77,7 @@ static void report(const struct hazard_judge *judge, const struct kind_of_hazard
 void hazard_judge_report(struct hazard_judge *judge)
 {
     for (uint32_t i = 0; i < judge->kind_count; i++)
-        report(judge, &judge->kinds[i]);
+        report_kind(judge, &judge->kinds[i]);
     judge->kind_count = 0;
 }
 

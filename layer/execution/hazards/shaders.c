@@ -241,7 +241,8 @@ static struct memory_inputs *inputs_of(struct shader_judge *judge, uint64_t memo
     return inputs;
 }
 
-/* Returns the item of exactly these bytes, perhaps a new one. Returns NULL if memory runs out. */
+/* Returns the item of exactly these bytes; adds one if there is none. Returns NULL if memory runs
+ * out. */
 static struct input_read *input_at(struct shader_judge *judge, const struct hazard_bytes *bytes)
 {
     struct memory_inputs *inputs = inputs_of(judge, bytes->memory);

@@ -46,7 +46,7 @@ struct lost_structure {
 struct top_level {
     uint64_t structure;        /* handle */
     struct hazard_bytes first; /* its first byte */
-    bool is_built;             /* by a build; else by a copy, and perhaps not top-level */
+    bool is_built;             /* by a build; else by a copy: it may not be top-level */
     bool is_gone;              /* it was destroyed, and descriptor sets may still hold it */
     /* The build's command, by its first access; the build's position in the command buffer; and
      * when it executed. */

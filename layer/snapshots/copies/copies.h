@@ -26,6 +26,9 @@ static inline struct copy_order *copy_orders_at(const struct recording *recordin
     return (struct copy_order *)(recording->chunks[orders->chunk]->bytes + orders->offset);
 }
 
+/* The device address of a copy, which lies in staging memory. */
+uint64_t snapshot_address(const struct recorder *recorder, const struct snapshot *snapshot);
+
 /* ---- Dispatches of the layer's own in the application's command buffers: the compute pipelines,
  * and the state that a dispatch disturbs and that is restored. */
 

@@ -34,13 +34,6 @@ static void add_range(void *user, uint64_t begin, uint64_t end)
     ranges->count++;
 }
 
-static uint64_t address_of(const struct recorder *recorder, const struct snapshot *snapshot)
-{
-    const struct staging_chunk *chunk =
-        (const struct staging_chunk *)recorder->recording->chunks[snapshot->chunk];
-    return chunk->buffer.address + snapshot->offset;
-}
-
 bool gather_write_ranges(struct resources *resources, unsigned char *bytes, uint64_t size)
 {
     struct ranges ranges = {.at = (void *)bytes, .capacity = (uint32_t)(size / RANGE_SIZE)};
@@ -56,6 +49,13 @@ uint64_t gather_ranges_size(struct resources *resources)
     struct ranges ranges = {0};
     resources_find_ranges(resources, add_range, &ranges);
     return (2ull * ranges.count + SPARE_RANGES) * RANGE_SIZE;
+}
+
+uint64_t snapshot_address(const struct recorder *recorder, const struct snapshot *snapshot)
+{
+    const struct staging_chunk *chunk =
+        (const struct staging_chunk *)recorder->recording->chunks[snapshot->chunk];
+    return chunk->buffer.address + snapshot->offset;
 }
 
 static bool list_ranges(struct recorder *recorder, struct snapshot *list)
@@ -113,9 +113,9 @@ bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses
         return false;
     const struct constants constants = {
         .gate = recorder->recording->gate.address,
-        .addresses = address_of(recorder, addresses),
-        .ranges = address_of(recorder, &gathering->ranges),
-        .target = address_of(recorder, &gathering->elements),
+        .addresses = snapshot_address(recorder, addresses),
+        .ranges = snapshot_address(recorder, &gathering->ranges),
+        .target = snapshot_address(recorder, &gathering->elements),
         .count = count,
         .range_count = (uint32_t)(gathering->ranges.size / RANGE_SIZE),
         .words = size / 4,

@@ -50,8 +50,8 @@ static bool add_block(struct recorder *recorder, uint32_t order_count, uint64_t 
 }
 
 /* Reserves a snapshot of `size` bytes, and `count` orders for it. */
-static bool reserve(struct recorder *recorder, uint32_t count, uint64_t size,
-                    struct snapshot *snapshot)
+static bool reserve_snapshot(struct recorder *recorder, uint32_t count, uint64_t size,
+                             struct snapshot *snapshot)
 {
     const struct copy_block *last = last_block(recorder);
     bool has_orders = last && recorder->recording->chunks[last->orders.chunk] &&
@@ -93,7 +93,7 @@ static bool order_copy(struct recorder *recorder, uint64_t address, uint64_t siz
         recorder_fail(recorder);
         return false;
     }
-    if (!reserve(recorder, (uint32_t)count, size, snapshot))
+    if (!reserve_snapshot(recorder, (uint32_t)count, size, snapshot))
         return false;
     snapshot->address = address;
     write_orders(recorder, snapshot);
@@ -103,7 +103,7 @@ static bool order_copy(struct recorder *recorder, uint64_t address, uint64_t siz
 bool recorder_measure(struct recorder *recorder, uint64_t address, struct snapshot *snapshot)
 {
     if (recorder->cannot_inject || !dispatches_are_allowed(recorder) ||
-        !reserve(recorder, 1, 0, snapshot))
+        !reserve_snapshot(recorder, 1, 0, snapshot))
         return false;
     snapshot->address = address;
     write_orders(recorder, snapshot);
@@ -138,7 +138,7 @@ static bool copy_buffer(struct recorder *recorder, const struct buffer_target *s
 {
     struct copy_orders *mark = &recorder->mark;
     struct snapshot marked = {0};
-    if (!mark->count && !reserve(recorder, 1, 0, &marked))
+    if (!mark->count && !reserve_snapshot(recorder, 1, 0, &marked))
         return false;
     if (!mark->count) {
         *mark = marked.orders;

@@ -112,7 +112,8 @@ static struct staging_chunk *take_kept(struct staging *staging, uint64_t size, u
 
 /* Makes room in the budget for a new chunk: removes kept chunks, which the caller frees. Returns
  * false if the budget has no room. Called with the lock held. */
-static bool make_room(struct staging *staging, uint64_t size, struct staging_chunk **freed)
+static bool make_room_in_chunks(struct staging *staging, uint64_t size,
+                                struct staging_chunk **freed)
 {
     *freed = NULL;
     if (size > staging->budget || staging->size - staging->kept_size > staging->budget - size)
@@ -165,9 +166,9 @@ static VkResult take_whole(struct staging *staging, uint64_t size, uint64_t kept
     pthread_mutex_lock(&staging->lock);
     note_take(staging);
     *chunk = take_kept(staging, size, new_size > kept_max ? new_size : kept_max);
-    if (!*chunk && !make_room(staging, new_size, &freed)) {
+    if (!*chunk && !make_room_in_chunks(staging, new_size, &freed)) {
         new_size = size > CHUNK_SIZE ? size : CHUNK_SIZE;
-        has_room = make_room(staging, new_size, &freed);
+        has_room = make_room_in_chunks(staging, new_size, &freed);
     }
     pthread_mutex_unlock(&staging->lock);
     free_chunks(staging, freed);

@@ -105,13 +105,6 @@ static struct layout layout_of(const struct recorded_build *build, bool has_poin
     return layout;
 }
 
-static uint64_t address_of(const struct recorder *recorder, const struct snapshot *snapshot)
-{
-    const struct staging_chunk *chunk =
-        (const struct staging_chunk *)recorder->recording->chunks[snapshot->chunk];
-    return chunk->buffer.address + snapshot->offset;
-}
-
 /* Takes the order, and the list of memory ranges for pointers. Without an order, it lies in a chunk
  * that stays unused. */
 static bool take_order(struct recorder *recorder, struct build_guard *guard, bool has_pointers,
@@ -133,16 +126,16 @@ static bool take_order(struct recorder *recorder, struct build_guard *guard, boo
     guard->ranges_chunk = ranges.chunk;
     guard->ranges_offset = ranges.offset;
     guard->ranges_size = ranges.size;
-    atomic_init(&guard->limit, GUARD_ALL_LIVE);
+    atomic_init(&guard->limit, GUARD_UNLIMITED);
     struct guard_order *written =
         (void *)(recorder->recording->chunks[order->chunk]->bytes + order->offset);
     *written = (struct guard_order){
         .source = guard->source,
-        .ranges = has_pointers ? address_of(recorder, &ranges) : 0,
+        .ranges = has_pointers ? snapshot_address(recorder, &ranges) : 0,
         .indirect = guard->indirect,
         .readable = GUARD_UNLIMITED,
         .range_count = GUARD_UNLIMITED,
-        .limit = GUARD_ALL_LIVE,
+        .limit = GUARD_UNLIMITED,
         .can_read_range = true,
     };
     return true;
@@ -178,14 +171,14 @@ static bool nv_source_is_whole(const struct recorder *recorder, VkBuffer instanc
                                VkDeviceSize offset, uint64_t size)
 {
     struct buffer_facts facts;
-    resources_ask_buffer(recorder->device->resources, instances, &facts);
+    resources_look_up_buffer(recorder->device->resources, instances, &facts);
     return facts.alive == YES && facts.status == ADDRESS_IN_BUFFER && offset <= facts.size &&
            size <= facts.size - offset &&
            snapshots_can_copy(recorder->device->snapshots, instances);
 }
 
-static bool record(struct recorder *recorder, struct recorded_build *build, VkBuffer instances,
-                   VkDeviceSize offset, struct guarded_copy *copy)
+static bool record_guard(struct recorder *recorder, struct recorded_build *build,
+                         VkBuffer instances, VkDeviceSize offset, struct guarded_copy *copy)
 {
     struct guard *guard = recorder->device->snapshots->guard;
     const struct build_parameters *parameters = &build->parameters;
@@ -219,7 +212,7 @@ static bool record(struct recorder *recorder, struct recorded_build *build, VkBu
     if (!take_order(recorder, &build->guard, has_pointers, &order))
         return false;
     constants.gate = recorder->recording->gate.address;
-    constants.order = address_of(recorder, &order);
+    constants.order = snapshot_address(recorder, &order);
     if (instances)
         copy_nv_instances(recorder, instances, offset, copy, count * layout.element_size);
     dispatch(recorder, &constants);
@@ -244,7 +237,7 @@ static bool guard_copy(struct recorder *recorder, struct recorded_build *build, 
                             build->parameters.ranges[0].primitiveCount *
                                 sizeof(VkAccelerationStructureInstanceKHR)))
         obstacle = "the layer cannot copy their instances";
-    if (!obstacle && record(recorder, build, instances, offset, copy))
+    if (!obstacle && record_guard(recorder, build, instances, offset, copy))
         return true;
     guard_warn_unguarded(guard, obstacle ? obstacle : GUARD_LACKS_MEMORY);
     return false;

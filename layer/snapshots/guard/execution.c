@@ -66,7 +66,7 @@ void guard_renew(const struct layer_device *device, const struct recording *reco
             continue;
         struct guard_order *order =
             (void *)(recording->chunks[guard->order_chunk]->bytes + guard->order_offset);
-        uint32_t limit = has_limits ? atomic_load(&guard->limit) : GUARD_ALL_LIVE;
+        uint32_t limit = has_limits ? atomic_load(&guard->limit) : GUARD_UNLIMITED;
         if (!is_pending)
             write_order(device->resources, recording, seen, guard, limit, order);
         else if (limit > order->limit)
@@ -129,7 +129,7 @@ static bool writes_referable(const struct journal_entry *entry)
 static void set_limit(struct guard_walk *walk, struct build_guard *guard)
 {
     uint32_t limit = guard_next_count(walk->guard) - 1;
-    atomic_store(&guard->limit, limit < GUARD_NEVER_BUILT - 1 ? limit : GUARD_ALL_LIVE);
+    atomic_store(&guard->limit, limit < GUARD_UNLIMITED - 1 ? limit : GUARD_UNLIMITED);
     walk->has_guards = true;
 }
 
@@ -158,7 +158,7 @@ static void walk_batch(struct guard_walk *walk, const struct order_batch *batch)
             walk_journal(walk, batch->commands[i].captured);
 }
 
-static void check(void *user, struct order_batch *batch)
+static void guard_check(void *user, struct order_batch *batch)
 {
     struct guard_walk walk = {.guard = guard_of(user)};
     if (batch->work != WORK_OF_QUEUE)
@@ -175,7 +175,7 @@ static void check(void *user, struct order_batch *batch)
 }
 
 /* Work of the host counts when it begins, because a submission may overlap it. */
-static void run(void *user, struct order_batch *batch)
+static void guard_run(void *user, struct order_batch *batch)
 {
     struct guard_walk walk = {.guard = guard_of(user), .may_precede = true};
     bool is_counted = batch->work == WORK_OF_QUEUE ? batch->is_checked : batch->work != WORK_BEGINS;
@@ -185,7 +185,7 @@ static void run(void *user, struct order_batch *batch)
 
 struct batch_consumer guard_consumer(struct layer_device *device)
 {
-    return (struct batch_consumer){.user = device, .check = check, .run = run};
+    return (struct batch_consumer){.user = device, .check = guard_check, .run = guard_run};
 }
 
 /* ---- reports what the guard replaced */

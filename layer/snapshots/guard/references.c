@@ -36,7 +36,7 @@ struct references_header {
         uint32_t mask, unused;
     } tables[TABLES];
 };
-_Static_assert(GUARD_NEVER_BUILT == STRUCTURE_NEVER_BUILT, "entries have counts of structures");
+_Static_assert(GUARD_UNLIMITED == STRUCTURE_NEVER_BUILT, "as if it were built last");
 _Static_assert(sizeof(struct references_entry) == 16 &&
                    offsetof(struct references_header, tables) == 16,
                "as the shader has it");
@@ -185,7 +185,7 @@ static bool create_entries(struct guard *guard, uint32_t table)
 }
 
 /* Makes room for one more value. */
-static bool make_room(struct guard *guard)
+static bool make_room_for_entries(struct guard *guard)
 {
     if (guard->used_count < guard->slot_count / 2)
         return true;
@@ -211,9 +211,9 @@ static bool make_room(struct guard *guard)
            (guard->current + 1 < TABLES && create_entries(guard, guard->current + 1));
 }
 
-static struct reference *find_or_add(struct guard *guard, uint64_t value, uint32_t *slot)
+static struct reference *find_or_add_reference(struct guard *guard, uint64_t value, uint32_t *slot)
 {
-    if (!make_room(guard))
+    if (!make_room_for_entries(guard))
         return NULL;
     *slot = find_slot(guard->slots, guard->slot_count, value);
     if (guard->slots[*slot])
@@ -245,7 +245,7 @@ static void remove_dead(struct guard *guard, uint32_t slot)
 static void apply(struct guard *guard, const struct reference_change *change)
 {
     uint32_t slot, kind = change->is_nv ? KIND_NV : KIND_KHR;
-    struct reference *reference = find_or_add(guard, change->reference, &slot);
+    struct reference *reference = find_or_add_reference(guard, change->reference, &slot);
     if (!reference) {
         guard->lacks_memory = true;
         return;
@@ -276,7 +276,7 @@ static bool create_table(struct guard *guard)
     const struct own_device own = snapshots_own_device(guard->device->snapshots);
     const VkBufferUsageFlags usage =
         VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
-    if (!make_room(guard))
+    if (!make_room_for_entries(guard))
         return false;
     if (own_buffer_create(&own, usage, sizeof(struct references_header), true, &guard->header) ==
             VK_SUCCESS &&
@@ -323,7 +323,7 @@ static void renew_entry(struct guard *guard, uint64_t handle, uint64_t id)
 
 void guard_note_built(struct guard *guard, uint64_t handle, uint64_t id, uint32_t count)
 {
-    if (guard->next_count < GUARD_NEVER_BUILT)
+    if (guard->next_count < GUARD_UNLIMITED)
         guard->next_count++;
     if (id && structures_note_first_build(guard->device->structures, id, count))
         renew_entry(guard, handle, id);

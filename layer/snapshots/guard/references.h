@@ -33,7 +33,7 @@ void guard_update(struct guard *guard);
 
 /* ---- Only the hooks of the execution order call these, one thread at a time. */
 
-/* The count of the next build. After 2^32 builds it stays at GUARD_ALL_LIVE. */
+/* The count of the next build. After 2^32 builds it stays at GUARD_UNLIMITED. */
 uint32_t guard_next_count(const struct guard *guard);
 /* A structure has been built: counts the build, and tells the table if it is the structure's first.
  * `count`: of the build; 0 if the structure counts as built for all orders, because they may follow

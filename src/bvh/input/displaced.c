@@ -309,8 +309,9 @@ uint32_t displaced_base_of(const struct source *source, uint32_t number)
     return low;
 }
 
-static void fill(const struct displaced_point *points, const struct displaced_base *base,
-                 const struct displacement_corner corners[3], struct triangle_record *triangle)
+static void fill_triangle(const struct displaced_point *points, const struct displaced_base *base,
+                          const struct displacement_corner corners[3],
+                          struct triangle_record *triangle)
 {
     float *to[3] = {triangle->a, triangle->b, triangle->c};
     for (int i = 0; i < 3; i++)
@@ -331,11 +332,11 @@ static enum source_state read_part(const struct source *source, uint32_t number,
     part->level = base->level;
     part->edges = base->edges;
     displacement_microtriangle(base->level, part->index, base->edges, corners);
-    fill(source->points, base, corners, now);
+    fill_triangle(source->points, base, corners, now);
     now->primitive = number;
     if (!then)
         return SOURCE_ACTIVE;
-    fill(source->motion_points, base, corners, then);
+    fill_triangle(source->motion_points, base, corners, then);
     then->primitive = number;
     return SOURCE_ACTIVE;
 }

@@ -291,7 +291,7 @@ enum source_state source_dense(const struct source *source, uint32_t primitive,
     return from->found;
 }
 
-/* Prefetches only for read_plain(). Ignores an index that is out of range. */
+/* Prefetches only for source_read_plain(). Ignores an index that is out of range. */
 void source_prefetch_vertices(const struct source *source, uint32_t primitive)
 {
     if (!source->is_plain)

@@ -98,8 +98,8 @@ void ray_limit(struct local_ray *local, double t_max)
     local->slab.t_max = rounded_up(t_max * local->unit * SLAB_UNITS);
 }
 
-static void finish(struct local_ray *local, const struct trace_ray *ray,
-                   enum trace_accuracy accuracy, double origin_pad)
+static void finish_local_ray(struct local_ray *local, const struct trace_ray *ray,
+                             enum trace_accuracy accuracy, double origin_pad)
 {
     local->t_min = ray->t_min * local->unit;
     make_shear(local);
@@ -120,7 +120,7 @@ bool ray_make(struct local_ray *local, const struct trace_ray *ray, enum trace_a
     }
     if (!make_unit(local))
         return false;
-    finish(local, ray, accuracy, is_world ? farthest * WORLD_PAD : 0);
+    finish_local_ray(local, ray, accuracy, is_world ? farthest * WORLD_PAD : 0);
     return true;
 }
 
@@ -153,7 +153,7 @@ bool ray_enter(struct local_ray *local, const struct trace_ray *ray, enum trace_
         return false;
     for (int i = 0; i < 3; i++)
         local->direction[i] = rounded_to(local->direction[i], 0x1p-150);
-    finish(local, ray, accuracy, 0);
+    finish_local_ray(local, ray, accuracy, 0);
     return true;
 }
 

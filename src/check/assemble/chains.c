@@ -68,7 +68,8 @@ size_t chain_size_of(VkStructureType type)
     }
 }
 
-static bool is_readable(struct check_context *context, const VkBaseInStructure *structure)
+static bool chain_link_is_readable(struct check_context *context,
+                                   const VkBaseInStructure *structure)
 {
     return readable(context->readable, structure, sizeof(*structure)) &&
            readable(context->readable, structure, chain_size_of(structure->sType));
@@ -79,7 +80,7 @@ void chain_view(struct check_context *context, const struct device_facts *device
 {
     const VkBaseInStructure *s = chain;
     for (int i = 0; s && i < CHAIN_MAX; s = s->pNext, i++) {
-        if (!is_readable(context, s)) {
+        if (!chain_link_is_readable(context, s)) {
             facts->unreadable = s;
             return;
         }
@@ -159,7 +160,7 @@ bool chain_links_are_readable(struct check_context *context, const void *chain)
 {
     const VkBaseInStructure *s = chain;
     for (int i = 0; s && i < CHAIN_MAX; s = s->pNext, i++)
-        if (!is_readable(context, s) || !usages_are_readable(context, s))
+        if (!chain_link_is_readable(context, s) || !usages_are_readable(context, s))
             return false;
     return !s;
 }

@@ -74,14 +74,14 @@ static bool is_of_another_device(struct check_context *context, enum resource_ki
 static void find_accel(struct check_context *context, VkAccelerationStructureNV handle,
                        struct nv_accel_facts *facts)
 {
-    resources_ask_nv_accel(context->resources, handle, facts);
+    resources_look_up_nv_accel(context->resources, handle, facts);
     facts->of_another_device =
         is_of_another_device(context, RESOURCE_ACCEL_NV, (uint64_t)(uintptr_t)handle, facts->alive);
 }
 
 static void find_buffer(struct check_context *context, VkBuffer handle, struct buffer_facts *facts)
 {
-    resources_ask_buffer(context->resources, handle, facts);
+    resources_look_up_buffer(context->resources, handle, facts);
     facts->of_another_device =
         is_of_another_device(context, RESOURCE_BUFFER, (uint64_t)(uintptr_t)handle, facts->alive);
 }

@@ -13,7 +13,7 @@
 
 /* ---- rows */
 
-static void keep(void *user, enum advice id, const struct finding *finding, uint64_t weight)
+static void keep_advice(void *user, enum advice id, const struct finding *finding, uint64_t weight)
 {
     struct content_advice *advice = user;
     if (weight > advice->kept[id].weight)
@@ -117,7 +117,7 @@ static void judge_mesh(struct content *content, const struct source *source,
         .contradicting = has_layout ? vertex_layouts_find_other(&advice->layouts, &layout) : NULL,
         .refit_cost = find_refit_cost(content, source),
     };
-    advice_judge_mesh(&view, keep, advice);
+    advice_judge_mesh(&view, keep_advice, advice);
     if (has_layout)
         vertex_layouts_add(&advice->layouts, &layout);
 }
@@ -199,7 +199,7 @@ static bool advise_instances(struct content *content)
         return false;
     advice->contents.inactive += figures->inactive;
     advice->contents.invisible += figures->masked;
-    advice_judge_placing(&view, keep, advice);
+    advice_judge_placing(&view, keep_advice, advice);
     return true;
 }
 

@@ -54,8 +54,8 @@ static void look_up_address(const struct check_context *context, uint64_t refere
 }
 
 /* The reference is a handle in host builds, else a device address. */
-static void look_up(const struct content *content, uint64_t reference,
-                    struct accel_facts *referenced)
+static void look_up_reference(const struct content *content, uint64_t reference,
+                              struct accel_facts *referenced)
 {
     const struct check_context *context = content->walk->context;
     if (content->range->geometry->build->call->command == COMMAND_HOST)
@@ -79,7 +79,7 @@ static struct instance_use *find_new_use(struct content *content, uint64_t refer
     *other = (struct instance_use){0};
     if (!reference || content->range->geometry->build->call->command == COMMAND_NV)
         return other;
-    look_up(content, reference, &other->referenced);
+    look_up_reference(content, reference, &other->referenced);
     if (!walk->instances)
         walk->instances = calloc(1, sizeof(*walk->instances));
     struct instance_use *added = walk->instances && other->referenced.alive == YES

@@ -41,7 +41,7 @@ static bool find_arrays(const struct content *content, const struct sphere_data 
     return to->vertices_size && to->radii_size;
 }
 
-static bool describe(const struct content *content, struct builder_geometry *described)
+static bool describe_without_data(const struct content *content, struct builder_geometry *described)
 {
     struct swept_spheres_view view;
     if (content->chained)
@@ -90,7 +90,8 @@ void content_read_radii(struct content *content)
     struct radius_view view = {.geometry = content->range->geometry, .is_swept = is_swept(content)};
     struct builder_geometry described;
     struct source source = {0};
-    if (!describe(content, &described) || !content_open_source(content, &described, &source))
+    if (!describe_without_data(content, &described) ||
+        !content_open_source(content, &described, &source))
         return;
     const uint64_t count = readable_primitive_count(&source);
     for (; view.primitive < count; view.primitive++)

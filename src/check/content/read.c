@@ -168,8 +168,8 @@ static void report_elements(const struct content *content, VkDeviceOrHostAddress
     context->hooks->reads(context->user, geometry->build->index, geometry->index, &read);
 }
 
-/* Without indices all vertices are read; with them those of the smallest and the largest one, and
- * perhaps others. */
+/* Without indices all vertices are read; with them at least those of the smallest and the largest
+ * one. */
 static void report_vertices(const struct content *content,
                             const VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
                             uint32_t smallest)

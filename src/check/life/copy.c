@@ -8,22 +8,6 @@
 /* Two versions of VK_UUID_SIZE bytes and three 64-bit sizes or counts. */
 enum { SERIALIZED_HEADER_SIZE = 2 * VK_UUID_SIZE + 3 * sizeof(uint64_t) };
 
-static VkCopyAccelerationStructureModeKHR mode_of_micromap(VkCopyMicromapModeEXT mode)
-{
-    switch (mode) {
-    case VK_COPY_MICROMAP_MODE_CLONE_EXT:
-        return VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR;
-    case VK_COPY_MICROMAP_MODE_SERIALIZE_EXT:
-        return VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR;
-    case VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT:
-        return VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR;
-    case VK_COPY_MICROMAP_MODE_COMPACT_EXT:
-        return VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
-    default:
-        return VK_COPY_ACCELERATION_STRUCTURE_MODE_MAX_ENUM_KHR;
-    }
-}
-
 static void set_mode(struct copy_view *copy, VkCopyAccelerationStructureModeKHR mode)
 {
     copy->mode = mode;
@@ -32,11 +16,12 @@ static void set_mode(struct copy_view *copy, VkCopyAccelerationStructureModeKHR 
 
 static void set_micromap_mode(struct copy_view *copy, VkCopyMicromapModeEXT mode)
 {
-    copy->mode = mode_of_micromap(mode);
+    copy->mode = copy_mode_of_micromap(mode);
     copy->given_mode = micromap_copy_mode(mode);
 }
 
-static struct life_object find(struct walk *walk, VkObjectType type, const void *handle)
+static struct life_object find_named_object(struct walk *walk, VkObjectType type,
+                                            const void *handle)
 {
     return check_find_object(walk->context, type, (uint64_t)(uintptr_t)handle);
 }
@@ -45,24 +30,24 @@ static void view_copy(struct walk *walk, struct copy_view *copy,
                       const VkCopyAccelerationStructureInfoKHR *info)
 {
     set_mode(copy, info->mode);
-    copy->src = find(walk, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, info->src);
-    copy->dst = find(walk, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, info->dst);
+    copy->src = find_named_object(walk, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, info->src);
+    copy->dst = find_named_object(walk, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, info->dst);
 }
 
 static void view_micromap_copy(struct walk *walk, struct copy_view *copy,
                                const VkCopyMicromapInfoEXT *info)
 {
     set_micromap_mode(copy, info->mode);
-    copy->src = find(walk, VK_OBJECT_TYPE_MICROMAP_EXT, info->src);
-    copy->dst = find(walk, VK_OBJECT_TYPE_MICROMAP_EXT, info->dst);
+    copy->src = find_named_object(walk, VK_OBJECT_TYPE_MICROMAP_EXT, info->src);
+    copy->dst = find_named_object(walk, VK_OBJECT_TYPE_MICROMAP_EXT, info->dst);
 }
 
 static void view_nv_copy(struct walk *walk, struct copy_view *copy,
                          const struct arguments_of_CmdCopyAccelerationStructureNV *arguments)
 {
     set_mode(copy, arguments->mode);
-    copy->src = find(walk, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV, arguments->src);
-    copy->dst = find(walk, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV, arguments->dst);
+    copy->src = find_named_object(walk, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV, arguments->src);
+    copy->dst = find_named_object(walk, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV, arguments->dst);
 }
 
 /* Both unions of addresses have the same members. */
@@ -83,7 +68,7 @@ static void view_serialization(struct walk *walk, struct copy_view *copy,
                                const VkCopyAccelerationStructureToMemoryInfoKHR *info)
 {
     set_mode(copy, info->mode);
-    copy->src = find(walk, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, info->src);
+    copy->src = find_named_object(walk, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, info->src);
     view_memory(walk, copy, COPY_TO_MEMORY, info->dst.deviceAddress);
 }
 
@@ -91,7 +76,7 @@ static void view_deserialization(struct walk *walk, struct copy_view *copy,
                                  const VkCopyMemoryToAccelerationStructureInfoKHR *info)
 {
     set_mode(copy, info->mode);
-    copy->dst = find(walk, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, info->dst);
+    copy->dst = find_named_object(walk, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, info->dst);
     view_memory(walk, copy, COPY_FROM_MEMORY, info->src.deviceAddress);
     check_view_serialized(walk->context, copy);
 }
@@ -100,7 +85,7 @@ static void view_micromap_serialization(struct walk *walk, struct copy_view *cop
                                         const VkCopyMicromapToMemoryInfoEXT *info)
 {
     set_micromap_mode(copy, info->mode);
-    copy->src = find(walk, VK_OBJECT_TYPE_MICROMAP_EXT, info->src);
+    copy->src = find_named_object(walk, VK_OBJECT_TYPE_MICROMAP_EXT, info->src);
     view_memory(walk, copy, COPY_TO_MEMORY, info->dst.deviceAddress);
 }
 
@@ -108,7 +93,7 @@ static void view_micromap_deserialization(struct walk *walk, struct copy_view *c
                                           const VkCopyMemoryToMicromapInfoEXT *info)
 {
     set_micromap_mode(copy, info->mode);
-    copy->dst = find(walk, VK_OBJECT_TYPE_MICROMAP_EXT, info->dst);
+    copy->dst = find_named_object(walk, VK_OBJECT_TYPE_MICROMAP_EXT, info->dst);
     view_memory(walk, copy, COPY_FROM_MEMORY, info->src.deviceAddress);
     check_view_serialized(walk->context, copy);
 }

@@ -20,7 +20,7 @@ static void view_chain(struct walk *walk, struct create_view *create, const void
 static void find_buffer(struct walk *walk, struct create_view *create, VkBuffer buffer)
 {
     if (walk->context->level >= LEVEL_STATE)
-        resources_ask_buffer(walk->context->resources, buffer, &create->buffer);
+        resources_look_up_buffer(walk->context->resources, buffer, &create->buffer);
 }
 
 static void view_accel(struct walk *walk, struct create_view *create,

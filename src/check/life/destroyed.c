@@ -31,7 +31,8 @@ static VkObjectType type_of_command(enum build_command command)
     }
 }
 
-static struct life_object find(struct check_context *context, VkObjectType type, uint64_t handle)
+static struct life_object find_destroyed_object(struct check_context *context, VkObjectType type,
+                                                uint64_t handle)
 {
     return type == VK_OBJECT_TYPE_BUFFER || type == VK_OBJECT_TYPE_DEVICE_MEMORY
                ? (struct life_object){.object_type = type, .handle = handle}
@@ -47,7 +48,7 @@ static struct used_object used_object_of(struct check_context *context,
                                     .may_hold_structures = true};
     if (object->object_type != VK_OBJECT_TYPE_BUFFER)
         return (struct used_object){.id = object->id};
-    resources_ask_buffer(context->resources, (VkBuffer)(uintptr_t)object->handle, &buffer);
+    resources_look_up_buffer(context->resources, (VkBuffer)(uintptr_t)object->handle, &buffer);
     return (struct used_object){.buffer_id = buffer.id,
                                 .may_hold_structures =
                                     buffer.usage &
@@ -63,8 +64,8 @@ void check_destroyed(struct walk *walk, const struct call_view *call)
     struct pending_use use;
     struct destroyed_view destroyed = {
         .call = call,
-        .object = find(context, type_of_command(call->command),
-                       (uint64_t)(uintptr_t)arguments->accelerationStructure),
+        .object = find_destroyed_object(context, type_of_command(call->command),
+                                        (uint64_t)(uintptr_t)arguments->accelerationStructure),
         .gets_callbacks = arguments->pAllocator != NULL,
     };
     if (context->level >= LEVEL_STATE && destroyed.object.id)

@@ -36,8 +36,8 @@ static const void *read_pointer(const char *bytes, size_t at)
 }
 
 /* A rule that is not active makes no finding, but its mistake still hides others. */
-static void report(struct subject_of_check *subject, const struct implicit_check *check,
-                   const struct finding *finding)
+static void report_implicit(struct subject_of_check *subject, const struct implicit_check *check,
+                            const struct finding *finding)
 {
     struct walk *walk = subject->walk;
     subject->reported = check->rule;
@@ -49,7 +49,7 @@ static void report(struct subject_of_check *subject, const struct implicit_check
     do {                                                                                           \
         struct finding finding;                                                                    \
         finding_says(&finding, (check)->field, says, __VA_ARGS__);                                 \
-        report(subject, check, &finding);                                                          \
+        report_implicit(subject, check, &finding);                                                 \
     } while (0)
 
 static void report_plainly(struct subject_of_check *subject, const struct implicit_check *check,
@@ -57,7 +57,7 @@ static void report_plainly(struct subject_of_check *subject, const struct implic
 {
     struct finding finding;
     finding_fill(&finding, check->field, says, NULL, 0);
-    report(subject, check, &finding);
+    report_implicit(subject, check, &finding);
 }
 
 /* ---- values */
@@ -70,7 +70,7 @@ static const struct implicit_value *find_value(const struct implicit_check *chec
     return NULL;
 }
 
-static bool is_enabled(const struct device_facts *device, const struct implicit_value *value)
+static bool value_is_enabled(const struct device_facts *device, const struct implicit_value *value)
 {
     return !value->owners || value->owners & device->owners;
 }
@@ -88,7 +88,7 @@ static void check_enum(struct subject_of_check *subject, const struct implicit_c
 {
     const struct device_facts *device = subject->call->device;
     const struct implicit_value *found = find_value(check, value);
-    if (found ? is_enabled(device, found) : device->newer_than_registry)
+    if (found ? value_is_enabled(device, found) : device->newer_than_registry)
         return;
     subject->is_well_formed = false;
     REPORT(subject, check, "{} is not a {} value of an enabled extension",
@@ -101,7 +101,7 @@ static void check_flags(struct subject_of_check *subject, const struct implicit_
     const struct device_facts *device = subject->call->device;
     uint64_t unknown = value;
     for (uint32_t i = 0; i < check->value_count && unknown; i++)
-        if (is_enabled(device, &check->values[i]))
+        if (value_is_enabled(device, &check->values[i]))
             unknown &= ~check->values[i].value;
     if (!unknown || device->newer_than_registry)
         return;
@@ -161,7 +161,7 @@ static const struct implicit_value *find_meant(const struct subject_of_check *su
 {
     enum { TYPES_OF_EXTENSION = 1000 };
     for (uint32_t i = 0; i < check->value_count; i++)
-        if (check->values[i].scope && is_enabled(subject->call->device, &check->values[i]) &&
+        if (check->values[i].scope && value_is_enabled(subject->call->device, &check->values[i]) &&
             check->values[i].value / TYPES_OF_EXTENSION == (uint64_t)type / TYPES_OF_EXTENSION)
             return &check->values[i];
     return NULL;
@@ -178,7 +178,7 @@ static void report_meant(struct subject_of_check *subject, const struct implicit
                  structure_type((VkStructureType)stype->value));
     if (check->field)
         also_violates(&finding, check->rule);
-    report(subject, stype, &finding);
+    report_implicit(subject, stype, &finding);
     subject->reported = check->rule;
 }
 
@@ -188,7 +188,7 @@ static void check_link(struct subject_of_check *subject, const struct implicit_c
     const VkStructureType type = read_link(s).sType;
     const struct device_facts *device = subject->call->device;
     const struct implicit_value *value = find_value(check, (uint64_t)type);
-    if ((value && is_enabled(device, value)) || device->newer_than_registry)
+    if ((value && value_is_enabled(device, value)) || device->newer_than_registry)
         return;
     const struct implicit_value *meant = find_meant(subject, check, type);
     if (meant && subject->walk->active[meant->scope->checks[0].rule])

@@ -20,7 +20,7 @@ static void check_address(struct walk *walk, const struct call_view *call)
     lookup.object = check_find_object(context, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                                       (uint64_t)(uintptr_t)info->accelerationStructure);
     if (lookup.object.details_known && lookup.object.buffer && !lookup.object.by_address)
-        resources_ask_buffer(context->resources, lookup.object.buffer, &lookup.buffer);
+        resources_look_up_buffer(context->resources, lookup.object.buffer, &lookup.buffer);
     walk_lookup(walk, &lookup, &location);
 }
 
@@ -75,7 +75,7 @@ void check_bindings(struct walk *walk, const struct call_view *call)
     for (uint32_t i = 0; infos && context->level >= LEVEL_STATE && i < arguments->bindInfoCount;
          i++) {
         struct nv_accel_facts facts;
-        resources_ask_nv_accel(context->resources, infos[i].accelerationStructure, &facts);
+        resources_look_up_nv_accel(context->resources, infos[i].accelerationStructure, &facts);
         const struct binding_view binding = {
             .call = call,
             .info = &infos[i],

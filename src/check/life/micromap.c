@@ -130,11 +130,6 @@ static void view_built_micromap(struct check_context *context,
 
 /* ---- memory that builds share */
 
-static VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
-{
-    return a < b ? a : b;
-}
-
 /* The range has no handle, so that a micromap that is built twice shares its memory with itself. */
 static void add_micromap_range(struct sweep *sweep, uint32_t build, enum range_role role,
                                const struct memory_span *span)

@@ -3,22 +3,28 @@
 #include "src/check/life/life.h"
 #include "src/state/resources/nv_shape.h"
 
+/* What the facts of structures and of micromaps share. */
+#define TAKE_FACTS(object, facts)                                                                  \
+    do {                                                                                           \
+        (object)->id = (facts)->id;                                                                \
+        (object)->alive = (facts)->alive;                                                          \
+        (object)->type = (uint32_t)(facts)->type;                                                  \
+        (object)->create_flags = (facts)->create_flags;                                            \
+        (object)->size = (facts)->size;                                                            \
+        (object)->buffer = (facts)->buffer;                                                        \
+        (object)->backed = (facts)->backed;                                                        \
+        (object)->is_sparse = (facts)->is_sparse;                                                  \
+        (object)->host_visible = (facts)->host_visible;                                            \
+        (object)->multi_instance = (facts)->multi_instance;                                        \
+    } while (false)
+
 static void find_accel(struct check_context *context, struct life_object *object)
 {
     struct accel_facts facts;
     resources_look_up_accel(context->resources,
                             (VkAccelerationStructureKHR)(uintptr_t)object->handle, &facts);
-    object->id = facts.id;
-    object->alive = facts.alive;
+    TAKE_FACTS(object, &facts);
     object->details_known = facts.details_known;
-    object->type = (uint32_t)facts.type;
-    object->create_flags = facts.create_flags;
-    object->size = facts.size;
-    object->buffer = facts.buffer;
-    object->backed = facts.backed;
-    object->is_sparse = facts.is_sparse;
-    object->host_visible = facts.host_visible;
-    object->multi_instance = facts.multi_instance;
     object->by_address = facts.by_address;
     object->span = memory_span_of(facts.memory, facts.begin, facts.size);
 }
@@ -27,17 +33,8 @@ static void find_micromap(struct check_context *context, struct life_object *obj
 {
     struct micromap_facts facts;
     resources_find_micromap(context->resources, (VkMicromapEXT)(uintptr_t)object->handle, &facts);
-    object->id = facts.id;
-    object->alive = facts.alive;
+    TAKE_FACTS(object, &facts);
     object->details_known = facts.alive == YES;
-    object->type = (uint32_t)facts.type;
-    object->create_flags = facts.create_flags;
-    object->size = facts.size;
-    object->buffer = facts.buffer;
-    object->backed = facts.backed;
-    object->is_sparse = facts.is_sparse;
-    object->host_visible = facts.host_visible;
-    object->multi_instance = facts.multi_instance;
     object->span = facts.span;
 }
 
@@ -49,8 +46,8 @@ static enum tristate is_backed(enum nv_binding binding)
 static void find_nv_accel(struct check_context *context, struct life_object *object)
 {
     struct nv_accel_facts facts;
-    resources_ask_nv_accel(context->resources, (VkAccelerationStructureNV)(uintptr_t)object->handle,
-                           &facts);
+    resources_look_up_nv_accel(context->resources,
+                               (VkAccelerationStructureNV)(uintptr_t)object->handle, &facts);
     object->id = facts.id;
     object->alive = facts.alive;
     object->details_known = facts.sizes.known && facts.created;

@@ -4,11 +4,6 @@
 #include "src/base/recording_path.h"
 #include "src/state/builds/build_info.h"
 
-static VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
-{
-    return a < b ? a : b;
-}
-
 /* Returns room for a range of a build with every member but the span filled in. Returns NULL if
  * there is no memory. */
 static inline struct used_range *begin_range(struct sweep *sweep, const struct build_view *build,

@@ -186,7 +186,7 @@ struct active_sets {
     VkDeviceMemory memory;
 };
 
-static bool is_enabled(const struct active_sets *sets, enum range_kind a, enum range_kind b)
+static bool pair_is_enabled(const struct active_sets *sets, enum range_kind a, enum range_kind b)
 {
     return a < b ? sets->enabled[a][b] : sets->enabled[b][a];
 }
@@ -232,7 +232,7 @@ static void visit_active(struct active_sets *sets, enum range_kind kind,
         if (set->items[i]->span.end > range->span.begin)
             set->items[remaining++] = set->items[i];
     set->count = remaining;
-    for (uint32_t i = 0; i < remaining && is_enabled(sets, kind, range_kind(range)); i++)
+    for (uint32_t i = 0; i < remaining && pair_is_enabled(sets, kind, range_kind(range)); i++)
         visit_pair(sets, set->items[i], range, visit, user);
 }
 
@@ -264,7 +264,7 @@ static void sweep_range(struct active_sets *sets, const struct used_range *range
         return;
     bool any_enabled = false;
     for (int kind = 0; kind < KIND_COUNT; kind++) {
-        if (!is_enabled(sets, (enum range_kind)kind, range_kind(range)))
+        if (!pair_is_enabled(sets, (enum range_kind)kind, range_kind(range)))
             continue;
         any_enabled = true;
         visit_active(sets, (enum range_kind)kind, range, visit, user);

@@ -25,7 +25,7 @@ struct structure_state {
 static struct structure_state state_of_nv(struct resources *resources, uint64_t handle)
 {
     struct nv_accel_facts facts;
-    resources_ask_nv_accel(resources, (VkAccelerationStructureNV)(uintptr_t)handle, &facts);
+    resources_look_up_nv_accel(resources, (VkAccelerationStructureNV)(uintptr_t)handle, &facts);
     nv_shape_release(facts.created);
     return (struct structure_state){.alive = facts.alive,
                                     .backed = facts.binding == NV_MEMORY_FREED ? NO : UNKNOWN,
@@ -196,7 +196,7 @@ static void check_nv_input(struct replay *replay, const struct journal *journal,
                            const struct journal_input *input)
 {
     struct buffer_facts facts;
-    resources_ask_buffer(replay->resources, input->buffer, &facts);
+    resources_look_up_buffer(replay->resources, input->buffer, &facts);
     bool is_destroyed = facts.alive == NO || (facts.alive == YES && facts.id != input->buffer_id);
     if (!is_destroyed)
         return;

@@ -6,8 +6,8 @@
 #include "src/check/walk/rows.h"
 #include "src/rules/shared.h"
 
-static bool report(void *user, enum rule rule, const struct location *location,
-                   const struct finding *finding)
+static bool report_judged(void *user, enum rule rule, const struct location *location,
+                          const struct finding *finding)
 {
     const struct judge *judge = user;
     struct replay *replay = judge->replay;
@@ -18,7 +18,7 @@ static bool report(void *user, enum rule rule, const struct location *location,
                          finding);
 }
 
-static const struct check_hooks hooks = {.found = report};
+static const struct check_hooks hooks = {.found = report_judged};
 
 void judge_begin(struct judge *judge, struct replay *replay, const struct journal *journal,
                  uint32_t position, const struct location *location)
@@ -97,7 +97,7 @@ void judge_report(struct judge *judge, enum rule rule, const struct finding *fin
     enum rule other = finding->reported_with;
     bool is_named = other != RULE_COUNT && judge->context.active[other];
     if (judge->walk.active[rule] && !is_named)
-        report(judge, rule, &judge->location, finding);
+        report_judged(judge, rule, &judge->location, finding);
 }
 
 /* ---- updates, their geometries and their extensions */

@@ -74,7 +74,7 @@ static const void *find_held(void *context, uint64_t reference)
     return NULL;
 }
 
-static void release(void *context)
+static void release_lazy(void *context)
 {
     struct lazy *lazy = context;
     release_micromaps(lazy->micromaps);
@@ -89,13 +89,13 @@ static VkResult make_build(void *context, struct cpu_tree *tree);
 static VkResult make_compaction(void *context, struct cpu_tree *tree);
 
 /* Returns one reference to a tree that `make` makes. Takes over the references of `lazy`. */
-static struct cpu_tree *create(VkResult (*make)(void *context, struct cpu_tree *tree),
-                               const struct lazy *lazy)
+static struct cpu_tree *create_lazy(VkResult (*make)(void *context, struct cpu_tree *tree),
+                                    const struct lazy *lazy)
 {
     struct lazy *own = malloc(sizeof(*own));
     struct cpu_tree_work work = {
         .make = make,
-        .release = release,
+        .release = release_lazy,
         .context = own,
         .start = make == make_build ? lazy->source : NULL,
         .is_top_level = lazy->has_references ||
@@ -218,7 +218,7 @@ struct cpu_tree *cpu_lazy_build(struct cpu_device *device, struct execution *exe
             build->parameters.info.type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
     };
     if (reference_micromaps(device, &build->parameters, &lazy.micromaps))
-        return create(make_build, &lazy);
+        return create_lazy(make_build, &lazy);
     cpu_tree_release(lazy.source);
     return NULL;
 }
@@ -238,7 +238,7 @@ struct cpu_tree *cpu_lazy_compaction(struct cpu_device *device, struct cpu_tree 
                                      uint64_t size_max)
 {
     struct lazy lazy = {.device = device, .source = source, .size_max = size_max};
-    return create(make_compaction, &lazy);
+    return create_lazy(make_compaction, &lazy);
 }
 
 static VkResult make_deserialization(void *context, struct cpu_tree *tree)
@@ -265,5 +265,5 @@ struct cpu_tree *cpu_lazy_deserialization(struct cpu_device *device, struct exec
 {
     struct lazy lazy = {
         .device = device, .execution = execution, .serialized = *serialized, .size_max = size_max};
-    return create(make_deserialization, &lazy);
+    return create_lazy(make_deserialization, &lazy);
 }

@@ -18,14 +18,14 @@ void blas_references_init(struct blas_references *references, struct cpu_structu
     pthread_mutex_init(&references->lock, NULL);
 }
 
-static void release(void *record)
+static void release_blas_entry(void *record)
 {
     struct entry *entry = record;
     cpu_tree_release(entry->tree);
     free(entry);
 }
 
-static struct entry *add(struct blas_references *references, uint64_t reference)
+static struct entry *add_blas_reference(struct blas_references *references, uint64_t reference)
 {
     struct entry *entry = calloc(1, sizeof(*entry));
     if (!entry || !handle_table_set(&references->references, reference, entry)) {
@@ -42,10 +42,10 @@ static struct entry *add(struct blas_references *references, uint64_t reference)
     return entry;
 }
 
-static struct entry *find_or_add(struct blas_references *references, uint64_t reference)
+static struct entry *find_or_add_blas(struct blas_references *references, uint64_t reference)
 {
     struct entry *entry = handle_table_find(&references->references, reference);
-    return entry || reference == 0 ? entry : add(references, reference);
+    return entry || reference == 0 ? entry : add_blas_reference(references, reference);
 }
 
 static void before_change(struct cpu_watcher *watcher, uint64_t handle)
@@ -53,7 +53,7 @@ static void before_change(struct cpu_watcher *watcher, uint64_t handle)
     struct blas_references *references =
         (struct blas_references *)((char *)watcher - offsetof(struct blas_references, watcher));
     pthread_mutex_lock(&references->lock);
-    find_or_add(references, handle);
+    find_or_add_blas(references, handle);
     pthread_mutex_unlock(&references->lock);
 }
 
@@ -68,7 +68,7 @@ void blas_references_release(struct blas_references *references)
 {
     if (references->is_watching)
         cpu_structures_unwatch(references->structures, &references->watcher);
-    handle_table_drop(&references->references, release);
+    handle_table_drop(&references->references, release_blas_entry);
     pthread_mutex_destroy(&references->lock);
 }
 
@@ -85,12 +85,12 @@ static const void *blas_of(const struct entry *entry)
 static const struct entry *find_entry(struct blas_references *references, uint64_t reference)
 {
     pthread_mutex_lock(&references->lock);
-    const struct entry *entry = find_or_add(references, reference);
+    const struct entry *entry = find_or_add_blas(references, reference);
     pthread_mutex_unlock(&references->lock);
     return entry;
 }
 
-static const void *find(void *context, uint64_t reference)
+static const void *find_blas(void *context, uint64_t reference)
 {
     return blas_of(find_entry(context, reference));
 }
@@ -109,7 +109,7 @@ struct builder_resolver blas_references_micromaps(struct blas_references *refere
 
 struct builder_resolver blas_references_resolver(struct blas_references *references)
 {
-    return (struct builder_resolver){find, references};
+    return (struct builder_resolver){find_blas, references};
 }
 
 /* Resolves all references of a TLAS now. The resolver then finds only these, and takes no lock.
@@ -118,8 +118,8 @@ static bool blas_references_collect(struct blas_references *references, const vo
 {
     uint64_t count = builder_reference_count(tlas);
     for (uint64_t i = 0; i < count && !references->out_of_memory; i++)
-        find_or_add(references,
-                    structure_instance(tlas, i)->instance.accelerationStructureReference);
+        find_or_add_blas(references,
+                         structure_instance(tlas, i)->instance.accelerationStructureReference);
     return !references->out_of_memory;
 }
 

@@ -38,7 +38,7 @@ static void keep_memory(void *context, void *memory)
 /* ---- the line */
 
 /* Leaves room for the newline. */
-static void append(void *context, const char *text, size_t length)
+static void append_to_line(void *context, const char *text, size_t length)
 {
     struct json *json = context;
     if (length >= sizeof(json->line) - json->length) {
@@ -49,7 +49,7 @@ static void append(void *context, const char *text, size_t length)
     json->length += length;
 }
 
-static void note(struct json *json, yajl_gen_status status)
+static void note_status(struct json *json, yajl_gen_status status)
 {
     if (status != yajl_gen_status_ok)
         json->failed = true;
@@ -62,7 +62,7 @@ void json_begin(struct json *json)
     json->failed = false;
     json->generator = yajl_gen_alloc(&functions);
     if (!json->generator ||
-        !yajl_gen_config(json->generator, yajl_gen_print_callback, append, json)) {
+        !yajl_gen_config(json->generator, yajl_gen_print_callback, append_to_line, json)) {
         json->generator = NULL;
         json->failed = true;
         return;
@@ -84,7 +84,8 @@ bool json_end(struct json *json)
 static void write_key(struct json *json, const char *key)
 {
     if (key && !json->failed)
-        note(json, yajl_gen_string(json->generator, (const unsigned char *)key, strlen(key)));
+        note_status(json,
+                    yajl_gen_string(json->generator, (const unsigned char *)key, strlen(key)));
 }
 
 /* Returns the length of the copy in json->text. */
@@ -113,7 +114,7 @@ void json_text_of_size(struct json *json, const char *key, const char *text, siz
     if (size > JSON_TEXT_MAX)
         size = text_cut_length(text, JSON_TEXT_MAX);
     size_t length = copy_as_utf8(json, text, size);
-    note(json, yajl_gen_string(json->generator, (const unsigned char *)json->text, length));
+    note_status(json, yajl_gen_string(json->generator, (const unsigned char *)json->text, length));
 }
 
 void json_text(struct json *json, const char *key, const char *text)
@@ -127,7 +128,7 @@ void json_number(struct json *json, const char *key, uint64_t number)
     char digits[24];
     int length = snprintf(digits, sizeof(digits), "%" PRIu64, number);
     if (!json->failed)
-        note(json, yajl_gen_number(json->generator, digits, (size_t)length));
+        note_status(json, yajl_gen_number(json->generator, digits, (size_t)length));
 }
 
 void json_hex(struct json *json, const char *key, uint64_t number)
@@ -141,24 +142,24 @@ void json_begin_object(struct json *json, const char *key)
 {
     write_key(json, key);
     if (!json->failed)
-        note(json, yajl_gen_map_open(json->generator));
+        note_status(json, yajl_gen_map_open(json->generator));
 }
 
 void json_end_object(struct json *json)
 {
     if (!json->failed)
-        note(json, yajl_gen_map_close(json->generator));
+        note_status(json, yajl_gen_map_close(json->generator));
 }
 
 void json_begin_array(struct json *json, const char *key)
 {
     write_key(json, key);
     if (!json->failed)
-        note(json, yajl_gen_array_open(json->generator));
+        note_status(json, yajl_gen_array_open(json->generator));
 }
 
 void json_end_array(struct json *json)
 {
     if (!json->failed)
-        note(json, yajl_gen_array_close(json->generator));
+        note_status(json, yajl_gen_array_close(json->generator));
 }

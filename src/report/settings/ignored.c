@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Finds settings without effect: misspelt ones, lines that are not settings, a file that is not
- * read, and settings that count for nothing beside others. The utility library can't list the keys
- * of the environment and of the file, so both are searched here. */
+ * read, and settings that count for nothing beside others. */
 #include "src/report/settings.h"
 
 #include <ctype.h>
@@ -208,7 +207,7 @@ void settings_source_ignored(const struct settings_source *source, const char *c
                              void (*warn)(void *context, const char *line), void *context)
 {
     const struct search search = {keys, warn, context};
-    for (uint32_t i = 0; i < source->given_info.settingCount; i++) {
+    for (uint32_t i = 0; i < source->given_count; i++) {
         const char *key = source->given[i].pSettingName;
         char name[NAME_SIZE];
         snprintf(name, sizeof(name), FILE_PREFIX "%s", key);

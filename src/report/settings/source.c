@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The sources of settings: what the application gives through VK_EXT_layer_settings is collected
- * here; library.c or plain.c reads the rest. */
+/* Reads settings from their sources. */
 #include "src/report/settings/source.h"
 
 #include <ctype.h>
@@ -14,7 +13,7 @@
 #include "src/platform/files.h"
 #include "src/platform/process.h"
 
-static bool is_readable(const VkLayerSettingEXT *setting)
+static bool setting_is_readable(const VkLayerSettingEXT *setting)
 {
     if (!setting->pLayerName || strcmp(setting->pLayerName, SETTINGS_LAYER) != 0 ||
         !setting->pSettingName || !setting->pSettingName[0] ||
@@ -37,7 +36,7 @@ static uint32_t collect(const VkInstanceCreateInfo *create_info, VkLayerSettingE
         if (link->sType != VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT || !info->pSettings)
             continue;
         for (uint32_t i = 0; i < info->settingCount; i++) {
-            if (!is_readable(&info->pSettings[i]))
+            if (!setting_is_readable(&info->pSettings[i]))
                 continue;
             if (given)
                 given[count] = info->pSettings[i];
@@ -50,39 +49,28 @@ static uint32_t collect(const VkInstanceCreateInfo *create_info, VkLayerSettingE
 VkResult settings_source_open(struct settings_source *source,
                               const VkInstanceCreateInfo *create_info)
 {
-    *source = (struct settings_source){
-        .given_info = {.sType = VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT},
-    };
-    uint32_t count = collect(create_info, NULL);
-    if (count) {
-        source->given = malloc(count * sizeof(*source->given));
-        if (!source->given)
-            return VK_ERROR_OUT_OF_HOST_MEMORY;
-        source->given_info.settingCount = collect(create_info, source->given);
-        source->given_info.pSettings = source->given;
-    }
-    if (process_is_elevated())
+    *source = (struct settings_source){.given_count = collect(create_info, NULL)};
+    if (!source->given_count)
         return VK_SUCCESS;
-    VkResult result = settings_reader_open(source);
-    if (result != VK_SUCCESS)
-        free(source->given);
-    return result;
+    source->given = malloc(source->given_count * sizeof(*source->given));
+    if (!source->given)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    collect(create_info, source->given);
+    return VK_SUCCESS;
 }
 
 void settings_source_close(struct settings_source *source)
 {
-    settings_reader_close(source);
     free(source->given);
 }
 
-/* ---- Settings of VK_EXT_layer_settings as text. In a process with elevated privileges only these
- * count, and the utility library cannot be used: it always reads the environment and a file. */
+/* ---- settings of VK_EXT_layer_settings, as text */
 
 enum { NUMBER_SIZE = 32 }; /* bytes of any number; a large double is cut */
 
-static const VkLayerSettingEXT *find(const struct settings_source *source, const char *key)
+static const VkLayerSettingEXT *find_given(const struct settings_source *source, const char *key)
 {
-    for (uint32_t i = 0; i < source->given_info.settingCount; i++)
+    for (uint32_t i = 0; i < source->given_count; i++)
         if (strcmp(source->given[i].pSettingName, key) == 0)
             return &source->given[i];
     return NULL;
@@ -132,9 +120,9 @@ static size_t text_size(const VkLayerSettingEXT *setting)
     return size;
 }
 
-VkResult settings_source_given(const struct settings_source *source, const char *key, char **list)
+static VkResult read_given(const struct settings_source *source, const char *key, char **list)
 {
-    const VkLayerSettingEXT *setting = find(source, key);
+    const VkLayerSettingEXT *setting = find_given(source, key);
     *list = NULL;
     if (!setting || !setting->valueCount)
         return VK_SUCCESS;
@@ -161,12 +149,13 @@ VkResult settings_source_given(const struct settings_source *source, const char 
     return VK_SUCCESS;
 }
 
-/* ---- Where a setting came from, and how it was written. The Vulkan utility library merges the
- * sources and does not say which one it took, so they are searched again here, in its order. */
+/* ---- The environment and the settings file, which count only if the process has no elevated
+ * privileges. */
 
 enum { NAME_SIZE = 128, PATH_SHOWN = 400 };
 
-/* The library accepts names with the layer's vendor, without it, and without the layer's name. */
+/* Accepts names with the layer's vendor, without it, and without the layer's name, as the Vulkan
+ * utility library does, through which other layers read their settings. */
 static bool find_variable(const char *key, char name[NAME_SIZE])
 {
     static const char *const prefixes[] = {"VK_ASSAY_VALIDATION_", "VK_VALIDATION_", "VK_"};
@@ -181,8 +170,8 @@ static bool find_variable(const char *key, char name[NAME_SIZE])
     return false;
 }
 
-/* Sets `value` to a copy of the value; NULL if the file lacks the key, or memory runs out. Returns
- * whether the file has the key. */
+/* Sets `value` to a copy of the key's last value; NULL if the file lacks it, or memory runs out.
+ * Returns whether the file has the key. An empty value does not count. */
 static bool read_file(const char *key, char path[SETTINGS_PATH_SIZE], char **value)
 {
     static const char prefix[] = "assay_validation.";
@@ -195,10 +184,14 @@ static bool read_file(const char *key, char path[SETTINGS_PATH_SIZE], char **val
     FILE *file = file_open_to_read(path);
     if (!file)
         return false;
-    while (!found && settings_file_next(file, &buffer, &size, &line))
-        found = line.value && strncmp(line.name, prefix, strlen(prefix)) == 0 &&
-                strcmp(line.name + strlen(prefix), key) == 0;
-    *value = found ? strdup(line.value) : NULL;
+    while (settings_file_next(file, &buffer, &size, &line)) {
+        if (!line.value || strncmp(line.name, prefix, strlen(prefix)) != 0 ||
+            strcmp(line.name + strlen(prefix), key) != 0)
+            continue;
+        free(*value);
+        found = line.value[0];
+        *value = found ? strdup(line.value) : NULL;
+    }
     free(buffer);
     fclose(file);
     return found;
@@ -212,7 +205,8 @@ static bool file_has(const char *key, char path[SETTINGS_PATH_SIZE])
     return found;
 }
 
-VkResult settings_find_outside(const char *key, char **text)
+/* Sets `text` to the value of a key in the environment or the file; NULL if it is in neither. */
+static VkResult read_outside(const char *key, char **text)
 {
     char name[NAME_SIZE], path[SETTINGS_PATH_SIZE];
     bool found = find_variable(key, name);
@@ -221,6 +215,24 @@ VkResult settings_find_outside(const char *key, char **text)
     else
         found = read_file(key, path, text);
     return found && !*text ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS;
+}
+
+VkResult settings_source_text(const struct settings_source *source, const char *key, char **text)
+{
+    *text = NULL;
+    VkResult result = process_is_elevated() ? VK_SUCCESS : read_outside(key, text);
+    return result == VK_SUCCESS && !*text ? read_given(source, key, text) : result;
+}
+
+/* Where a value has no comma, its entries may be separated as paths are. */
+VkResult settings_source_list(const struct settings_source *source, const char *key, char **list)
+{
+    VkResult result = settings_source_text(source, key, list);
+    if (*list && !strchr(*list, ','))
+        for (char *c = *list; *c; c++)
+            if (*c == FILES_LIST_SEPARATOR)
+                *c = ',';
+    return result;
 }
 
 void settings_append_origin(struct text_buffer *text, const char *key)
@@ -237,17 +249,7 @@ void settings_append_origin(struct text_buffer *text, const char *key)
     }
 }
 
-bool settings_has_comma(const char *key)
-{
-    char *value;
-    if (settings_find_outside(key, &value) != VK_SUCCESS || !value)
-        return true;
-    bool has_comma = strchr(value, ',');
-    free(value);
-    return has_comma;
-}
-
-/* ---- the settings file, found and read as the Vulkan utility library does */
+/* ---- the settings file */
 
 static const char file_name[] = "vk_layer_settings.txt";
 
@@ -311,41 +313,37 @@ char *value_next_entry(char **list)
         *list = comma ? comma + 1 : NULL;
         if (comma)
             *comma = '\0';
-        while (isspace((unsigned char)*entry))
-            entry++;
-        size_t length = strlen(entry);
-        while (length && isspace((unsigned char)entry[length - 1]))
-            entry[--length] = '\0';
-        if (length)
+        entry = trim(entry);
+        if (*entry)
             return entry;
     }
     return NULL;
 }
 
+/* Combines the values of one to `most` choices. */
+static bool read_choices(const struct choice *choices, char *list, uint32_t most, uint32_t *value)
+{
+    uint32_t all = 0, count = 0;
+    for (char *name = value_next_entry(&list); name; name = value_next_entry(&list)) {
+        const struct choice *choice = find_choice(choices, name);
+        if (!choice || ++count > most)
+            return false;
+        all |= choice->value;
+    }
+    if (!count)
+        return false;
+    *value = all;
+    return true;
+}
+
 bool value_read_choice(const struct choice *choices, char *list, uint32_t *value)
 {
-    const char *name = value_next_entry(&list);
-    const struct choice *choice = name ? find_choice(choices, name) : NULL;
-    if (!choice || value_next_entry(&list))
-        return false;
-    *value = choice->value;
-    return true;
+    return read_choices(choices, list, 1, value);
 }
 
 bool value_read_flags(const struct choice *choices, char *list, uint32_t *flags)
 {
-    uint32_t all = 0;
-    const char *name = value_next_entry(&list);
-    if (!name)
-        return false;
-    for (; name; name = value_next_entry(&list)) {
-        const struct choice *choice = find_choice(choices, name);
-        if (!choice)
-            return false;
-        all |= choice->value;
-    }
-    *flags = all;
-    return true;
+    return read_choices(choices, list, UINT32_MAX, flags);
 }
 
 bool value_read_number(char *list, uint32_t *value)

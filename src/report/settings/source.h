@@ -1,51 +1,35 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The sources of settings: the environment, vk_layer_settings.txt and VK_EXT_layer_settings, in
- * this order of precedence, as the Vulkan utility library reads them. In a process with elevated
- * privileges only VK_EXT_layer_settings counts. */
+ * this order of precedence. They are read as the Vulkan utility library reads them for other
+ * layers. In a process with elevated privileges only VK_EXT_layer_settings counts. */
 #ifndef ASSAY_REPORT_SETTINGS_SOURCE_H
 #define ASSAY_REPORT_SETTINGS_SOURCE_H
 
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
-#include <vulkan/layer/vk_layer_settings.h>
+#include <vulkan/vulkan_core.h>
 
 #include "src/base/text_buffer.h"
 
 #define SETTINGS_LAYER "VK_LAYER_ASSAY_validation"
 
 struct settings_source {
-    /* VK_NULL_HANDLE if the process has elevated privileges, or without the utility library. */
-    VkuLayerSettingSet set;
     /* The application's VkLayerSettingEXT of this layer, except unreadable ones; owned. */
     VkLayerSettingEXT *given;
-    VkLayerSettingsCreateInfoEXT given_info;
+    uint32_t given_count;
 };
 
 VkResult settings_source_open(struct settings_source *source,
                               const VkInstanceCreateInfo *create_info);
 void settings_source_close(struct settings_source *source);
 
-/* Begin and end reading outside of VK_EXT_layer_settings: library.c or plain.c. */
-VkResult settings_reader_open(struct settings_source *source);
-void settings_reader_close(struct settings_source *source);
-
 /* Sets `list` to the comma-separated values of a key; NULL if the key is not set. The caller frees
  * it. */
 VkResult settings_source_list(const struct settings_source *source, const char *key, char **list);
 
-/* Sets `list` to the values of a key that VK_EXT_layer_settings gives; ignores other sources. */
-VkResult settings_source_given(const struct settings_source *source, const char *key, char **list);
-
 /* Sets `text` to the value of a key whose value is one text, with its commas and colons. */
 VkResult settings_source_text(const struct settings_source *source, const char *key, char **text);
-
-/* Whether the value of a key came with a comma, or as several values. The key must be set. */
-bool settings_has_comma(const char *key);
-
-/* Sets `text` to the value of a key in the environment or the settings file; NULL if it is in
- * neither. The caller frees it. */
-VkResult settings_find_outside(const char *key, char **text);
 
 /* Appends where the value of a key came from, such as: environment variable
  * VK_ASSAY_VALIDATION_LEVEL. The key must be set. */
@@ -57,8 +41,7 @@ void settings_append_origin(struct text_buffer *text, const char *key);
 void settings_source_ignored(const struct settings_source *source, const char *const *keys,
                              void (*warn)(void *context, const char *line), void *context);
 
-/* ---- The settings file, vk_layer_settings.txt, which all layers share. The Vulkan utility library
- * reads its values but tells neither the file's path nor its lines. */
+/* ---- the settings file, vk_layer_settings.txt, which all layers share */
 
 enum { SETTINGS_PATH_SIZE = 4096 };
 
@@ -70,7 +53,7 @@ enum settings_path {
     SETTINGS_PATH_SECOND,       /* the user's file in XDG_DATA_HOME or HOME comes first */
 };
 
-/* Writes the path of the file that the library reads, whether or not it exists. */
+/* Writes the path of the file that is read, whether or not it exists. */
 enum settings_path settings_file_find(char path[SETTINGS_PATH_SIZE]);
 
 /* One line, which is cut off at a comment, and trimmed. */

@@ -7,14 +7,14 @@ static const char *memory_of(const struct copy_view *copy)
     return copy->is_on_host ? "src.hostAddress" : "src.deviceAddress";
 }
 
-static bool is_complete(const struct copy_view *copy)
+static bool header_is_complete(const struct copy_view *copy)
 {
     return !copy->data.has_sizes || copy->data.header_size <= copy->data.size;
 }
 
 bool serialized_data_is_complete(const struct copy_view *copy, struct finding *finding)
 {
-    return is_complete(copy) ||
+    return header_is_complete(copy) ||
            violated(
                finding, memory_of(copy),
                "{} holds data of {}, as the header says, less than the {} of the header itself",
@@ -30,13 +30,14 @@ bool serialized_data_is_compatible(const struct copy_view *copy, struct finding 
            violated(finding, memory_of(copy),
                     "{} holds data of a version that is not compatible with the physical device",
                     hex(copy->address)) ||
-           (!is_complete(copy) && is_reported_with(finding, RULE_serialized_data_is_complete));
+           (!header_is_complete(copy) &&
+            is_reported_with(finding, RULE_serialized_data_is_complete));
 }
 
 /* What the header of other data says means nothing. */
 static bool is_usable(const struct copy_view *copy)
 {
-    return copy->data.has_sizes && copy->data.compatible != NO && is_complete(copy);
+    return copy->data.has_sizes && copy->data.compatible != NO && header_is_complete(copy);
 }
 
 bool deserialized_dst_is_large_enough(const struct copy_view *copy, struct finding *finding)

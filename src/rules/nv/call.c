@@ -82,11 +82,6 @@ static VkDeviceSize larger_of(VkDeviceSize a, VkDeviceSize b)
     return a > b ? a : b;
 }
 
-static VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
-{
-    return a < b ? a : b;
-}
-
 bool nv_update_src_and_dst_do_not_alias(const struct nv_call_view *nv_call, struct finding *finding)
 {
     const struct memory_span *dst = &nv_call->dst_facts.span, *src = &nv_call->src_facts.span;

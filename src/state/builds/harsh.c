@@ -64,7 +64,7 @@ static const struct flag_shares {
     {VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DATA_ACCESS_BIT_KHR, false, {2, 0}},
 };
 
-static void add(struct shares *sum, struct shares more)
+static void add_shares(struct shares *sum, struct shares more)
 {
     sum->structure += more.structure;
     sum->scratch += more.scratch;
@@ -77,13 +77,13 @@ static struct shares shares_of(VkAccelerationStructureBuildTypeKHR build_type,
     struct shares sum = {0};
     for (size_t i = 0; i < sizeof(flag_shares) / sizeof(flag_shares[0]); i++)
         if (!(flags & flag_shares[i].flag) == flag_shares[i].if_clear)
-            add(&sum, flag_shares[i].shares);
+            add_shares(&sum, flag_shares[i].shares);
     if (type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR)
-        add(&sum, (struct shares){1, 1});
+        add_shares(&sum, (struct shares){1, 1});
     if (build_type != VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR)
-        add(&sum, (struct shares){1, 0});
+        add_shares(&sum, (struct shares){1, 0});
     if (build_type != VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR)
-        add(&sum, (struct shares){0, 1});
+        add_shares(&sum, (struct shares){0, 1});
     return sum;
 }
 

@@ -59,7 +59,7 @@ void structures_prefetch_found(const struct structures *structures, uint64_t id)
     __builtin_prefetch((const char *)(structure + 1) - 1, 1);
 }
 
-static struct structure *find_or_add(struct structures *structures, uint64_t id)
+static struct structure *find_or_add_structure(struct structures *structures, uint64_t id)
 {
     struct structure *structure = structures_find(structures, id);
     if (structure)
@@ -126,7 +126,7 @@ void structures_replace(struct structures *structures, struct structure *structu
 bool structures_set(struct structures *structures, uint64_t id, const struct built *built,
                     struct timestamp written)
 {
-    struct structure *structure = id ? find_or_add(structures, id) : NULL;
+    struct structure *structure = id ? find_or_add_structure(structures, id) : NULL;
     if (structure)
         structures_replace(structures, structure, built, written);
     return structure;
@@ -144,7 +144,7 @@ static void forget_flag(struct structures *structures, struct structure *structu
 
 bool structures_add_writer(struct structures *structures, uint64_t id)
 {
-    struct structure *structure = id ? find_or_add(structures, id) : NULL;
+    struct structure *structure = id ? find_or_add_structure(structures, id) : NULL;
     if (!structure)
         return false;
     forget_flag(structures, structure);
@@ -251,7 +251,7 @@ void structures_note_destroyed(struct structures *structures, uint64_t first_id,
     pthread_mutex_unlock(&shared->lock);
 }
 
-static void forget(struct structures *structures, uint64_t id)
+static void forget_structure(struct structures *structures, uint64_t id)
 {
     struct structure *structure = handle_table_remove(&structures->by_id, id);
     if (!structure)
@@ -268,7 +268,7 @@ void structures_forget_destroyed(struct structures *structures)
     pthread_mutex_lock(&shared->lock);
     for (uint32_t i = 0; i < shared->destroyed_count; i++)
         for (uint32_t j = 0; j < shared->destroyed[i].count; j++)
-            forget(structures, shared->destroyed[i].first_id + j);
+            forget_structure(structures, shared->destroyed[i].first_id + j);
     shared->destroyed_count = 0;
     pthread_mutex_unlock(&shared->lock);
 }

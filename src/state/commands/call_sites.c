@@ -59,7 +59,7 @@ static uintptr_t without_signature(uintptr_t address)
 #endif
 }
 
-static void start(struct call_stack *stack, const void *first)
+static void start_stack(struct call_stack *stack, const void *first)
 {
     stack->count = 1;
     stack->addresses[0] = without_signature((uintptr_t)first);
@@ -74,7 +74,7 @@ call_stack_walk_frames(const void *frame, const void *first, struct call_stack *
 {
     const struct stack_bounds *bounds = bounds_of_thread();
     const struct frame_record *record = frame;
-    start(stack, first);
+    start_stack(stack, first);
     if (!THREADS_HAVE_FRAME_RECORDS) {
         call_stack_walk_tables(frame, first, stack);
         return;
@@ -124,7 +124,7 @@ static _Unwind_Reason_Code add_frame(struct _Unwind_Context *context, void *user
 void call_stack_walk_tables(const void *frame, const void *first, struct call_stack *stack)
 {
     struct table_walk walk = {.stack = stack};
-    start(stack, first);
+    start_stack(stack, first);
     if (is_within(bounds_of_thread(), (uintptr_t)frame))
         _Unwind_Backtrace(add_frame, &walk);
 }
@@ -276,8 +276,8 @@ static bool is_equal(const struct site_record *record, uint64_t hash,
 }
 
 /* Returns the record, or NULL; then `slot` is where it belongs. */
-static const struct site_record *look_up(struct call_sites *sites, uint64_t hash,
-                                         const struct call_stack *stack, uint32_t *slot)
+static const struct site_record *look_up_site(struct call_sites *sites, uint64_t hash,
+                                              const struct call_stack *stack, uint32_t *slot)
 {
     for (*slot = (uint32_t)(hash >> (64 - SLOT_BITS));; *slot = (*slot + 1) % SLOTS) {
         const struct site_record *record =
@@ -308,7 +308,7 @@ add(struct call_sites *sites, uint64_t hash, const struct call_stack *stack)
 {
     uint32_t slot;
     pthread_mutex_lock(&sites->lock);
-    const struct site_record *found = look_up(sites, hash, stack, &slot);
+    const struct site_record *found = look_up_site(sites, hash, stack, &slot);
     if (!found && sites->count < SITES_MAX) {
         struct site_record *record = make_record(sites, hash, stack);
         found = record;
@@ -325,7 +325,7 @@ const struct call_site *call_sites_find(struct call_sites *sites, const struct c
 {
     uint32_t slot;
     uint64_t hash = hash_of(stack);
-    const struct site_record *found = look_up(sites, hash, stack, &slot);
+    const struct site_record *found = look_up_site(sites, hash, stack, &slot);
     if (!found)
         found = add(sites, hash, stack);
     return found ? &found->site : NULL;

@@ -43,7 +43,7 @@ void dependents_release(struct dependents *dependents)
 
 /* Removes recordings that no longer exist, so that the list of a secondary that is executed again
  * and again does not grow without bound. */
-static void prune(struct dependents *dependents)
+static void prune_dependents(struct dependents *dependents)
 {
     uint32_t kept = 0;
     for (uint32_t i = 0; i < dependents->count; i++) {
@@ -57,11 +57,11 @@ static void prune(struct dependents *dependents)
 }
 
 /* Grows the list if pruning leaves it more than half full, so that pruning stays rare. */
-static bool reserve(struct dependents *dependents)
+static bool reserve_dependent(struct dependents *dependents)
 {
     if (dependents->count < dependents->capacity)
         return true;
-    prune(dependents);
+    prune_dependents(dependents);
     if (dependents->count < dependents->capacity / 2)
         return true;
     uint32_t capacity = dependents->capacity ? dependents->capacity * 2 : 4;
@@ -78,7 +78,7 @@ void dependents_add(struct dependents *dependents, struct validity *validity)
     pthread_mutex_lock(&dependents->lock);
     uint32_t count = dependents->count;
     bool is_there = count && dependents->items[count - 1] == validity;
-    if (!is_there && reserve(dependents)) {
+    if (!is_there && reserve_dependent(dependents)) {
         atomic_fetch_add_explicit(&validity->references, 1, memory_order_relaxed);
         dependents->items[dependents->count++] = validity;
     }
@@ -123,13 +123,14 @@ VkResult command_buffers_create(struct command_buffers **command_buffers)
 }
 
 /* Hold the lock for writing here and in the functions below. */
-static void lay_by(struct command_buffers *command_buffers, struct command_buffer *record)
+static void keep_for_reuse(struct command_buffers *command_buffers, struct command_buffer *record)
 {
     record->next = command_buffers->unused;
     command_buffers->unused = record;
 }
 
-static void retire(struct command_buffers *command_buffers, struct command_buffer *command_buffer)
+static void retire_command_buffer(struct command_buffers *command_buffers,
+                                  struct command_buffer *command_buffer)
 {
     atomic_store_explicit(&command_buffer->handle, VK_NULL_HANDLE, memory_order_release);
     label_stack_clear(&command_buffer->labels);
@@ -138,7 +139,7 @@ static void retire(struct command_buffers *command_buffers, struct command_buffe
     structures_release(&command_buffer->known);
     journal_release(command_buffer->journal);
     free(command_buffer->early_bindings);
-    lay_by(command_buffers, command_buffer);
+    keep_for_reuse(command_buffers, command_buffer);
 }
 
 /* Returns an empty record without a handle; NULL if memory runs out. */
@@ -158,7 +159,7 @@ static void free_pool(void *record, void *context)
     while (pool->first) {
         struct command_buffer *command_buffer = pool->first;
         pool->first = command_buffer->next;
-        retire(context, command_buffer);
+        retire_command_buffer(context, command_buffer);
     }
     free(pool);
 }
@@ -265,7 +266,7 @@ static void remove_command_buffer(struct command_buffers *command_buffers, VkCom
     if (!old)
         return;
     unlink_from_pool(old);
-    retire(command_buffers, old);
+    retire_command_buffer(command_buffers, old);
 }
 
 static void add_command_buffer(struct command_buffers *command_buffers, struct command_pool *pool,
@@ -276,7 +277,7 @@ static void add_command_buffer(struct command_buffers *command_buffers, struct c
     if (!new || !handle_table_set(&command_buffers->buffers, (uint64_t)(uintptr_t)handle, new)) {
         command_buffers->incomplete = true;
         if (new)
-            lay_by(command_buffers, new);
+            keep_for_reuse(command_buffers, new);
         return;
     }
     new->level = level;

@@ -189,7 +189,8 @@ static uint32_t slot_of(VkDeviceMemory memory)
     return (uint64_t)(uintptr_t)memory * 0x9e3779b97f4a7c15u >> (64 - RECENT_BITS);
 }
 
-static uint64_t look_up(struct journal *journal, struct resources *resources, VkDeviceMemory memory)
+static uint64_t look_up_memory(struct journal *journal, struct resources *resources,
+                               VkDeviceMemory memory)
 {
     uint64_t destroy_count = resources_destroy_count(resources);
     uint64_t id = resources_find_memory_id(resources, memory);
@@ -217,5 +218,5 @@ uint64_t hazard_memory_id(struct journal *journal, struct resources *resources,
     return recent && recent->items[slot_of(memory)].memory == memory &&
                    recent->destroy_count == resources_destroy_count(resources)
                ? recent->items[slot_of(memory)].id
-               : look_up(journal, resources, memory);
+               : look_up_memory(journal, resources, memory);
 }

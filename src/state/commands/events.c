@@ -63,7 +63,8 @@ void events_remove(struct events *events, VkEvent handle)
 
 /* ---- setting and resetting */
 
-static void note(const struct events *events, uint64_t handle, bool is_set, VkQueue queue)
+static void note_event_state(const struct events *events, uint64_t handle, bool is_set,
+                             VkQueue queue)
 {
     struct event *event = handle_table_find(&events->by_handle, handle);
     if (!event)
@@ -79,7 +80,7 @@ static void note_by_host(struct events *events, VkEvent handle, bool is_set)
     pthread_mutex_lock(&events->lock);
     const struct event *event = handle_table_find(&events->by_handle, key_of(handle));
     if (event && (event->is_set || !event->queue))
-        note(events, key_of(handle), is_set, VK_NULL_HANDLE);
+        note_event_state(events, key_of(handle), is_set, VK_NULL_HANDLE);
     pthread_mutex_unlock(&events->lock);
 }
 
@@ -93,7 +94,7 @@ void events_reset(struct events *events, VkEvent handle)
     note_by_host(events, handle, false);
 }
 
-static void forget(void *record, void *context)
+static void forget_state(void *record, void *context)
 {
     struct event *event = record;
     (void)context;
@@ -103,7 +104,7 @@ static void forget(void *record, void *context)
 void events_forget(struct events *events)
 {
     pthread_mutex_lock(&events->lock);
-    handle_table_each(&events->by_handle, forget, NULL);
+    handle_table_each(&events->by_handle, forget_state, NULL);
     pthread_mutex_unlock(&events->lock);
 }
 
@@ -146,17 +147,17 @@ static bool is_open(const struct events *events, VkQueue queue, uint64_t handle)
     return !event || !event->is_set || (event->queue && event->queue != queue);
 }
 
-static bool submit(const struct events *events, VkQueue queue, const struct journal *journal)
+static bool submit_events(const struct events *events, VkQueue queue, const struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal, EVENT_KINDS);
     bool open = false;
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         if (entry->kind == JOURNAL_EXECUTE && entry->secondary->has_events)
-            open |= submit(events, queue, entry->secondary);
+            open |= submit_events(events, queue, entry->secondary);
         else if (entry->kind == JOURNAL_SET_EVENT)
-            note(events, entry->dst, true, queue);
+            note_event_state(events, entry->dst, true, queue);
         else if (entry->kind == JOURNAL_RESET_EVENT)
-            note(events, entry->dst, false, queue);
+            note_event_state(events, entry->dst, false, queue);
         else if (entry->kind == JOURNAL_WAIT_EVENT)
             open |= is_open(events, queue, entry->dst);
     }
@@ -168,7 +169,7 @@ bool events_submit(struct events *events, VkQueue queue, const struct journal *j
     if (!journal->has_events)
         return false;
     pthread_mutex_lock(&events->lock);
-    bool open = submit(events, queue, journal);
+    bool open = submit_events(events, queue, journal);
     pthread_mutex_unlock(&events->lock);
     return open;
 }

@@ -32,7 +32,7 @@ static bool has_room(struct label_stack *stack)
     return ARRAY_HAS_ROOM(stack->labels, stack->count, stack->capacity);
 }
 
-static void append(struct label_stack *stack, const VkDebugUtilsLabelEXT *label)
+static void append_label(struct label_stack *stack, const VkDebugUtilsLabelEXT *label)
 {
     char *name = label && label->pLabelName ? strdup(label->pLabelName) : NULL;
     VkDebugUtilsLabelEXT *copy = &stack->labels[stack->count++];
@@ -52,7 +52,7 @@ void label_stack_push(struct label_stack *stack, const VkDebugUtilsLabelEXT *lab
         stack->lost++;
         return;
     }
-    append(stack, label);
+    append_label(stack, label);
 }
 
 void label_stack_insert(struct label_stack *stack, const VkDebugUtilsLabelEXT *label)
@@ -60,7 +60,7 @@ void label_stack_insert(struct label_stack *stack, const VkDebugUtilsLabelEXT *l
     drop_inserted(stack);
     if (stack->lost || !has_room(stack))
         return;
-    append(stack, label);
+    append_label(stack, label);
     stack->inserted = true;
 }
 
@@ -85,7 +85,7 @@ struct label_stack label_stack_copy(const struct label_stack *stack)
 {
     struct label_stack copy = {0};
     for (uint32_t i = 0; i < stack->count && has_room(&copy); i++)
-        append(&copy, &stack->labels[i]);
+        append_label(&copy, &stack->labels[i]);
     return copy;
 }
 
@@ -144,7 +144,7 @@ void shared_labels_release(struct shared_labels *labels)
 }
 
 /* Returns NULL without memory. */
-static struct queue_record *find_or_add(struct queue_labels *labels, VkQueue handle)
+static struct queue_record *find_or_add_queue(struct queue_labels *labels, VkQueue handle)
 {
     uint64_t key = (uint64_t)(uintptr_t)handle;
     struct queue_record *queue = key ? handle_table_find(&labels->queues, key) : NULL;
@@ -162,7 +162,7 @@ void queue_labels_push(struct queue_labels *labels, VkQueue handle,
                        const VkDebugUtilsLabelEXT *label)
 {
     pthread_mutex_lock(&labels->lock);
-    struct queue_record *queue = find_or_add(labels, handle);
+    struct queue_record *queue = find_or_add_queue(labels, handle);
     if (queue)
         label_stack_push(&queue->stack, label);
     pthread_mutex_unlock(&labels->lock);
@@ -172,7 +172,7 @@ void queue_labels_insert(struct queue_labels *labels, VkQueue handle,
                          const VkDebugUtilsLabelEXT *label)
 {
     pthread_mutex_lock(&labels->lock);
-    struct queue_record *queue = find_or_add(labels, handle);
+    struct queue_record *queue = find_or_add_queue(labels, handle);
     if (queue)
         label_stack_insert(&queue->stack, label);
     pthread_mutex_unlock(&labels->lock);
@@ -181,7 +181,7 @@ void queue_labels_insert(struct queue_labels *labels, VkQueue handle,
 void queue_labels_pop(struct queue_labels *labels, VkQueue handle)
 {
     pthread_mutex_lock(&labels->lock);
-    struct queue_record *queue = find_or_add(labels, handle);
+    struct queue_record *queue = find_or_add_queue(labels, handle);
     if (queue)
         label_stack_pop(&queue->stack);
     pthread_mutex_unlock(&labels->lock);
@@ -208,7 +208,7 @@ uint64_t queue_labels_submit(struct queue_labels *labels, VkQueue handle,
                              struct shared_labels **open)
 {
     pthread_mutex_lock(&labels->lock);
-    struct queue_record *queue = find_or_add(labels, handle);
+    struct queue_record *queue = find_or_add_queue(labels, handle);
     uint64_t number = queue ? ++queue->submissions : 0;
     *open = queue ? share_open_labels(queue) : NULL;
     pthread_mutex_unlock(&labels->lock);

@@ -33,7 +33,7 @@ VkResult query_pools_create(struct query_pools **pools)
     return VK_SUCCESS;
 }
 
-static void release(void *record)
+static void release_pool(void *record)
 {
     if (record)
         free(((struct pool_record *)record)->touched);
@@ -44,7 +44,7 @@ void query_pools_destroy(struct query_pools *pools)
 {
     if (!pools)
         return;
-    handle_table_drop(&pools->by_handle, release);
+    handle_table_drop(&pools->by_handle, release_pool);
     free(pools);
 }
 
@@ -75,7 +75,7 @@ void query_pools_add(struct query_pools *pools, VkQueryPool handle,
 {
     struct pool_record *record = create_record(info);
     reader_lock_write(&pools->lock);
-    release(take_out(pools, handle));
+    release_pool(take_out(pools, handle));
     if (record && has_ids) {
         record->pool.first_id = pools->next_id;
         pools->next_id += info->queryCount;
@@ -83,7 +83,7 @@ void query_pools_add(struct query_pools *pools, VkQueryPool handle,
     if (record && handle_table_set(&pools->by_handle, (uint64_t)(uintptr_t)handle, record)) {
         atomic_fetch_add_explicit(&pools->count, 1, memory_order_relaxed);
     } else {
-        release(record);
+        release_pool(record);
         pools->incomplete = true;
     }
     reader_lock_write_done(&pools->lock);
@@ -111,6 +111,14 @@ static bool has_pools(struct query_pools *pools)
     return atomic_load_explicit(&pools->count, memory_order_relaxed) != 0;
 }
 
+static bool copy_if_tracked(const struct pool_record *record, struct query_pool *pool)
+{
+    const bool has_ids = record && record->pool.first_id;
+    if (has_ids)
+        *pool = record->pool;
+    return has_ids;
+}
+
 bool query_pools_remove(struct query_pools *pools, VkQueryPool handle, struct query_pool *pool)
 {
     if (!has_pools(pools))
@@ -118,10 +126,8 @@ bool query_pools_remove(struct query_pools *pools, VkQueryPool handle, struct qu
     reader_lock_write(&pools->lock);
     struct pool_record *record = take_out(pools, handle);
     reader_lock_write_done(&pools->lock);
-    bool has_ids = record && record->pool.first_id;
-    if (has_ids)
-        *pool = record->pool;
-    release(record);
+    const bool has_ids = copy_if_tracked(record, pool);
+    release_pool(record);
     return has_ids;
 }
 
@@ -130,11 +136,8 @@ bool query_pools_find(struct query_pools *pools, VkQueryPool handle, struct quer
     if (!has_pools(pools))
         return false;
     unsigned stripe = reader_lock_enter(&pools->lock);
-    const struct pool_record *record =
-        handle_table_find(&pools->by_handle, (uint64_t)(uintptr_t)handle);
-    bool has_ids = record && record->pool.first_id;
-    if (has_ids)
-        *pool = record->pool;
+    const bool has_ids =
+        copy_if_tracked(handle_table_find(&pools->by_handle, (uint64_t)(uintptr_t)handle), pool);
     reader_lock_leave(&pools->lock, stripe);
     return has_ids;
 }
@@ -145,17 +148,19 @@ uint32_t query_pool_clamp(const struct query_pool *pool, uint32_t first, uint32_
     return count < left ? count : left;
 }
 
-void query_pools_touch(struct query_pools *pools, VkQueryPool handle, uint32_t first,
-                       uint32_t count)
+bool query_pools_touch(struct query_pools *pools, VkQueryPool handle, uint32_t first,
+                       uint32_t count, struct query_pool *pool)
 {
     if (!has_pools(pools))
-        return;
+        return false;
     reader_lock_write(&pools->lock);
     struct pool_record *record = handle_table_find(&pools->by_handle, (uint64_t)(uintptr_t)handle);
     if (record && record->touched)
         for (uint32_t i = query_pool_clamp(&record->pool, first, count); i-- > 0;)
             record->touched[first + i] = true;
+    const bool has_ids = copy_if_tracked(record, pool);
     reader_lock_write_done(&pools->lock);
+    return has_ids;
 }
 
 static bool find_untouched(const struct pool_record *record, uint32_t first, uint32_t count,

@@ -41,18 +41,18 @@ static inline bool query_type_is_property(VkQueryType type)
 /* Gives the queries ids if `has_ids`. If memory runs out, the pool is unknown. */
 void query_pools_add(struct query_pools *pools, VkQueryPool handle,
                      const VkQueryPoolCreateInfo *info, bool has_ids);
-/* Notes that a command resets or writes queries, when it is recorded or called by the host. */
-void query_pools_touch(struct query_pools *pools, VkQueryPool handle, uint32_t first,
-                       uint32_t count);
 /* Finds the first of these queries that was certainly never touched: of properties only. */
 bool query_pools_find_untouched(struct query_pools *pools, VkQueryPool handle, uint32_t first,
                                 uint32_t count, uint32_t *number);
 /* For any pool. */
 void query_pools_facts(struct query_pools *pools, VkQueryPool handle,
                        struct query_pool_facts *facts);
-/* Both return false if the pool is unknown, or its queries have no ids. */
+/* These return false if the pool is unknown, or its queries have no ids. */
 bool query_pools_remove(struct query_pools *pools, VkQueryPool handle, struct query_pool *pool);
 bool query_pools_find(struct query_pools *pools, VkQueryPool handle, struct query_pool *pool);
+/* Notes that a command resets or writes queries, when it is recorded or called by the host. */
+bool query_pools_touch(struct query_pools *pools, VkQueryPool handle, uint32_t first,
+                       uint32_t count, struct query_pool *pool);
 
 /* Returns how many of the `count` queries from `first` on exist in the pool. */
 uint32_t query_pool_clamp(const struct query_pool *pool, uint32_t first, uint32_t count);

@@ -15,7 +15,8 @@ struct order_batch *batch_list_next(const struct batch_list *list, enum batch_se
 }
 
 /* Call with the lock of the list. */
-static void append(struct batch_list *list, enum batch_sequence sequence, struct order_batch *batch)
+static void append_batch(struct batch_list *list, enum batch_sequence sequence,
+                         struct order_batch *batch)
 {
     struct order_batch *last = list->last[sequence];
     batch->preceding[sequence] = last;
@@ -39,14 +40,14 @@ void batch_list_append_submission(struct batch_list *list, struct submission *su
 {
     pthread_mutex_lock(&list->lock);
     for (uint32_t i = 0; i < submission->batch_count; i++)
-        append(list, IN_SUBMISSION_ORDER, &submission->batches[i]);
+        append_batch(list, IN_SUBMISSION_ORDER, &submission->batches[i]);
     pthread_mutex_unlock(&list->lock);
 }
 
 static void batch_list_append_run(struct batch_list *list, struct order_batch *batch)
 {
     pthread_mutex_lock(&list->lock);
-    append(list, IN_EXECUTION_ORDER, batch);
+    append_batch(list, IN_EXECUTION_ORDER, batch);
     pthread_mutex_unlock(&list->lock);
 }
 
@@ -69,8 +70,8 @@ static void release_captured(const struct submission *submission)
             hooks->release(hooks->user, submission->commands[i].captured);
 }
 
-/* Nobody but this thread reaches the submission. */
-static void retire(struct submission *submission)
+/* Only this thread reaches the submission. */
+static void retire_submission(struct submission *submission)
 {
     struct execution_order *order = submission->order;
     remove_submission(&order->batches, submission);
@@ -100,14 +101,14 @@ void submission_unreference(struct submission *submission)
     if (!drop_reference(submission))
         return;
     pthread_mutex_unlock(&order->lock);
-    retire(submission);
+    retire_submission(submission);
     pthread_mutex_lock(&order->lock);
 }
 
 void order_batch_release(struct order_batch *batch)
 {
     if (batch && drop_reference(batch->submission))
-        retire(batch->submission);
+        retire_submission(batch->submission);
 }
 
 /* Call with the lock of the list. */
@@ -261,7 +262,7 @@ static struct order_batch *take_first(struct execution_order *order)
     return batch;
 }
 
-static void run(struct execution_order *order, struct order_batch *batch)
+static void run_batch(struct execution_order *order, struct order_batch *batch)
 {
     if (!order->order_unknown) {
         pthread_mutex_unlock(&order->lock);
@@ -283,7 +284,7 @@ static bool run_first(struct execution_order *order)
     }
     struct order_batch *batch = take_first(order);
     if (batch)
-        run(order, batch);
+        run_batch(order, batch);
     return batch;
 }
 

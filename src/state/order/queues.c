@@ -136,7 +136,7 @@ static bool take_queue(struct submission *submission)
 /* A held batch counts as not submitted until the call that releases it has returned. Before that,
  * the application may learn of its completion in ways that the layer can't track, and submit work
  * that depends on it. If that is possible, `may_follow_held` is set. */
-static void start(struct submission *submission)
+static void start_batches(struct submission *submission)
 {
     struct execution_order *order = submission->order;
     if (submission->out_of_memory)
@@ -220,7 +220,7 @@ static void succeed(struct submission *submission)
 }
 
 /* If the device is lost, it may have executed a part of the submission. */
-static void fail(struct submission *submission, VkResult result)
+static void fail_batches(struct submission *submission, VkResult result)
 {
     submission_withdraw(submission);
     submission_retract(submission);
@@ -242,7 +242,7 @@ bool submission_prepare(struct submission *submission)
         add_end_of_work(submission);
     pthread_mutex_lock(&order->lock);
     if (!order->order_unknown)
-        start(submission);
+        start_batches(submission);
     bool is_prepared = submission->is_under_way;
     if (is_prepared) {
         submission_submit(submission);
@@ -252,7 +252,7 @@ bool submission_prepare(struct submission *submission)
     for (uint32_t i = 0; i < submission->batch_count; i++)
         skip |= submission->batches[i].skips_call;
     if (is_prepared && skip)
-        fail(submission, VK_ERROR_VALIDATION_FAILED_EXT);
+        fail_batches(submission, VK_ERROR_VALIDATION_FAILED_EXT);
     else if (is_prepared && submission->kind == SUBMIT_HOST_WORK)
         execution_order_append_run(order, &submission->batches[0]);
     execution_order_drain(order);
@@ -268,7 +268,7 @@ static void fail_work(struct submission *submission)
         order_batch_end_on_host(&submission->batches[1]);
 }
 
-static void finish(struct submission *submission, VkResult result)
+static void finish_batches(struct submission *submission, VkResult result)
 {
     struct execution_order *order = submission->order;
     if (result == VK_ERROR_DEVICE_LOST)
@@ -278,7 +278,7 @@ static void finish(struct submission *submission, VkResult result)
     else if (submission->is_under_way && submission->kind == SUBMIT_HOST_WORK)
         fail_work(submission);
     else if (submission->is_under_way)
-        fail(submission, result);
+        fail_batches(submission, result);
     submission_unreference(submission);
 }
 
@@ -288,7 +288,7 @@ void submission_finish(struct submission *submission, VkResult result)
         return;
     struct execution_order *order = submission->order;
     pthread_mutex_lock(&order->lock);
-    finish(submission, result);
+    finish_batches(submission, result);
     execution_order_drain(order);
     pthread_mutex_unlock(&order->lock);
 }
@@ -299,7 +299,7 @@ void submission_finish_silently(struct submission *submission, VkResult result)
         return;
     struct execution_order *order = submission->order;
     pthread_mutex_lock(&order->lock);
-    finish(submission, result);
+    finish_batches(submission, result);
     pthread_mutex_unlock(&order->lock);
 }
 

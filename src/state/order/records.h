@@ -124,7 +124,7 @@ struct order_queue {
 
 struct order_fence {
     bool foreign;
-    bool seen;       /* the host has observed the signaled fence, perhaps before its clock is set */
+    bool seen;       /* the host has observed the signaled fence; its clock may be set later */
     uint64_t serial; /* of the submission that will signal the fence; 0: none is tracked */
     bool has_clock;
     struct execution_clock clock;

@@ -22,7 +22,7 @@ static struct semaphore_clock *find_semaphore(const struct execution_order *orde
 /* Drops signals that no later wait needs. A batch that is held, or will be, must not follow
  * completions that the host has observed since its call began. So signals are only dropped if there
  * is no such batch. What a foreign semaphore has reached proves nothing. */
-static void prune(const struct execution_order *order, struct semaphore_clock *semaphore)
+static void prune_operations(const struct execution_order *order, struct semaphore_clock *semaphore)
 {
     if (!order->held_count && !order->waiting && !semaphore->foreign)
         semaphore_clock_prune(semaphore, &order->host);
@@ -50,7 +50,7 @@ void submission_announce(struct submission *submission)
         operation->id = semaphore ? semaphore->id : 0;
         if (!semaphore)
             continue;
-        prune(order, semaphore);
+        prune_operations(order, semaphore);
         operation->signal = operation->is_signal ? ++order->last_signal : 0;
         if (!semaphore->timeline)
             set_value(semaphore, operation);
@@ -290,7 +290,7 @@ static void resolve_commands(struct order_batch *batch, struct queue_clocks *clo
 static void resolve_host(struct order_batch *batch)
 {
     struct submission *submission = batch->submission;
-    batch->timestamp = (struct timestamp){EXECUTION_HOST, 0}; /* end_work sets that of host work */
+    batch->timestamp = (struct timestamp){EXECUTION_HOST, 0}; /* of host work: set later */
     batch->predecessors_known = !submission->may_follow_held;
     execution_clock_copy(&batch->clock, &submission->host);
     for (uint32_t i = 0; i < batch->operation_count; i++)
@@ -355,7 +355,7 @@ static struct order_batch **find_releasable(struct order_queue *queue)
     return NULL;
 }
 
-static void release(struct order_queue *queue, struct order_batch **link)
+static void release_from_queue(struct order_queue *queue, struct order_batch **link)
 {
     struct order_batch *batch = *link;
     struct submission *submission = batch->submission;
@@ -386,7 +386,7 @@ void execution_order_release_held(struct execution_order *order)
         released = false;
         for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count; i++)
             for (struct order_batch **link; (link = find_releasable(&order->queues[i]));) {
-                release(&order->queues[i], link);
+                release_from_queue(&order->queues[i], link);
                 released = true;
             }
     }

@@ -55,7 +55,7 @@ static void drop_old(struct semaphore_clock *semaphore)
     drop_first(semaphore, i);
 }
 
-static bool reserve(struct semaphore_clock *semaphore)
+static bool reserve_operation(struct semaphore_clock *semaphore)
 {
     if (semaphore->count >= SEMAPHORE_SIGNALS)
         drop_old(semaphore);
@@ -67,7 +67,7 @@ bool semaphore_clock_announce(struct semaphore_clock *semaphore, uint64_t value,
 {
     if (semaphore->foreign || value <= semaphore->reached)
         return true;
-    if (!reserve(semaphore))
+    if (!reserve_operation(semaphore))
         return false;
     uint32_t at = semaphore->count; /* signals nearly always come in order of their values */
     while (at && semaphore->signals[at - 1].value > value)

@@ -162,7 +162,7 @@ static bool split_chunk(struct address_map *map, size_t c, size_t from)
 /* ---- changes */
 
 /* Returns a chunk that has room for a range at `address`, or chunk_count if there is no memory. */
-static size_t make_room(struct address_map *map, uint64_t address)
+static size_t make_room_in_chunk(struct address_map *map, uint64_t address)
 {
     if (!map->chunk_count)
         return insert_chunk(map, 0) ? 0 : map->chunk_count;
@@ -183,7 +183,7 @@ bool address_map_add(struct address_map *map, const struct address_facts *range)
     uint64_t begin = range->address, end = end_of(range);
     if (!range->bytes_left || end <= begin || !address_map_reserve_slot(map))
         return false;
-    size_t c = make_room(map, begin);
+    size_t c = make_room_in_chunk(map, begin);
     if (c == map->chunk_count)
         return false;
     uint32_t slot;

@@ -55,8 +55,8 @@ static bool had_address(const struct destroyed_object *object, VkObjectType type
 }
 
 /* Called with the lock held. */
-static struct destroyed_object *find(struct destroyed_objects *destroyed, VkObjectType type,
-                                     uint64_t address)
+static struct destroyed_object *find_last_destroyed(struct destroyed_objects *destroyed,
+                                                    VkObjectType type, uint64_t address)
 {
     for (uint64_t i = destroyed->count; i > 0 && i + DESTROYED_MAX > destroyed->count; i--) {
         struct destroyed_object *object = &destroyed->items[(i - 1) % DESTROYED_MAX];
@@ -70,9 +70,9 @@ bool destroyed_objects_find(struct destroyed_objects *destroyed, VkObjectType ty
                             uint64_t address, struct destroyed_object *object)
 {
     pthread_mutex_lock(&destroyed->lock);
-    const struct destroyed_object *found = find(destroyed, type, address);
+    const struct destroyed_object *found = find_last_destroyed(destroyed, type, address);
     if (!found)
-        found = find(destroyed, VK_OBJECT_TYPE_BUFFER, address);
+        found = find_last_destroyed(destroyed, VK_OBJECT_TYPE_BUFFER, address);
     if (found)
         *object = *found;
     pthread_mutex_unlock(&destroyed->lock);
@@ -84,7 +84,7 @@ bool destroyed_objects_report(struct destroyed_objects *destroyed, uint64_t addr
 {
     pthread_mutex_lock(&destroyed->lock);
     struct destroyed_object *found =
-        find(destroyed, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, address);
+        find_last_destroyed(destroyed, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, address);
     const bool is_it =
         found && !found->is_reported && found->submissions >= submissions && found->number <= last;
     if (is_it) {

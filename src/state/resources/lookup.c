@@ -340,15 +340,16 @@ void resources_look_up_address(struct resources *resources, VkDeviceAddress addr
     resources_end_reading(resources, token);
 }
 
-void resources_ask_buffer(struct resources *resources, VkBuffer handle, struct buffer_facts *facts)
+void resources_look_up_buffer(struct resources *resources, VkBuffer handle,
+                              struct buffer_facts *facts)
 {
     unsigned token = resources_begin_reading(resources);
     resources_find_buffer(resources, handle, facts);
     resources_end_reading(resources, token);
 }
 
-void resources_ask_nv_accel(struct resources *resources, VkAccelerationStructureNV handle,
-                            struct nv_accel_facts *facts)
+void resources_look_up_nv_accel(struct resources *resources, VkAccelerationStructureNV handle,
+                                struct nv_accel_facts *facts)
 {
     unsigned token = resources_begin_reading(resources);
     resources_find_nv_accel(resources, handle, facts);

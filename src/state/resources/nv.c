@@ -88,7 +88,7 @@ void resources_release_nv(struct resources *resources)
 }
 
 /* A value has no structure any more. */
-static void retire(struct resources *resources, uint64_t value, uint64_t destroyed_at)
+static void retire_nv_record(struct resources *resources, uint64_t value, uint64_t destroyed_at)
 {
     struct past_references *past = &resources->past_nv_references;
     const struct past_reference oldest = past_references_add(past, value, destroyed_at);
@@ -110,7 +110,7 @@ static uint64_t remove_record(struct resources *resources, uint64_t handle)
     resources_count_destroyed(resources);
     if (accel->reference && --accel->reference->alive == 0) {
         accel->reference->destroyed_at = resources_destroy_count(resources);
-        retire(resources, accel->value, accel->reference->destroyed_at);
+        retire_nv_record(resources, accel->value, accel->reference->destroyed_at);
     }
     resources_note_reference(resources, accel->value, true);
     free_record(accel);
@@ -144,8 +144,8 @@ uint64_t resources_remove_nv_accel(struct resources *resources, VkAccelerationSt
     return id;
 }
 
-static struct nv_accel_record *find(const struct resources *resources,
-                                    VkAccelerationStructureNV handle)
+static struct nv_accel_record *find_nv_record(const struct resources *resources,
+                                              VkAccelerationStructureNV handle)
 {
     return handle_table_find(&resources->nv_accels, (uint64_t)(uintptr_t)handle);
 }
@@ -154,7 +154,7 @@ void resources_bind_nv_accel(struct resources *resources, VkAccelerationStructur
                              VkDeviceMemory memory, VkDeviceSize offset, bool instances_differ)
 {
     reader_lock_write(&resources->lock);
-    struct nv_accel_record *accel = find(resources, handle);
+    struct nv_accel_record *accel = find_nv_record(resources, handle);
     if (accel) {
         unbind(accel);
         accel->memory = handle_table_find(&resources->memories, (uint64_t)(uintptr_t)memory);
@@ -171,7 +171,7 @@ void resources_bind_nv_accel(struct resources *resources, VkAccelerationStructur
 void resources_forget_nv_binding(struct resources *resources, VkAccelerationStructureNV handle)
 {
     reader_lock_write(&resources->lock);
-    struct nv_accel_record *accel = find(resources, handle);
+    struct nv_accel_record *accel = find_nv_record(resources, handle);
     if (accel) {
         unbind(accel);
         accel->bound = UNKNOWN;
@@ -229,7 +229,7 @@ static struct memory_span span_of(const struct nv_accel_record *accel)
 void resources_find_nv_accel(const struct resources *resources, VkAccelerationStructureNV handle,
                              struct nv_accel_facts *facts)
 {
-    const struct nv_accel_record *accel = find(resources, handle);
+    const struct nv_accel_record *accel = find_nv_record(resources, handle);
     *facts = (struct nv_accel_facts){.handle = handle};
     if (!handle)
         return;
@@ -258,8 +258,8 @@ static enum nv_reference level_of(const struct nv_accel_record *accel)
 }
 
 /* If there is no memory, marks the state incomplete and returns NULL. */
-static struct nv_reference_record *find_or_add(struct resources *resources, uint64_t reference,
-                                               enum nv_reference level)
+static struct nv_reference_record *
+find_or_add_nv_reference(struct resources *resources, uint64_t reference, enum nv_reference level)
 {
     struct nv_reference_record *record = handle_table_find(&resources->nv_references, reference);
     if (record) {
@@ -284,8 +284,9 @@ void resources_add_nv_reference(struct resources *resources, VkAccelerationStruc
     if (!reference)
         return;
     reader_lock_write(&resources->lock);
-    struct nv_accel_record *accel = find(resources, handle);
-    struct nv_reference_record *record = find_or_add(resources, reference, level_of(accel));
+    struct nv_accel_record *accel = find_nv_record(resources, handle);
+    struct nv_reference_record *record =
+        find_or_add_nv_reference(resources, reference, level_of(accel));
     if (record && (!accel || accel->reference != record)) {
         record->alive++;
         record->without_memory += accel && lacks_memory(accel);

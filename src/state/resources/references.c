@@ -60,7 +60,8 @@ struct past_reference past_references_add(struct past_references *past, uint64_t
     return oldest;
 }
 
-static struct accel_address *find_or_add(struct resources *resources, VkDeviceAddress address)
+static struct accel_address *find_or_add_address(struct resources *resources,
+                                                 VkDeviceAddress address)
 {
     struct accel_address *at = handle_table_find(&resources->accel_addresses, address);
     if (at)
@@ -92,7 +93,8 @@ static bool may_be_referenced(const struct accel_record *accel)
 }
 
 /* An address has no structure any more. */
-static void retire(struct resources *resources, VkDeviceAddress address, uint64_t destroyed_at)
+static void retire_reference(struct resources *resources, VkDeviceAddress address,
+                             uint64_t destroyed_at)
 {
     struct past_references *past = &resources->past_addresses;
     const struct past_reference oldest = past_references_add(past, address, destroyed_at);
@@ -123,14 +125,14 @@ void accel_record_forget_address(struct resources *resources, struct accel_recor
         *link = accel->same_address;
     at->destroyed_at = resources_destroy_count(resources);
     if (!at->first)
-        retire(resources, address, at->destroyed_at);
+        retire_reference(resources, address, at->destroyed_at);
 }
 
 /* The caller holds the lock. If there is no memory, the address counts as unknown. */
 static void add_address(struct resources *resources, struct accel_record *accel,
                         VkDeviceAddress address)
 {
-    struct accel_address *at = address ? find_or_add(resources, address) : NULL;
+    struct accel_address *at = address ? find_or_add_address(resources, address) : NULL;
     set_unknown(resources, accel, !at && (address || may_be_referenced(accel)));
     if (!at)
         return;
@@ -268,7 +270,7 @@ static bool is_live(const struct accel_facts *facts)
                                    facts->type == VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
 }
 
-static void describe(const struct resources *resources, struct reference_change *change)
+static void describe_change(const struct resources *resources, struct reference_change *change)
 {
     uint32_t count = 0;
     if (change->is_nv) {
@@ -294,7 +296,7 @@ uint32_t resources_take_reference_changes(struct resources *resources,
     uint32_t count = watched->count;
     *changes = watched->changes;
     for (uint32_t i = 0; i < count; i++)
-        describe(resources, &watched->changes[i]);
+        describe_change(resources, &watched->changes[i]);
     watched->changes = NULL;
     watched->count = watched->capacity = 0;
     bool is_unknown = resources->incomplete || watched->lacks_memory;

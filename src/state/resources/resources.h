@@ -158,9 +158,10 @@ struct accel_facts *resources_list_accels(struct resources *resources, uint32_t 
 bool resources_accel_is_alone(struct resources *resources, VkAccelerationStructureKHR handle);
 void resources_look_up_address(struct resources *resources, VkDeviceAddress address,
                                struct address_facts *facts);
-void resources_ask_buffer(struct resources *resources, VkBuffer handle, struct buffer_facts *facts);
-void resources_ask_nv_accel(struct resources *resources, VkAccelerationStructureNV handle,
-                            struct nv_accel_facts *facts);
+void resources_look_up_buffer(struct resources *resources, VkBuffer handle,
+                              struct buffer_facts *facts);
+void resources_look_up_nv_accel(struct resources *resources, VkAccelerationStructureNV handle,
+                                struct nv_accel_facts *facts);
 
 /* A batch of look-ups. */
 enum { RESOURCE_ACCEL_QUERIES = 32, RESOURCE_ADDRESS_QUERIES = 64 };

@@ -7,7 +7,7 @@
 
 /* ---- ranges */
 
-static bool reserve(struct buffer_record *buffer, uint32_t count)
+static bool reserve_ranges(struct buffer_record *buffer, uint32_t count)
 {
     if (count <= buffer->sparse_capacity)
         return true;
@@ -148,7 +148,7 @@ static void bind(struct buffer_record *buffer, const struct sparse_binding *bind
                                  .written = when};
     if (range.end <= range.begin)
         return;
-    if (!reserve(buffer, buffer->sparse_count + 2)) {
+    if (!reserve_ranges(buffer, buffer->sparse_count + 2)) {
         buffer->sparse_incomplete = true;
         return;
     }
@@ -189,11 +189,6 @@ static const struct buffer_record *find_certain(const struct resources *resource
     bool is_certain = buffer && buffer->where.buffer_id == bytes->buffer_id &&
                       !buffer->sparse_announced && !buffer->sparse_incomplete;
     return is_certain ? buffer : NULL;
-}
-
-static VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
-{
-    return a < b ? a : b;
 }
 
 static enum tristate backing(const struct buffer_record *buffer, const struct sparse_bytes *bytes,

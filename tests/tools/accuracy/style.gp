@@ -1,17 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-# What the pictures share. Called with `folder`, `name` and `kind` (svg or png) set.
+# What the pictures share. Called with `folder` and `name` set.
 
 set datafile separator ","
 set datafile missing NaN
 set encoding utf8
 width = exists("width") ? width : 900
 height = exists("height") ? height : 560
-if (kind eq "svg") {
-    set terminal svg size width, height font "DejaVu Sans,13" background "white"
-} else {
-    set terminal pngcairo size width, height font "DejaVu Sans,11" background "white"
-}
-set output folder . "/" . name . "." . kind
+set terminal svg size width, height font "DejaVu Sans,13" background "white"
+set output folder . "/" . name . ".svg"
 set grid back linecolor rgb "#dddddd"
 set border linecolor rgb "#444444"
 set key noenhanced

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What it costs to ask the system whether pages can be read, by each call that answers that: the
- * figures of docs/probes.md. */
+ * figures of docs/costs.md. */
 #define _GNU_SOURCE /* process_vm_readv, syscall, MAP_ANONYMOUS */
 #include <stdint.h>
 #include <stdio.h>

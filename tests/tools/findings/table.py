@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Counts verdicts by what they are about, and prints them as a table for README.md."""
+"""Counts verdicts by what they are about, and prints them as a table for docs/khronos.md."""
 
 import collections
 import re
