@@ -11,7 +11,8 @@
 #include <unistd.h>
 #include <vulkan/vk_layer.h>
 
-#include "tests/fuzz/calls/calls.h"
+#include "tests/fixture/linked.h"
+#include "tests/programs/play.h"
 #include "tests/state/unit_test.h"
 
 /* ---- what wild_calls.h needs */
@@ -33,7 +34,10 @@ static struct {
 } pointers[POINTERS_MAX];
 static uint32_t pointer_count;
 
-static struct calls calls;
+static struct platform platform;
+static struct program program;
+static struct play play;
+static VkAccelerationStructureNV nv;
 static const struct wild_command *current;
 
 static void *wild_take(size_t size)
@@ -54,34 +58,30 @@ static void wild_note(const void **place, const char *path)
 
 static uint64_t wild_handle(VkObjectType type)
 {
-    static const struct {
+    const struct {
         VkObjectType type;
-        enum kind kind;
-    } kinds[] = {
-        {VK_OBJECT_TYPE_DEVICE_MEMORY, MEMORIES},
-        {VK_OBJECT_TYPE_BUFFER, BUFFERS},
-        {VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, STRUCTURES},
-        {VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV, NV_STRUCTURES},
-        {VK_OBJECT_TYPE_MICROMAP_EXT, MICROMAPS},
-        {VK_OBJECT_TYPE_COMMAND_POOL, POOLS},
-        {VK_OBJECT_TYPE_COMMAND_BUFFER, COMMAND_BUFFERS},
-        {VK_OBJECT_TYPE_FENCE, FENCES},
-        {VK_OBJECT_TYPE_SEMAPHORE, SEMAPHORES},
-        {VK_OBJECT_TYPE_EVENT, EVENTS},
-        {VK_OBJECT_TYPE_QUERY_POOL, QUERY_POOLS},
-        {VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR, OPERATIONS},
+        uint64_t handle;
+    } handles[] = {
+        {VK_OBJECT_TYPE_INSTANCE, (uintptr_t)play.fixture.instance},
+        {VK_OBJECT_TYPE_PHYSICAL_DEVICE, (uintptr_t)play.fixture.physical},
+        {VK_OBJECT_TYPE_DEVICE, (uintptr_t)play.device},
+        {VK_OBJECT_TYPE_QUEUE, (uintptr_t)play.queues[0]},
+        {VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)play_object(&play, "V0")->buffer.memory},
+        {VK_OBJECT_TYPE_BUFFER, (uint64_t)play_object(&play, "V0")->buffer.handle},
+        {VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)play_object(&play, "B0")->structure},
+        {VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV, (uint64_t)nv},
+        {VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)play_object(&play, "M0")->micromap},
+        {VK_OBJECT_TYPE_COMMAND_POOL, (uint64_t)play_object(&play, "c0")->pool},
+        {VK_OBJECT_TYPE_COMMAND_BUFFER, (uintptr_t)play_object(&play, "c0")->commands},
+        {VK_OBJECT_TYPE_FENCE, (uint64_t)play.fence},
+        {VK_OBJECT_TYPE_SEMAPHORE, (uint64_t)play_object(&play, "s0")->semaphore},
+        {VK_OBJECT_TYPE_EVENT, (uint64_t)play_object(&play, "E0")->event},
+        {VK_OBJECT_TYPE_QUERY_POOL, (uint64_t)play_object(&play, "P0")->queries},
+        {VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR, (uint64_t)play_object(&play, "d0")->operation},
     };
-    if (type == VK_OBJECT_TYPE_INSTANCE)
-        return (uint64_t)(uintptr_t)calls.instance;
-    if (type == VK_OBJECT_TYPE_PHYSICAL_DEVICE)
-        return (uint64_t)(uintptr_t)calls.physical;
-    if (type == VK_OBJECT_TYPE_DEVICE)
-        return (uint64_t)(uintptr_t)calls.device;
-    if (type == VK_OBJECT_TYPE_QUEUE)
-        return (uint64_t)(uintptr_t)calls.queues[0];
-    for (size_t i = 0; i < sizeof(kinds) / sizeof(kinds[0]); i++)
-        if (kinds[i].type == type)
-            return calls.slots[kinds[i].kind][0].handle;
+    for (size_t i = 0; i < ARRAY_COUNT(handles); i++)
+        if (type == handles[i].type)
+            return handles[i].handle;
     return 0x1000;
 }
 
@@ -90,7 +90,7 @@ static const void *wild_link_instance(const void *chain)
 {
     VkLayerInstanceLink *below = wild_take(sizeof(*below));
     VkLayerInstanceCreateInfo *link = wild_take(sizeof(*link));
-    below->pfnNextGetInstanceProcAddr = calls_driver_proc_addr;
+    below->pfnNextGetInstanceProcAddr = linked_driver_proc_addr;
     link->sType = VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO;
     link->pNext = chain;
     link->function = VK_LAYER_LINK_INFO;
@@ -102,8 +102,8 @@ static const void *wild_link_device(const void *chain)
 {
     VkLayerDeviceLink *below = wild_take(sizeof(*below));
     VkLayerDeviceCreateInfo *link = wild_take(sizeof(*link));
-    below->pfnNextGetInstanceProcAddr = calls_driver_proc_addr;
-    below->pfnNextGetDeviceProcAddr = calls_driver_device_proc_addr;
+    below->pfnNextGetInstanceProcAddr = linked_driver_proc_addr;
+    below->pfnNextGetDeviceProcAddr = linked_driver_device_proc_addr;
     link->sType = VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO;
     link->pNext = chain;
     link->function = VK_LAYER_LINK_INFO;
@@ -126,13 +126,8 @@ static PFN_vkVoidFunction wild_driver_command(const struct wild_command *command
     return command == current ? NULL : driver_commands[command - wild_commands];
 }
 
-PFN_vkVoidFunction __real_calls_driver_proc_addr(VkInstance instance, const char *name);
-PFN_vkVoidFunction __real_calls_driver_device_proc_addr(VkDevice device, const char *name);
-PFN_vkVoidFunction __wrap_calls_driver_proc_addr(VkInstance instance, const char *name);
-PFN_vkVoidFunction __wrap_calls_driver_device_proc_addr(VkDevice device, const char *name);
-
 /* The driver seems to have all commands, so that the layer has them. */
-static PFN_vkVoidFunction cover(const char *name, PFN_vkVoidFunction own)
+static PFN_vkVoidFunction cover_named(const char *name, PFN_vkVoidFunction own)
 {
     for (int i = 0; i < WILD_COMMANDS; i++)
         if (strcmp(wild_commands[i].name, name) == 0) {
@@ -142,21 +137,15 @@ static PFN_vkVoidFunction cover(const char *name, PFN_vkVoidFunction own)
     return own;
 }
 
-PFN_vkVoidFunction __wrap_calls_driver_proc_addr(VkInstance instance, const char *name)
-{
-    return cover(name, __real_calls_driver_proc_addr(instance, name));
-}
-
 /* An extension's command that has become part of Vulkan is the core command. */
-PFN_vkVoidFunction __wrap_calls_driver_device_proc_addr(VkDevice device, const char *name)
+static PFN_vkVoidFunction cover(VkDevice device, const char *name, PFN_vkVoidFunction own)
 {
-    PFN_vkVoidFunction own = __real_calls_driver_device_proc_addr(device, name);
     const size_t length = strlen(name);
-    for (int i = 0; i < WILD_COMMANDS && !own; i++)
+    for (int i = 0; i < WILD_COMMANDS && device && !own; i++)
         if (strlen(wild_commands[i].name) + strlen("KHR") == length &&
             strncmp(wild_commands[i].name, name, length - strlen("KHR")) == 0)
-            own = __real_calls_driver_device_proc_addr(device, wild_commands[i].name);
-    return cover(name, own);
+            own = linked_driver_own(device, wild_commands[i].name);
+    return cover_named(name, own);
 }
 
 /* ---- the application */
@@ -191,8 +180,8 @@ static const void *value_at(uint32_t i)
 
 static PFN_vkVoidFunction find(const char *name)
 {
-    const PFN_vkVoidFunction found = layer.pfnGetDeviceProcAddr(calls.device, name);
-    return found ? found : layer.pfnGetInstanceProcAddr(calls.instance, name);
+    const PFN_vkVoidFunction found = layer.pfnGetDeviceProcAddr(play.device, name);
+    return found ? found : layer.pfnGetInstanceProcAddr(play.fixture.instance, name);
 }
 
 /* The command buffer records, whatever was done to it before. */
@@ -201,7 +190,7 @@ static void begin_commands(void)
     const STRUCT(VkCommandBufferBeginInfo, begin);
     const VkCommandBuffer commands =
         (VkCommandBuffer)(uintptr_t)wild_handle(VK_OBJECT_TYPE_COMMAND_BUFFER);
-    calls.vk.BeginCommandBuffer(commands, &begin);
+    play.vk.BeginCommandBuffer(commands, &begin);
 }
 
 /* Returns false if the command has no such pointer. */
@@ -226,15 +215,31 @@ static bool call_with(const struct wild_command *command, uint32_t pointer, uint
 
 static void open_layer(const struct run *run)
 {
-    static uint8_t options;
-    options = run->is_cpu ? 4 : 0;
-    calls = (struct calls){.at = &options, .end = &options + 1, .level = run->level};
-    setenv("VK_ASSAY_VALIDATION_HAZARDS", run->has_settings ? "true" : "false", 1);
-    setenv("VK_ASSAY_VALIDATION_GUARD", run->has_settings ? "references" : "off", 1);
-    assert_true(calls_open(&calls));
-    call_create_nv(&calls);
-    call_bind_nv(&calls);
-    call_create_micromap(&calls);
+    static const char *const lines[] = {"driver joins 1",
+                                        "with VK_NV_ray_tracing",
+                                        "with VK_NV_ray_tracing_motion_blur",
+                                        "with VK_NV_ray_tracing_linear_swept_spheres",
+                                        "with VK_KHR_opacity_micromap",
+                                        "with VK_KHR_maintenance5",
+                                        "with VK_AMDX_dense_geometry_format"};
+    char level[32];
+    snprintf(level, sizeof(level), "setting level %s", run->level);
+    program.line_count = 0;
+    program.used = 0;
+    program_add(&program, level, 1);
+    program_add(&program, run->has_settings ? "setting hazards true" : "setting hazards false", 1);
+    program_add(&program, run->has_settings ? "setting guard references" : "setting guard off", 1);
+    for (size_t i = 0; i < ARRAY_COUNT(lines); i++)
+        program_add(&program, lines[i], 1);
+    linked_cover = cover;
+    linked_open(&platform, run->is_cpu);
+    play.platform = &platform;
+    assert_true(play_begin(&play, &program));
+    play.is_nv = true;
+    nv = play_object(&play, "B1")->nv;
+    play.is_nv = false;
+    wild_handle(VK_OBJECT_TYPE_UNKNOWN); /* creates all objects */
+    play_text(&play, &program, "begin c0");
     vkNegotiateLoaderLayerInterfaceVersion(&layer);
 }
 
@@ -313,11 +318,11 @@ TEST(every_intercepted_command_is_listed)
 {
     open_layer(&(struct run){"content", true, true});
     for (size_t i = 0; i < sizeof(wild_names) / sizeof(wild_names[0]); i++)
-        if (!is_listed(wild_names[i]) &&
-            layer.pfnGetDeviceProcAddr(calls.device, wild_names[i]) !=
-                __real_calls_driver_device_proc_addr(calls.device, wild_names[i]))
+        if (!is_listed(wild_names[i]) && layer.pfnGetDeviceProcAddr(play.device, wild_names[i]) !=
+                                             linked_driver_own(play.device, wild_names[i]))
             fail_msg("%s is intercepted and not listed", wild_names[i]);
-    calls_close(&calls);
+    play_end(&play);
+    play_close(&play);
 }
 
 TEST(the_layer_survives_invalid_pointers)

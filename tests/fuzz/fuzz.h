@@ -12,4 +12,7 @@ extern uint64_t fuzz_digest;
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
+/* A signal handler: prints the program that fuzz_programs plays, and ends the process. */
+void fuzz_programs_crash(int number);
+
 #endif

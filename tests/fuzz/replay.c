@@ -93,6 +93,19 @@ static void mutate(struct random *random)
     }
 }
 
+int replay_random(uint32_t count)
+{
+    enum { SIZE_MOST = 1024 };
+    struct random random = random_of("replay");
+    for (uint32_t i = 0; i < count; i++) {
+        input_size = random_below(&random, SIZE_MOST);
+        for (size_t j = 0; j < input_size; j++)
+            input[j] = (uint8_t)random_below(&random, 256);
+        LLVMFuzzerTestOneInput(input, input_size);
+    }
+    return 0;
+}
+
 int replay_mutated(const char *folder, uint32_t count)
 {
     struct random random = random_of(folder);

@@ -13,4 +13,7 @@ int replay(int count, char **paths);
  * a file can't be read. */
 int replay_mutated(const char *folder, uint32_t count);
 
+/* Runs the target `count` times with random bytes. Returns 0. */
+int replay_random(uint32_t count);
+
 #endif

@@ -13,11 +13,35 @@ uint64_t null_driver_allocated(void)
     return atomic_load(&allocated);
 }
 
+/* Where nothing can be read, before mapped memory and behind it. */
+static size_t gap_before(const struct object *memory)
+{
+    return memory->config->has_gaps ? (size_t)1 << 20 : 0;
+}
+
+static size_t gap_behind(const struct object *memory)
+{
+    return memory->config->has_gaps ? (size_t)1 << 34 : 0;
+}
+
+static unsigned char *map_host(const struct object *memory)
+{
+    const size_t before = gap_before(memory), size = memory->memory.size;
+    unsigned char *all = mmap(NULL, before + size + gap_behind(memory), PROT_NONE,
+                              MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (all == MAP_FAILED)
+        return NULL;
+    mprotect(all + before, size, PROT_READ | PROT_WRITE);
+    return all + before;
+}
+
 static void release_memory(struct object *memory)
 {
+    const size_t before = gap_before(memory);
     atomic_fetch_sub(&allocated, memory->memory.size);
     if (memory->memory.host != NULL && !memory->memory.imported)
-        munmap(memory->memory.host, memory->memory.size);
+        munmap((unsigned char *)memory->memory.host - before,
+               before + memory->memory.size + gap_behind(memory));
     address_remove_object(memory);
     address_release(memory->config, memory->memory.address, memory->memory.size);
 }
@@ -86,12 +110,8 @@ unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDevice
     if (*size > memory->memory.size - offset)
         *size = memory->memory.size - offset;
     pthread_mutex_lock(&lock);
-    if (memory->memory.host == NULL) {
-        void *host = mmap(NULL, memory->memory.size, PROT_READ | PROT_WRITE,
-                          MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-        if (host != MAP_FAILED)
-            memory->memory.host = host;
-    }
+    if (memory->memory.host == NULL)
+        memory->memory.host = map_host(memory);
     unsigned char *bytes = memory->memory.host;
     pthread_mutex_unlock(&lock);
     return bytes != NULL ? bytes + offset : NULL;

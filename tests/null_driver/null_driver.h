@@ -125,6 +125,9 @@ struct null_driver_config {
      * fits; else none is ever given out twice. Default false. */
     bool recycle_handles;
     bool recycle_addresses;
+
+    /* Nothing can be read for 1 MiB before mapped memory and 16 GiB behind it. Default false. */
+    bool has_gaps;
 };
 
 static inline void null_driver_set_feature(struct null_driver_config *config, VkStructureType sType,

@@ -17,6 +17,7 @@
  *         [max-geometry INDEX] [size BYTES]                with VK_AMDX_dense_geometry_format
  *     top NAME [NAME...] [instances PLACE] [...]
  *     host build ... [deferred NAME]
+ *     build ... with the options of members.c
  *     create NAME fitting ...      a structure of the size that such a build needs
  *     create NAME scratch build | update B0 ...        a buffer for the scratch of such a build
  *
@@ -24,54 +25,23 @@
  * and compaction, and has scratch memory of its own. `update` without `src` is in place. A
  * top-level structure has an instance for each name, in a buffer that the host has written, unless
  * `instances` says where they are. */
-#include "play.h"
+#include "builds.h"
 #include "tests/fixture/geometry.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { PRIMITIVES = 2, GEOMETRIES = 20, SCRATCH_SIZE = 64 * 1024, INSTANCES_SIZE = 1024 };
-
-struct one_build {
-    VkAccelerationStructureBuildGeometryInfoKHR info;
-    VkAccelerationStructureGeometryKHR geometry; /* all are alike */
-    VkFormat last_format;                        /* but for these two of the last one; or 0 */
-    VkDeviceSize last_stride;
-    VkAccelerationStructureGeometryKHR geometries[GEOMETRIES];
-    VkAccelerationStructureTrianglesOpacityMicromapEXT micromap;
-    VkMicromapUsageEXT usage;
-    uint32_t first_micromap; /* of those with numbers; 0: all geometries have the same, if any */
-    VkAccelerationStructureTrianglesOpacityMicromapEXT micromaps[GEOMETRIES];
-    union {
-        VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
-        VkAccelerationStructureGeometrySpheresDataNV spheres;
-        VkAccelerationStructureGeometryLinearSweptSpheresDataNV swept;
-        VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX dense;
-    } chained;
-    VkAccelerationStructureBuildRangeInfoKHR range;
-    VkAccelerationStructureBuildRangeInfoKHR ranges[GEOMETRIES];
-    uint32_t counts[GEOMETRIES];
-    VkDeviceAddress indirect;
-    char *indirect_place; /* where the host writes ranges, or NULL */
-};
-
-struct build_line {
-    struct play *play;
-    struct one_build builds[PLAY_ITEMS];
-    uint32_t count;
-    bool is_host, is_indirect;
-    VkDeferredOperationKHR operation;
-};
-
 /* ---- places */
+
+enum { SCRATCH_SIZE = 64 * 1024, INSTANCES_SIZE = 1024 };
 
 static VkDeviceOrHostAddressKHR place(const struct build_line *line, const char *word)
 {
     return play_address_for(line->play, word, line->is_host);
 }
 
-static VkDeviceOrHostAddressConstKHR input(const struct build_line *line, const char *word)
+VkDeviceOrHostAddressConstKHR build_input(const struct build_line *line, const char *word)
 {
     return (VkDeviceOrHostAddressConstKHR){.deviceAddress = place(line, word).deviceAddress};
 }
@@ -154,8 +124,9 @@ VkBuildAccelerationStructureFlagsKHR play_flags(const struct play *play, const c
 
 static void set_transform(struct build_line *line, struct one_build *build, const char *word)
 {
-    play_init(line->play, (char *[]){"", (char *)(uintptr_t)word, "transform"});
-    build->geometry.geometry.triangles.transformData = input(line, word);
+    if (word[0] != '@')
+        play_init(line->play, (char *[]){"", (char *)(uintptr_t)word, "transform"});
+    build->geometry.geometry.triangles.transformData = build_input(line, word);
 }
 
 /* An option without an operand. */
@@ -168,7 +139,7 @@ static bool read_word(struct build_line *line, struct one_build *build, const ch
     } else if (play_is(word, "opaque")) {
         build->geometry.flags = VK_GEOMETRY_OPAQUE_BIT_KHR;
     } else if (play_is(word, "plain")) {
-        triangles->indexData = input(line, "I0");
+        triangles->indexData = build_input(line, "I0");
         triangles->indexType = VK_INDEX_TYPE_UINT32;
         set_transform(line, build, "X0");
     } else if (play_is(word, "no-transform")) {
@@ -178,7 +149,7 @@ static bool read_word(struct build_line *line, struct one_build *build, const ch
         build->chained.spheres.indexData.deviceAddress = 0;
         build->chained.swept.indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV;
     } else {
-        return false;
+        return build_read_wild_word(build, word);
     }
     return true;
 }
@@ -205,21 +176,21 @@ static bool read_triangles(struct build_line *line, struct one_build *build, con
     VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         &build->geometry.geometry.triangles;
     if (play_is(option, "vertices")) {
-        triangles->vertexData = input(line, word);
+        triangles->vertexData = build_input(line, word);
     } else if (play_is(option, "indices") || play_is(option, "short-indices")) {
-        triangles->indexData = input(line, word);
+        triangles->indexData = build_input(line, word);
         triangles->indexType =
             play_is(option, "indices") ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_UINT16;
     } else if (play_is(option, "transform")) {
         set_transform(line, build, word);
     } else if (play_is(option, "first")) {
-        build->range.firstVertex = (uint32_t)atoi(word);
+        build->range.firstVertex = (uint32_t)play_number(line->play, word);
     } else if (play_is(option, "max")) {
-        triangles->maxVertex = (uint32_t)atoi(word);
+        triangles->maxVertex = (uint32_t)play_number(line->play, word);
     } else if (play_is(option, "format")) {
         triangles->vertexFormat = format_of(line->play, word);
     } else if (play_is(option, "stride")) {
-        triangles->vertexStride = (VkDeviceSize)atoi(word);
+        triangles->vertexStride = play_number(line->play, word);
     } else if (play_is(option, "last-format")) {
         build->last_format = VK_FORMAT_R16G16B16A16_SFLOAT;
     } else if (play_is(option, "last-stride")) {
@@ -227,7 +198,7 @@ static bool read_triangles(struct build_line *line, struct one_build *build, con
     } else if (play_is(option, "opacity-indices")) {
         build->micromap.indexType = VK_INDEX_TYPE_UINT16;
         build->micromap.indexStride = sizeof(uint16_t);
-        build->micromap.indexBuffer = input(line, word);
+        build->micromap.indexBuffer = build_input(line, word);
     } else if (play_is(option, "micromap") || play_is(option, "micromaps")) {
         attach_micromap(line->play, build, word);
         build->first_micromap = play_is(option, "micromaps") ? (uint32_t)atoi(word + 1) : 0;
@@ -237,66 +208,9 @@ static bool read_triangles(struct build_line *line, struct one_build *build, con
     return true;
 }
 
-/* Spheres and linear swept spheres share these members. */
-#define SPHERES_OF(line, word)                                                                     \
-    .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData = input(line, "V0"),                   \
-    .vertexStride = 12, .radiusFormat = VK_FORMAT_R32_SFLOAT, .radiusData = input(line, word),     \
-    .radiusStride = 4, .indexType = VK_INDEX_TYPE_UINT32, .indexData = input(line, "I0"),          \
-    .indexStride = 4
-
-static void begin_dense(struct build_line *line, struct one_build *build, const char *word)
-{
-    build->chained.dense =
-        MAKE(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX,
-             .compressedData = input(line, word), .dataSize = 512, .numTriangles = PRIMITIVES,
-             .numVertices = 4, .maxPrimitiveIndex = 1, .maxGeometryIndex = 1,
-             .format = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX);
-    build->geometry.geometryType = VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
-    build->geometry.pNext = &build->chained.dense;
-}
-
-/* An option of an extension's geometry. */
-static bool read_extension(struct build_line *line, struct one_build *build, const char *option,
-                           const char *word)
-{
-    VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *dense = &build->chained.dense;
-    const uint32_t number = (uint32_t)atoi(word);
-    if (play_is(option, "motion")) {
-        build->chained.motion = MAKE(VkAccelerationStructureGeometryMotionTrianglesDataNV,
-                                     .vertexData = input(line, word));
-        build->geometry.geometry.triangles.pNext = &build->chained.motion;
-    } else if (play_is(option, "spheres")) {
-        build->chained.spheres =
-            MAKE(VkAccelerationStructureGeometrySpheresDataNV, SPHERES_OF(line, word));
-        build->geometry.geometryType = VK_GEOMETRY_TYPE_SPHERES_NV;
-        build->geometry.pNext = &build->chained.spheres;
-    } else if (play_is(option, "swept")) {
-        build->chained.swept =
-            MAKE(VkAccelerationStructureGeometryLinearSweptSpheresDataNV, SPHERES_OF(line, word),
-                 .indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV);
-        build->geometry.geometryType = VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV;
-        build->geometry.pNext = &build->chained.swept;
-    } else if (play_is(option, "dense")) {
-        begin_dense(line, build, word);
-    } else if (play_is(option, "triangles")) {
-        dense->numTriangles = number;
-    } else if (play_is(option, "dense-vertices")) {
-        dense->numVertices = number;
-    } else if (play_is(option, "max-primitive")) {
-        dense->maxPrimitiveIndex = number;
-    } else if (play_is(option, "max-geometry")) {
-        dense->maxGeometryIndex = number;
-    } else if (play_is(option, "size")) {
-        dense->dataSize = number;
-    } else {
-        return false;
-    }
-    return true;
-}
-
 static void use_instances(struct build_line *line, struct one_build *build, const char *word)
 {
-    build->geometry = instances_geometry(input(line, word).deviceAddress, false);
+    build->geometry = instances_geometry(build_input(line, word).deviceAddress, false);
     build->info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
 }
 
@@ -306,11 +220,13 @@ static void read_operand(struct build_line *line, struct one_build *build, const
 {
     struct play *play = line->play;
     PLAY_REQUIRE(play, word != NULL);
-    if (read_triangles(line, build, option, word) || read_extension(line, build, option, word))
+    if (read_triangles(line, build, option, word) ||
+        build_read_extension(line, build, option, word) ||
+        build_read_wild(line, build, option, word))
         return;
     if (play_is(option, "boxes")) {
         build->geometry =
-            boxes_geometry(input(line, word).deviceAddress, sizeof(VkAabbPositionsKHR));
+            boxes_geometry(build_input(line, word).deviceAddress, sizeof(VkAabbPositionsKHR));
     } else if (play_is(option, "instances") || play_is(option, "pointers")) {
         use_instances(line, build, word);
         build->geometry.geometry.instances.arrayOfPointers = play_is(option, "pointers");
@@ -321,12 +237,12 @@ static void read_operand(struct build_line *line, struct one_build *build, const
         build->indirect = play_address(play, word);
         build->indirect_place = play_is(option, "ranges") ? word : NULL;
     } else if (play_is(option, "primitives")) {
-        build->range.primitiveCount = (uint32_t)atoi(word);
+        build->range.primitiveCount = (uint32_t)play_number(play, word);
         build->geometry.geometry.triangles.maxVertex = 3 * build->range.primitiveCount - 1;
     } else if (play_is(option, "flags")) {
         build->info.flags = play_flags(play, word);
     } else if (play_is(option, "geometries")) {
-        build->info.geometryCount = (uint32_t)atoi(word);
+        build->info.geometryCount = (uint32_t)play_number(play, word);
         PLAY_REQUIRE(play, build->info.geometryCount <= GEOMETRIES);
     } else if (play_is(option, "src")) {
         build->info.srcAccelerationStructure = play_object(play, word)->structure;
@@ -351,6 +267,8 @@ static void number_micromaps(struct play *play, struct one_build *build)
 
 static void set_last(struct one_build *build)
 {
+    if (!build->info.geometryCount)
+        return;
     VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         &build->geometries[build->info.geometryCount - 1].geometry.triangles;
     if (build->last_format)
@@ -374,14 +292,16 @@ static void finish(struct build_line *line, struct one_build *build, char **refe
     if (!info->scratchData.deviceAddress)
         info->scratchData = play_unused_scratch(play, line->is_host);
     if (build->geometry.geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR) {
-        while (references[build->range.primitiveCount])
+        while (build->range.primitiveCount < PLAY_ITEMS && references[build->range.primitiveCount])
             build->range.primitiveCount++;
         if (!data->instances.data.deviceAddress)
             data->instances.data = unused_instances(line, references);
     } else if (build->geometry.geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR &&
                !data->triangles.vertexData.deviceAddress) {
-        data->triangles.vertexData = input(line, "V0");
+        data->triangles.vertexData = build_input(line, "V0");
     }
+    if (play->is_unjudged)
+        build_bound(line, build);
     for (uint32_t i = 0; i < GEOMETRIES; i++) {
         build->geometries[i] = build->geometry;
         build->ranges[i] = build->range;
@@ -391,6 +311,7 @@ static void finish(struct build_line *line, struct one_build *build, char **refe
     set_last(build);
     if (build->indirect_place)
         play_write(play, build->indirect_place, build->ranges, sizeof(build->ranges));
+    build_point_to_geometries(play, build);
 }
 
 /* Reads one build. Returns the words behind it. */
@@ -413,33 +334,43 @@ static char **read_build(struct build_line *line, char **words)
 
 /* ---- commands */
 
-static void execute(const struct build_line *line)
+/* An array of the call. */
+static const void *array_of(const struct build_line *line, const char *name, const void *array,
+                            size_t size)
+{
+    return play_is(line->null_array, name) ? NULL
+           : play_is(line->astray_array, name)
+               ? BUILD_NOWHERE
+               : play_copy_for_call(line->play, array, line->count * size);
+}
+#define ARRAY_OF(line, name) array_of(line, #name, (line)->name, sizeof((line)->name[0]))
+
+static void execute(struct build_line *line)
 {
     struct play *play = line->play;
-    VkAccelerationStructureBuildGeometryInfoKHR infos[PLAY_ITEMS];
-    const VkAccelerationStructureBuildRangeInfoKHR *ranges[PLAY_ITEMS];
-    VkDeviceAddress indirect[PLAY_ITEMS];
-    uint32_t strides[PLAY_ITEMS];
-    const uint32_t *counts[PLAY_ITEMS];
     for (uint32_t i = 0; i < line->count; i++) {
         const struct one_build *build = &line->builds[i];
-        infos[i] = build->info;
-        ranges[i] =
+        const uint32_t count = build->info.geometryCount;
+        line->infos[i] = build->info;
+        line->ranges[i] =
             build->geometry.geometryType == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX
                 ? NULL
-                : build->ranges;
-        indirect[i] = build->indirect;
-        strides[i] = sizeof(build->range);
-        counts[i] = build->counts;
+                : play_copy_for_call(play, build->ranges, count * sizeof(build->ranges[0]));
+        line->addresses[i] = build->indirect;
+        line->strides[i] = sizeof(build->range);
+        line->counts[i] = play_copy_for_call(play, build->counts, count * sizeof(build->counts[0]));
     }
     if (line->is_host)
         play_note(play, play->vk.BuildAccelerationStructuresKHR(play->device, line->operation,
-                                                                line->count, infos, ranges));
+                                                                line->count, ARRAY_OF(line, infos),
+                                                                ARRAY_OF(line, ranges)));
     else if (line->is_indirect)
-        play->vk.CmdBuildAccelerationStructuresIndirectKHR(play_commands(play), line->count, infos,
-                                                           indirect, strides, counts);
+        play->vk.CmdBuildAccelerationStructuresIndirectKHR(
+            play_commands(play), line->count, ARRAY_OF(line, infos), ARRAY_OF(line, addresses),
+            ARRAY_OF(line, strides), ARRAY_OF(line, counts));
     else
-        play->vk.CmdBuildAccelerationStructuresKHR(play_commands(play), line->count, infos, ranges);
+        play->vk.CmdBuildAccelerationStructuresKHR(play_commands(play), line->count,
+                                                   ARRAY_OF(line, infos), ARRAY_OF(line, ranges));
 }
 
 VkAccelerationStructureBuildSizesInfoKHR play_build_sizes(struct play *play, char **words)
@@ -453,23 +384,41 @@ VkAccelerationStructureBuildSizesInfoKHR play_build_sizes(struct play *play, cha
     return sizes;
 }
 
+static void build_on_line(struct build_line *line, char **words)
+{
+    while (*words)
+        words = read_build(line, words);
+    execute(line);
+}
+
+/* What is deferred reads its parameters until it is complete. */
+static void build(struct play *play, char **words, bool is_host)
+{
+    char **word = words;
+    struct build_line line = {.play = play, .is_host = is_host}, *kept = &line;
+    while (*word && !play_is(*word, "deferred"))
+        word++;
+    if (*word) {
+        play->keeps_blocks = true;
+        kept = play_block(play, sizeof(line));
+        *kept = line;
+    }
+    build_on_line(kept, words);
+}
+
 bool play_build(struct play *play, char **words)
 {
-    struct build_line line = {.play = play, .is_host = play_is(words[0], "host")};
-    if (line.is_host)
-        words++;
+    const bool is_host = play_is(words[0], "host");
+    words += is_host;
     if (play_is(words[0], "micromap")) {
-        play_build_micromap(play, words, line.is_host);
+        play_build_micromap(play, words, is_host);
         return true;
     }
     if (!play_is(words[0], "build") && !play_is(words[0], "top"))
         return false;
-    if (play->is_nv) {
+    if (play->is_nv)
         play_build_nv(play, words);
-        return true;
-    }
-    for (words++; *words;)
-        words = read_build(&line, words);
-    execute(&line);
+    else
+        build(play, words + 1, is_host);
     return true;
 }

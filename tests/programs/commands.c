@@ -138,6 +138,7 @@ static void end(struct play *play)
 static void execute(struct play *play, const char *name)
 {
     const VkCommandBuffer executed = name ? play_object(play, name)->commands : play->executed;
+    PLAY_REQUIRE(play, executed != NULL);
     play->vk.CmdExecuteCommands(play_commands(play), 1, &executed);
 }
 
@@ -149,11 +150,13 @@ static bool change(struct play *play, char **words)
     if (!name || name[0] != 'c' || name[1] < '0' || name[1] > '9')
         return false;
     struct play_object *object = play_object(play, name);
+    PLAY_REQUIRE(play, object->commands != NULL);
     if (play_is(words[0], "reset") && is_pool) {
         GET(play->vk.ResetCommandPool(play->device, object->pool, 0));
     } else if (play_is(words[0], "reset")) {
         GET(play->vk.ResetCommandBuffer(object->commands, 0));
     } else if (play_is(words[0], "reallocate")) {
+        object->is_ghost = false;
         play->vk.FreeCommandBuffers(play->device, object->pool, 1, &object->commands);
         allocate(play, object);
     } else if (play_is(words[0], "destroy") && is_pool) {

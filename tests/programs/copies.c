@@ -27,10 +27,16 @@ static VkDeviceSize size_of(const char *word)
 
 /* ---- structures */
 
+/* What is deferred reads its parameters until it is complete. */
+#define FOR_CALL(play, info) play_copy_for_call(play, &(info), sizeof(info))
+
 /* SRC > DST deferred NAME */
 static VkDeferredOperationKHR operation_of(struct play *play, char **words)
 {
-    return play_is(words[4], "deferred") ? play_object(play, words[5])->operation : VK_NULL_HANDLE;
+    if (!play_is(words[4], "deferred"))
+        return VK_NULL_HANDLE;
+    play->keeps_blocks = true;
+    return play_object(play, words[5])->operation;
 }
 
 static void copy_structure(struct play *play, char **words, bool is_host)
@@ -42,8 +48,8 @@ static void copy_structure(struct play *play, char **words, bool is_host)
     if (play->is_nv)
         play_copy_nv(play, words);
     else if (is_host)
-        play_note(play, play->vk.CopyAccelerationStructureKHR(play->device,
-                                                              operation_of(play, words), &info));
+        play_note(play, play->vk.CopyAccelerationStructureKHR(
+                            play->device, operation_of(play, words), FOR_CALL(play, info)));
     else
         play->vk.CmdCopyAccelerationStructureKHR(play_commands(play), &info);
 }
@@ -55,7 +61,7 @@ static void serialize(struct play *play, char **words, bool is_host)
                        play_address_for(play, words[3], is_host).deviceAddress);
     if (is_host)
         play_note(play, play->vk.CopyAccelerationStructureToMemoryKHR(
-                            play->device, operation_of(play, words), &info));
+                            play->device, operation_of(play, words), FOR_CALL(play, info)));
     else
         play->vk.CmdCopyAccelerationStructureToMemoryKHR(play_commands(play), &info);
 }
@@ -67,7 +73,7 @@ static void deserialize(struct play *play, char **words, bool is_host)
                          play_object(play, words[3])->structure);
     if (is_host)
         play_note(play, play->vk.CopyMemoryToAccelerationStructureKHR(
-                            play->device, operation_of(play, words), &info));
+                            play->device, operation_of(play, words), FOR_CALL(play, info)));
     else
         play->vk.CmdCopyMemoryToAccelerationStructureKHR(play_commands(play), &info);
 }

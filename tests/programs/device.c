@@ -9,13 +9,16 @@
  *     only null                  for programs that need the null driver
  *     only driver                for programs that backend cpu plays otherwise
  *     only cpu                   for programs that need backend cpu
- *     driver recycles            the null driver gives out handles and addresses again
- *     driver joins COUNT         its deferred operations complete at this join; 0: they aren't
+ *     driver recycles [handles]  the null driver gives out handles and addresses again, or handles
+ * alone driver joins COUNT         its deferred operations complete at this join; 0: they aren't
  *                                deferred
  *     driver type cpu | discrete                  of its physical devices
+ *     driver gaps                around mapped memory nothing can be read
  *
  *     alone                      a batch never executes: no other program has the device, and what
  *                                the last wait brings is not judged
+ *     unjudged                   the program does what no application may do: only a crash is a
+ * failure, and lines that cannot be played are left out
  *
  * Programs that ask for the same share them. */
 #include "play.h"
@@ -29,7 +32,7 @@
 bool play_is_setup(const struct program_line *line)
 {
     static const char *const words[] = {"setting", "with",  "without", "only",
-                                        "driver",  "about", "alone"};
+                                        "driver",  "about", "alone",   "unjudged"};
     bool found = false;
     for (size_t i = 0; i < ARRAY_COUNT(words); i++)
         found |= play_is(line->words[0], words[i]);
@@ -39,6 +42,12 @@ bool play_is_setup(const struct program_line *line)
 /* ---- the instance */
 
 enum { SETTINGS_MAX = 12 };
+
+static void set_recycling(struct null_driver_config *config, bool has_addresses)
+{
+    config->recycle_handles = true;
+    config->recycle_addresses = has_addresses;
+}
 
 static void configure_driver(const struct play *play)
 {
@@ -54,7 +63,9 @@ static void configure_driver(const struct play *play)
         else if (play_is(words[1], "joins"))
             config.deferred_joins = (uint32_t)atoi(words[2]);
         else if (play_is(words[1], "recycles"))
-            config.recycle_handles = config.recycle_addresses = true;
+            set_recycling(&config, !play_is(words[2], "handles"));
+        else if (play_is(words[1], "gaps"))
+            config.has_gaps = true;
         else
             program_fail(play->program->name, play->program->lines[i].number, "driver what?");
     }
@@ -142,6 +153,7 @@ struct device_features {
     VkPhysicalDeviceAccelerationStructureFeaturesKHR structures;
     VkPhysicalDeviceRayTracingMaintenance1FeaturesKHR maintenance;
     VkPhysicalDeviceOpacityMicromapFeaturesEXT micromaps;
+    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromaps_khr;
     VkPhysicalDeviceDisplacementMicromapFeaturesNV displacements;
     VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion;
     VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres;
@@ -167,6 +179,7 @@ static const struct extension {
     {"VK_KHR_ray_tracing_maintenance1", true,
      FEATURES(maintenance, RAY_TRACING_MAINTENANCE_1_FEATURES_KHR)},
     {"VK_EXT_opacity_micromap", true, FEATURES(micromaps, OPACITY_MICROMAP_FEATURES_EXT)},
+    {"VK_KHR_opacity_micromap", false, FEATURES(micromaps_khr, OPACITY_MICROMAP_FEATURES_KHR)},
     {"VK_NV_displacement_micromap", false,
      FEATURES(displacements, DISPLACEMENT_MICROMAP_FEATURES_NV)},
     {"VK_AMD_buffer_marker", true, NO_FEATURES},
@@ -259,7 +272,8 @@ static void create_scratch(struct play *play)
     const VkBufferUsageFlags usage =
         VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
         VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR;
-    const STRUCT(VkBufferCreateInfo, scratch, .size = 4 * 1024 * 1024, .usage = usage);
+    const STRUCT(VkBufferCreateInfo, scratch, .size = play->is_unjudged ? 1 << 19 : 1 << 22,
+                 .usage = usage);
     const STRUCT(VkBufferCreateInfo, instances, .size = PLAY_BUFFER_SIZE, .usage = usage);
     play->scratch = buffer_create(&play->vk, play->device, play->memory_type, &scratch);
     play->instances = buffer_create(&play->vk, play->device, play->memory_type, &instances);
@@ -416,7 +430,7 @@ static const char *missing(const struct play *play)
     for (size_t i = 0; i < ARRAY_COUNT(needs); i++)
         if (!needs[i].is_there && has_word(program, needs[i].word))
             return needs[i].what;
-    if (program_find(program, "structures", "nv") && lacks_nv(program))
+    if (!play->is_unjudged && program_find(program, "structures", "nv") && lacks_nv(program))
         return "a command that VK_NV_ray_tracing lacks";
     return has_host_work(program) && !play->has_host ? "builds on the host" : NULL;
 }

@@ -12,12 +12,6 @@
 
 #include <stdlib.h>
 
-static unsigned char *bytes_of(struct play *play, const char *word)
-{
-    VkDeviceSize offset;
-    return play_place(play, word, &offset)->buffer.bytes + offset;
-}
-
 static void write_grid(float (*to)[3], unsigned side, float step, float x)
 {
     for (unsigned i = 0; i < (side + 1) * (side + 1); i++) {
@@ -66,7 +60,7 @@ static void write_row(struct play *play, VkAccelerationStructureInstanceKHR *to,
 
 bool play_init_input(struct play *play, char **words)
 {
-    unsigned char *to = bytes_of(play, words[1]);
+    unsigned char *to = play_bytes(play, words[1]);
     const char *kind = words[2];
     const unsigned side = words[3] ? (unsigned)atoi(words[3]) : 0;
     if (play_is(kind, "grid"))

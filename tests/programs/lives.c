@@ -16,7 +16,6 @@
 #include "play.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 static void choose_structures(struct play *play, char **words)
 {
@@ -102,15 +101,18 @@ static void renew(struct play *play, struct play_object *object)
     if (object->name[0] == 'd') {
         play_destroy_object(play, object);
         GET(play->vk.CreateDeferredOperationKHR(play->device, NULL, &object->operation));
+        object->is_ghost = false;
         return;
     }
     if (object->name[0] == 'P') {
         play_destroy_object(play, object);
         object->queries = play_create_queries(play, object->name);
+        object->is_ghost = false;
         return;
     }
     buffer_destroy(&play->vk, play->device, &object->buffer);
     play_create_buffer(play, object);
+    object->is_ghost = object->is_freed = false;
 }
 
 static void create_event(struct play *play, const char *name)
@@ -134,6 +136,7 @@ static void free_memory(const struct play *play, struct play_object *object)
 {
     play->vk.FreeMemory(play->device, object->buffer.memory, NULL);
     object->buffer.memory = VK_NULL_HANDLE;
+    object->is_freed = true;
 }
 
 /* An object whose destruction the layer skips is destroyed after the program. */
@@ -143,7 +146,7 @@ static void destroy(struct play *play, char **words)
     struct play_object *object = play_object(play, words[is_buffer ? 2 : 1]);
     const struct play_object before = *object;
     const uint32_t messages = play->fixture.messages.count;
-    if (is_buffer || !strchr("BTMEFPcdst", object->name[0]))
+    if (is_buffer || play_is_buffer(object))
         destroy_buffer(play, object);
     else
         play_destroy_object(play, object);

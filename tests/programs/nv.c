@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Structures of VK_NV_ray_tracing, which `structures nv` asks for: builds have the flags and the
- * source of their line, inputs V0, I0 and X0, or A0, or N0, and each a part of scratch S0. */
+ * source of their line, inputs V0, I0 and X0, or A0, or N0, and each a part of scratch S0. `count
+ * NUMBER` and `offset NUMBER`: of vertices and indices, boxes or instances; `null`: without the
+ * build's info. */
 #include "play.h"
 
 enum { SCRATCH_SIZE = 16 * 1024 }; /* of a build */
@@ -69,14 +71,27 @@ void play_create_nv(struct play *play, struct play_object *object)
     GET(vk->BindAccelerationStructureMemoryNV(play->device, 1, &bind));
 }
 
+static void set_count(struct nv_input *input, uint32_t count)
+{
+    input->geometry.geometry.triangles.vertexCount = count;
+    input->geometry.geometry.triangles.indexCount = count;
+    input->geometry.geometry.aabbs.numAABBs = count;
+    if (input->info.instanceCount)
+        input->info.instanceCount = count;
+}
+
 /* Reads one build. Returns the words behind it. */
 static char **build(struct play *play, char **words)
 {
     struct nv_input input;
     VkAccelerationStructureNV dst = play_object(play, *words++)->nv, src = VK_NULL_HANDLE;
-    bool is_update = false;
+    VkGeometryTrianglesNV *triangles = &input.geometry.geometry.triangles;
+    VkGeometryAABBNV *boxes = &input.geometry.geometry.aabbs;
+    VkDeviceSize instances = 0;
+    bool is_update = false, is_there = true;
     const struct device_buffer *scratch = &play_object(play, "S0")->buffer;
     const VkDeviceSize offset = play->scratch_used;
+    PLAY_REQUIRE(play, scratch->size > 0);
     play->scratch_used = (offset + SCRATCH_SIZE) % scratch->size;
     fill_input(play, &input);
     for (; *words && !play_is(*words, "and"); words++) {
@@ -85,9 +100,15 @@ static char **build(struct play *play, char **words)
             src = play_object(play, words[1])->nv;
         if (play_is(*words, "flags"))
             input.info.flags = play_flags(play, words[1]);
+        if (play_is(*words, "count"))
+            set_count(&input, (uint32_t)play_number(play, words[1]));
+        if (play_is(*words, "offset"))
+            triangles->vertexOffset = boxes->offset = instances = play_number(play, words[1]);
+        is_there &= !play_is(*words, "null");
     }
-    play->vk.CmdBuildAccelerationStructureNV(play_commands(play), &input.info, input.instances, 0,
-                                             is_update, dst, src, scratch->handle, offset);
+    play->vk.CmdBuildAccelerationStructureNV(play_commands(play), is_there ? &input.info : NULL,
+                                             input.instances, instances, is_update, dst, src,
+                                             scratch->handle, offset);
     return *words ? words + 1 : words;
 }
 

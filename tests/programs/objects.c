@@ -21,6 +21,12 @@
 
 static const VkExtent3D image_extent = {4, 4, 1};
 
+uint64_t play_number(const struct play *play, const char *word)
+{
+    PLAY_REQUIRE(play, word != NULL);
+    return strtoull(word, NULL, 0);
+}
+
 /* ---- creation */
 
 static void name_object(struct play *play, VkObjectType type, uint64_t handle, const char *name)
@@ -40,7 +46,8 @@ VkBufferCreateInfo play_buffer_info(const struct play *play, VkDeviceSize size)
 
 void play_create_buffer(struct play *play, struct play_object *object)
 {
-    VkBufferCreateInfo info = play_buffer_info(play, PLAY_BUFFER_SIZE);
+    VkBufferCreateInfo info =
+        play_buffer_info(play, object->name[0] == 'W' ? PLAY_LARGE_SIZE : PLAY_BUFFER_SIZE);
     const STRUCT(VkBufferUsageFlags2CreateInfo, flags,
                  .usage = info.usage | VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX);
     if (object->name[0] == 'H')
@@ -61,6 +68,7 @@ void play_create_structure(struct play *play, struct play_object *object, VkBuff
     const STRUCT(VkAccelerationStructureCreateInfoKHR, info,
                  .createFlags = moves ? VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV : 0,
                  .buffer = buffer, .offset = offset, .size = size, .type = type);
+    object->is_ghost = false;
     GET(play->vk.CreateAccelerationStructureKHR(play->device, &info, NULL, &object->structure));
     name_object(play, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)object->structure,
                 object->name);
@@ -206,13 +214,15 @@ VkDeviceOrHostAddressKHR play_address_in(const struct device_buffer *buffer, VkD
                                          bool is_host)
 {
     if (is_host)
-        return (VkDeviceOrHostAddressKHR){.hostAddress = buffer->bytes + offset};
+        return (VkDeviceOrHostAddressKHR){.deviceAddress = (uintptr_t)buffer->bytes + offset};
     return (VkDeviceOrHostAddressKHR){.deviceAddress = buffer->address + offset};
 }
 
 VkDeviceOrHostAddressKHR play_address_for(struct play *play, const char *word, bool is_host)
 {
     VkDeviceSize offset;
+    if (word && word[0] == '@')
+        return (VkDeviceOrHostAddressKHR){.deviceAddress = play_number(play, word + 1)};
     const struct play_object *object = play_place(play, word, &offset);
     return play_address_in(&object->buffer, offset, is_host);
 }
@@ -270,11 +280,21 @@ void play_write_instances(struct play *play, void *to, char **names, bool is_hos
     }
 }
 
+/* Programs that are not judged may name places behind a buffer. */
+unsigned char *play_bytes(struct play *play, const char *word)
+{
+    enum { ROOM = 4096 };
+    VkDeviceSize offset;
+    const struct play_object *object = play_place(play, word, &offset);
+    PLAY_REQUIRE(play, object->buffer.bytes && !object->is_freed);
+    PLAY_REQUIRE(play, !play->is_unjudged ||
+                           (object->buffer.size >= ROOM && offset <= object->buffer.size - ROOM));
+    return object->buffer.bytes + offset;
+}
+
 void play_write(struct play *play, const char *place, const void *bytes, size_t size)
 {
-    VkDeviceSize offset;
-    unsigned char *to = play_place(play, place, &offset)->buffer.bytes;
-    memcpy(to + offset, bytes, size);
+    memcpy(play_bytes(play, place), bytes, size);
 }
 
 void play_init(struct play *play, char **words)
@@ -285,10 +305,9 @@ void play_init(struct play *play, char **words)
         {0, 0, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT},
         {0, 0, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT}};
     static const VkAabbPositionsKHR box = {.minX = 1, .maxX = -1};
-    VkDeviceSize offset;
-    unsigned char *bytes = play_place(play, words[1], &offset)->buffer.bytes;
+    unsigned char *bytes = play_bytes(play, words[1]);
     if (play_is(words[2], "instances"))
-        play_write_instances(play, bytes + offset, words + 3, false);
+        play_write_instances(play, bytes, words + 3, false);
     else if (play_is(words[2], "transform"))
         play_write(play, words[1], &identity, sizeof(identity));
     else if (play_is(words[2], "triangles"))
@@ -301,7 +320,7 @@ void play_init(struct play *play, char **words)
     else if (play_is(words[2], "box"))
         play_write(play, words[1], &box, sizeof(box));
     else if (play_is(words[2], "reference"))
-        ((VkAccelerationStructureInstanceKHR *)(bytes + offset))->accelerationStructureReference =
+        ((VkAccelerationStructureInstanceKHR *)(void *)bytes)->accelerationStructureReference =
             strtoull(words[3], NULL, 0);
     else if (play_is(words[2], "ranges"))
         play_write(play, words[1], &range, sizeof(range));
@@ -323,9 +342,16 @@ void play_init(struct play *play, char **words)
 
 /* ---- destruction */
 
+bool play_is_buffer(const struct play_object *object)
+{
+    return !strchr("BTMEFPcdst", object->name[0]);
+}
+
 void play_destroy_object(struct play *play, struct play_object *object)
 {
     const VkuDeviceDispatchTable *vk = &play->vk;
+    if (object->is_ghost && object->name[0] != 'c')
+        return;
     switch (object->name[0]) {
     case 'B':
     case 'T':
@@ -395,7 +421,11 @@ void play_destroy_objects(struct play *play)
     vk->DestroyFence(play->device, play->fence, NULL);
     for (unsigned i = play->object_count; i-- > 0;)
         play_destroy_object(play, &play->objects[i]);
-    for (unsigned i = play->object_count; i-- > 0;)
-        buffer_destroy(vk, play->device, &play->objects[i].buffer);
+    for (unsigned i = play->object_count; i-- > 0;) {
+        struct play_object *object = &play->objects[i];
+        if (object->is_ghost && play_is_buffer(object))
+            object->buffer.handle = VK_NULL_HANDLE;
+        buffer_destroy(vk, play->device, &object->buffer);
+    }
     vk->FreeMemory(play->device, play->pages, NULL);
 }

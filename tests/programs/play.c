@@ -7,8 +7,45 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* ---- programs that are not judged */
+
+static struct play *unjudged; /* whose line is played, or NULL */
+
+static _Noreturn void leave_line(void)
+{
+    longjmp(unjudged->next_line, 1);
+}
+
+void *play_block(struct play *play, size_t size)
+{
+    struct play_block *block = calloc(1, sizeof(*block) + size);
+    if (!block)
+        abort();
+    block->next = play->blocks;
+    play->blocks = block;
+    return block->bytes;
+}
+
+const void *play_copy_for_call(struct play *play, const void *array, size_t size)
+{
+    return play->is_unjudged ? memcpy(play_block(play, size), array, size) : array;
+}
+
+static void free_blocks(struct play *play)
+{
+    while (play->blocks) {
+        struct play_block *next = play->blocks->next;
+        free(play->blocks);
+        play->blocks = next;
+    }
+}
+
+/* ---- what ends a program */
+
 _Noreturn void play_fail(const struct play *play, const char *what)
 {
+    if (unjudged)
+        leave_line();
     const struct program_line *line = &play->program->lines[play->at];
     fprintf(stderr, "%s, line %u: %s\n    %s\n", play->program->name, line->number, what,
             line->text);
@@ -70,10 +107,10 @@ static void play_command(struct play *play, char **words)
     else if (play_is(words[0], "close"))
         close_all(play, words);
     else if (!play_fault(play, words) && !play_foreign(play, words) && !play_host(play, words) &&
-             !play_label(play, words) && !play_command_buffer(play, words) &&
-             !play_life(play, words) && !play_records(play, words) && !play_submit(play, words) &&
-             !play_sync(play, words) && !play_shader(play, words) && !play_copy(play, words) &&
-             !play_build(play, words))
+             !play_label(play, words) && !play_wild(play, words) &&
+             !play_command_buffer(play, words) && !play_life(play, words) &&
+             !play_records(play, words) && !play_submit(play, words) && !play_sync(play, words) &&
+             !play_shader(play, words) && !play_copy(play, words) && !play_build(play, words))
         play_fail(play, "unknown command");
 }
 
@@ -116,6 +153,24 @@ static bool judge_line(struct play *play, unsigned line)
     return play->outcome == OUTCOME_PASSED;
 }
 
+/* A line ends where something fails, or is missing. */
+static void play_unjudged(struct play *play, const struct program_line *line)
+{
+    unjudged = play;
+    get_fails = leave_line;
+    play->fixture.messages.answer = play->answer;
+    if (setjmp(play->next_line) == 0) {
+        play_commands_of(play, line);
+    } else {
+        play->recording = NULL;
+        play->secondary = VK_NULL_HANDLE;
+    }
+    play->fixture.messages.answer = VK_FALSE;
+    messages_clear(&play->fixture.messages);
+    get_fails = NULL;
+    unjudged = NULL;
+}
+
 bool play_line(struct play *play, unsigned line)
 {
     const struct program_line *played = &play->program->lines[line];
@@ -124,11 +179,17 @@ bool play_line(struct play *play, unsigned line)
         return true;
     play->at = line;
     play->result = VK_SUCCESS;
-    play->fixture.messages.answer = is_mistake;
-    play_commands_of(play, played);
-    play->fixture.messages.answer = VK_FALSE;
-    judge_result(play, played, is_mistake);
-    return judge_line(play, line);
+    if (play->is_unjudged) {
+        play_unjudged(play, played);
+    } else {
+        play->fixture.messages.answer = is_mistake;
+        play_commands_of(play, played);
+        play->fixture.messages.answer = VK_FALSE;
+        judge_result(play, played, is_mistake);
+    }
+    if (!play->keeps_blocks)
+        free_blocks(play);
+    return play->is_unjudged || judge_line(play, line);
 }
 
 void play_text(struct play *play, struct program *program, const char *format, ...)
@@ -152,6 +213,9 @@ bool play_begin(struct play *play, const struct program *program)
     play->report[0] = '\0';
     play->outcome = OUTCOME_PASSED;
     play->was_lost = false;
+    play->is_unjudged = program_find(program, "unjudged", NULL);
+    play->keeps_blocks = false;
+    play->answer = VK_FALSE;
     play->compacted = 0;
     play->at = 0;
     const char *missing = play_open_device(play);
@@ -163,7 +227,8 @@ bool play_begin(struct play *play, const struct program *program)
     messages_clear(&play->fixture.messages);
     play->is_closed = false;
     play_create_objects(play);
-    play_skip_records(play);
+    if (!play->is_unjudged)
+        play_skip_records(play);
     return true;
 }
 
@@ -171,7 +236,8 @@ void play_end(struct play *play)
 {
     if (!play->is_closed)
         play_destroy_objects(play);
-    if (play->was_lost || program_find(play->program, "alone", NULL) ||
+    free_blocks(play);
+    if (play->was_lost || play->is_unjudged || program_find(play->program, "alone", NULL) ||
         program_find(play->program, "fault", NULL))
         play_close_device(play);
     if (play->hang_messenger)
@@ -190,7 +256,7 @@ void play_program(struct play *play, const struct program *program)
     for (unsigned i = 0;
          !has_given_up && i < program->line_count && play->outcome == OUTCOME_PASSED; i++)
         play_line(play, i);
-    const bool is_held = program_find(program, "alone", NULL);
+    const bool is_held = play->is_unjudged || program_find(program, "alone", NULL);
     if (play->outcome == OUTCOME_PASSED && !is_held && !has_given_up) {
         play->at = program->line_count - 1;
         if (!play->is_closed)

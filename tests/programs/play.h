@@ -7,8 +7,9 @@
  * texels), P query pools (PM: of micromaps),
  * c command buffers, d deferred operations, s binary semaphores, t timelines, q queues, all other
  * capital letters buffers, which the host has mapped but for U; D has serialized data of the null
- * driver, and no command writes H. NAME+OFFSET is a place in a buffer.
- * Each object has memory of its own, unless the program says otherwise. */
+ * driver, no command writes H, and W is large. NAME+OFFSET is a place in a buffer, and where a
+ * command takes an address, @NUMBER is one. Each object has memory of its own, unless the program
+ * says otherwise. */
 #ifndef ASSAY_TESTS_PROGRAMS_PLAY_H
 #define ASSAY_TESTS_PROGRAMS_PLAY_H
 
@@ -25,6 +26,7 @@ enum {
     PLAY_QUEUES = 3,          /* two of family 0, one of family 1 */
     PLAY_ITEMS = BATCH_ITEMS, /* of anything that a line or a submission lists */
     PLAY_BUFFER_SIZE = 128 * 1024,
+    PLAY_LARGE_SIZE = 2 * 1024 * 1024,
     PLAY_PAGES = 4, /* of sparse buffers; each takes a structure */
     PLAY_PAGE_SIZE = 64 * 1024,
     PLAY_STRUCTURE_SIZE = 32 * 1024, /* serialized, it fits into a buffer */
@@ -49,6 +51,14 @@ struct play_object {
     VkCommandPool pool; /* of a command buffer alone */
     unsigned queue;     /* that a command buffer is for */
     bool is_secondary;
+    bool is_ghost; /* the handle is that of an object that is destroyed, or was never there */
+    bool is_freed; /* the memory is, so that the host must not write there */
+};
+
+/* A copy of an array that a call gets. */
+struct play_block {
+    struct play_block *next;
+    _Alignas(16) unsigned char bytes[];
 };
 
 /* Compute pipelines of programs, which they create at the first use. */
@@ -67,6 +77,11 @@ struct play {
     const char *level; /* that programs without a level of their own are played at, or NULL */
     bool is_scarce;    /* memory runs out: the layer may report less, but nothing else */
     jmp_buf gives_up;  /* where the program ends then if a command buffer is lost */
+    bool is_unjudged;  /* only a crash is a failure, and lines that cannot be played are left out */
+    jmp_buf next_line; /* where such a program goes on */
+    VkBool32 answer;   /* of its messenger */
+    struct play_block *blocks;
+    bool keeps_blocks; /* until the program ends, for a deferred operation */
     struct instance_fixture fixture;
     char instance_key[512], device_key[512]; /* what they were created for; "": there is none */
     const struct program *program;
@@ -137,6 +152,13 @@ void play_end(struct play *play);
 __attribute__((format(printf, 3, 4))) void play_text(struct play *play, struct program *program,
                                                      const char *format, ...);
 
+/* A copy for one call: in a program that is not judged a block of its own, so that a sanitizer
+ * notices who reads behind it or after the call; else the array itself. */
+const void *play_copy_for_call(struct play *play, const void *array, size_t size);
+/* Takes a block of zeros that lasts for the line, or to the end of the program if it keeps_blocks.
+ */
+void *play_block(struct play *play, size_t size);
+
 /* Notes the result of a call that lines can expect to fail. Positive results are successes. */
 void play_note_result(struct play *play, VkResult result);
 /* The same of a call that is repeated if there is no memory, as GET() does. */
@@ -177,6 +199,7 @@ void play_judge(struct play *play, int line);
 bool play_judges_whole(const struct play *play);
 /* Whether a line expects a mistake: the messenger asks to skip the call. */
 bool play_expects_mistake(const struct play *play, int line);
+uint64_t play_number(const struct play *play, const char *word);
 __attribute__((format(printf, 2, 3))) void play_say(struct play *play, const char *format, ...);
 
 /* ---- objects (objects.c) */
@@ -190,9 +213,13 @@ VkDeviceAddress play_address(struct play *play, const char *word);
 VkDeviceOrHostAddressKHR play_address_in(const struct device_buffer *buffer, VkDeviceSize offset,
                                          bool is_host);
 VkDeviceOrHostAddressKHR play_address_for(struct play *play, const char *word, bool is_host);
+/* Where the host writes to a place. */
+unsigned char *play_bytes(struct play *play, const char *word);
 /* Those that all programs have; and all. */
 void play_create_objects(struct play *play);
 void play_destroy_objects(struct play *play);
+/* Whether it is a buffer and nothing else. */
+bool play_is_buffer(const struct play_object *object);
 /* Destroys an object, which can be created again; and the parts of the creation. */
 void play_destroy_object(struct play *play, struct play_object *object);
 void play_create_buffer(struct play *play, struct play_object *object);
@@ -259,6 +286,8 @@ VkResult play_result_named(const struct play *play, const char *name);
 unsigned play_queue_of(const struct play *play, const char *word);
 /* labels.c */
 bool play_label(struct play *play, char **words);
+/* wild.c */
+bool play_wild(struct play *play, char **words);
 /* host.c */
 bool play_host(struct play *play, char **words);
 /* submit.c */

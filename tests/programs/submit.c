@@ -47,8 +47,10 @@ static void add_batch(struct play *play, char **words)
     struct batch *batch = &play->batches[play->batch_count++];
     *batch = (struct batch){.command_count = 0};
     for (char **word = words; *word; word++)
-        if ((*word)[0] == 'c')
+        if ((*word)[0] == 'c') {
+            PLAY_REQUIRE(play, play_object(play, *word)->commands);
             batch_add_commands(batch, play_object(play, *word)->commands);
+        }
     for (uint32_t i = 0; i < play->ended_count; i++)
         batch_add_commands(batch, play->ended[i]);
     play->ended_count = 0;
