@@ -266,8 +266,8 @@ static bool is_for_content_test(const struct rule_info *info, enum build_command
 static void check_every_rule_has_a_case(struct run *run)
 {
     struct report *report = &run->report;
-    const bool is_complete = run->platform.is_null && !run->platform.is_cpu && !run->tally.fails &&
-                             !limits_are_harsh();
+    const bool is_complete =
+        run->platform.is_null && !run->platform.is_cpu && !run->tally.fails && !limits_are_harsh();
 
     *report = (struct report){.outcome = OUTCOME_PASSED};
     snprintf(current_name, sizeof(current_name), "every_rule_has_a_case");
