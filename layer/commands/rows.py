@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads the rows of layer/commands/commands.def."""
+"""Reads the files of layer/commands/rows/."""
 
 import re
 
@@ -15,7 +15,10 @@ class Call:
     """The call of an observer, as a row writes it: [[TYPE] NAME =] FUNCTION(ARGUMENT, ...)."""
 
     def __init__(self, text):
-        target, call = re.fullmatch(r"(?:([^=()]+?) = )?(\w+\(.*\))", text).groups()
+        written = re.fullmatch(r"(?:([^=()]+?) = )?(\w+\(.*\))", text)
+        if not written:
+            raise ValueError(f"an observer is FUNCTION(ARGUMENT, ...), not: {text}")
+        target, call = written.groups()
         self.gives = Value(target) if target and " " in target else None
         self.sets_result = target == "result"
         if target and not self.gives and not self.sets_result:

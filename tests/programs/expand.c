@@ -132,8 +132,12 @@ static const char *replace_name(struct expander *expander, const char *name,
         if (*inner.names)
             behind = read_arguments(expander, behind, arguments, &inner);
     }
-    if (!text || expander->depth == DEPTH)
-        fail(expander, name);
+    if (!text || expander->depth == DEPTH) {
+        char what[128];
+        snprintf(what, sizeof(what), text ? "$%.*s contains itself" : "$%.*s is not defined",
+                 (int)length, name);
+        fail(expander, what);
+    }
     expander->depth++;
     replace(expander, text, &inner, to, used);
     expander->depth--;

@@ -177,7 +177,7 @@ void play_judge(struct play *play, int line)
         if (find_message(messages, expected, is_used) || play->is_scarce)
             continue;
         good = false;
-        play_say(play, "nothing of %s (%s)\n", expected->id, expected->text);
+        play_say(play, "no message is %s: %s\n", expected->id, expected->text);
     }
     if (play->is_scarce) {
         judge_scarce(play, messages, is_used);
@@ -190,7 +190,7 @@ void play_judge(struct play *play, int line)
     if (good && messages->count == count)
         return;
     play->outcome = OUTCOME_FAILED;
-    play_say(play, "%u messages instead of %u\n", messages->count, count);
+    play_say(play, "messages: %u, expected: %u\n", messages->count, count);
     for (uint32_t i = 0; i < messages_kept(messages) && i < 12; i++)
         play_say(play, "    %s %s\n        %.1000s\n", is_used[i] ? "expected" : "got",
                  messages->items[i].id, messages->items[i].text);

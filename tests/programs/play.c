@@ -51,8 +51,8 @@ _Noreturn void play_fail(const struct play *play, const char *what)
     if (unjudged)
         leave_line();
     const struct program_line *line = &play->program->lines[play->at];
-    fprintf(stderr, "%s, line %u: %s\n    %s\n", play->program->name, line->number, what,
-            line->text);
+    fprintf(stderr, "%s, line %u: not understood: %s\n    %s\n", play->program->name, line->number,
+            what, line->text);
     exit(2);
 }
 

@@ -213,7 +213,13 @@ static void check_twins(const struct reader *reader, unsigned first)
             is_other = strcmp(broken.lines[j].text, repaired.lines[j].text) != 0;
         for (unsigned j = 0; j < broken.expected_count; j++)
             has_mistake |= !broken.expected[j].is_plain;
-        require(reader, is_other == has_mistake, source->name);
+        if (is_other != has_mistake) {
+            char what[256];
+            snprintf(what, sizeof(what), "%s: %s", source->name,
+                     has_mistake ? "`expect` needs +, - or {WRONG / RIGHT}"
+                                 : "+, - or {WRONG / RIGHT} needs `expect`");
+            require(reader, false, what);
+        }
         source->has_twin = has_mistake;
     }
 }
