@@ -407,6 +407,24 @@ static const char *missing_platform(const struct play *play)
     return NULL;
 }
 
+static bool is_extension(const char *word)
+{
+    bool found = play_is(word, "group");
+    for (size_t i = 0; i < ARRAY_COUNT(extensions); i++)
+        found |= play_is(word, extensions[i].name);
+    return found;
+}
+
+const char *play_unknown_extension(const struct program *program)
+{
+    for (unsigned i = 0; i < program->line_count; i++) {
+        char *const *words = program->lines[i].words;
+        if (play_is(words[0], "with") && !is_extension(words[1]))
+            return words[1] ? words[1] : "nothing";
+    }
+    return NULL;
+}
+
 /* Returns what the program needs and the device lacks. */
 static const char *missing(const struct play *play)
 {

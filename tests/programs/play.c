@@ -223,6 +223,12 @@ bool play_begin(struct play *play, const struct program *program)
     play->answer = VK_FALSE;
     play->compacted = 0;
     play->at = 0;
+    const char *unknown = play_unknown_extension(program);
+    if (unknown) {
+        play->outcome = OUTCOME_FAILED;
+        play_say(play, "with %s: tests/programs/device.c has no such extension\n", unknown);
+        return false;
+    }
     const char *missing = play_open_device(play);
     if (missing) {
         play->outcome = OUTCOME_SKIPPED;

@@ -180,6 +180,8 @@ void play_note_result(struct play *play, VkResult result);
 
 /* Opens the instance and the device that the program needs. Returns NULL, or what is missing. */
 const char *play_open_device(struct play *play);
+/* The word behind `with` that names no extension which programs know; NULL: there is none. */
+const char *play_unknown_extension(const struct program *program);
 void play_close_device(struct play *play);
 
 /* Whether the instance that is open is the one that the program needs. */

@@ -133,5 +133,10 @@ int tally_close(struct tally *tally)
     }
     if (tally->results != NULL && fclose(tally->results) != 0)
         return 1;
+    if (tally->filter != NULL && !tally->list &&
+        tally->passed + tally->failed + tally->skipped == 0) {
+        fprintf(stderr, "no test has %s in its name\n", tally->filter);
+        return 2;
+    }
     return tally->failed == 0 ? 0 : 1;
 }
