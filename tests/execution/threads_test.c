@@ -139,6 +139,7 @@ static uint32_t count_messages(void)
     for (unsigned i = 0; i < RUNNERS; i++) {
         assert_int_equal(runners[i].play.outcome, OUTCOME_PASSED);
         play_destroy_objects(&runners[i].play);
+        play_free_blocks(&runners[i].play);
     }
     play_end(&shared);
     play_close(&shared);

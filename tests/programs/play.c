@@ -35,7 +35,7 @@ const void *play_copy_for_call(struct play *play, const void *array, size_t size
     return play->is_unjudged ? memcpy(play_block(play, size), array, size) : array;
 }
 
-static void free_blocks(struct play *play)
+void play_free_blocks(struct play *play)
 {
     while (play->blocks) {
         struct play_block *next = play->blocks->next;
@@ -193,7 +193,7 @@ bool play_line(struct play *play, unsigned line)
         judge_result(play, played, is_mistake);
     }
     if (!play->keeps_blocks)
-        free_blocks(play);
+        play_free_blocks(play);
     return play->is_unjudged || judge_line(play, line);
 }
 
@@ -247,7 +247,7 @@ void play_end(struct play *play)
 {
     if (!play->is_closed)
         play_destroy_objects(play);
-    free_blocks(play);
+    play_free_blocks(play);
     if (play->was_lost || play->is_unjudged || program_find(play->program, "alone", NULL) ||
         program_find(play->program, "fault", NULL))
         play_close_device(play);

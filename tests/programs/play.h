@@ -164,6 +164,8 @@ const void *play_copy_for_call(struct play *play, const void *array, size_t size
 /* Takes a block of zeros that lasts for the line, or to the end of the program if it keeps_blocks.
  */
 void *play_block(struct play *play, size_t size);
+/* Frees these blocks: for copies of a play, which play_end() does not end. */
+void play_free_blocks(struct play *play);
 
 /* Notes the result of a call that lines can expect to fail. Positive results are successes. */
 void play_note_result(struct play *play, VkResult result);
