@@ -55,8 +55,8 @@ struct gathering {
 /* ---- guards (setting guard): a shader copies the instances of a top-level build just before it,
  * without references to structures that are not live, and the build reads the copy. */
 
-/* Of readable, range_count and limit of a guard_order. With it as the limit each live structure
- * counts as built. */
+/* A value of `readable`, `range_count` and `limit` of struct guard_order. If it is the limit, each
+ * live structure counts as built. */
 enum { GUARD_UNLIMITED = UINT32_MAX };
 
 /* What guard.comp reads and returns for one build. It lies in a chunk, in the shader's layout. The

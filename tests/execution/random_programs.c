@@ -249,8 +249,8 @@ static void submit(struct random_test *test)
         test->now = test->before;
 }
 
-/* A submission that fails, or that the callback skips if there is a finding, is judged like others
- * and leaves everything as it was. */
+/* Adds a submission that fails, or that the callback skips because of a finding. The layer judges
+ * it like others, and it changes nothing. */
 static void submit_in_vain(struct random_test *test)
 {
     const uint32_t queue = random_queue(test);

@@ -110,7 +110,7 @@ void model_create(struct model *model, uint32_t structure);
 
 /* ---- random programs */
 
-/* What a submission that fails leaves as it was. */
+/* What a submission changes. If it fails, all of this is restored. */
 struct sent {
     struct model model;
     uint32_t values[QUEUES];       /* of the timelines, as submitted */

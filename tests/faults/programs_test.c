@@ -174,7 +174,7 @@ static void start(struct random_test *test)
 
 /* ---- a program */
 
-/* Of all variants of a program, as far as they concern what is checked. */
+/* Adds the settings that decide what is checked. All variants of a program have the same ones. */
 static void add_settings(struct random_test *test, struct random *random)
 {
     static const char *const levels[] = {"execution", "content", "content", "state"};

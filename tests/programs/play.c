@@ -19,9 +19,10 @@ static _Noreturn void leave_line(void)
 void *play_block(struct play *play, size_t size)
 {
     const struct platform *platform = play->platform;
-    const int before = platform->pause_allocations ? platform->pause_allocations() : 0;
+    const bool can_fail = platform->pause_allocations;
+    const int before = can_fail ? platform->pause_allocations() : 0;
     struct play_block *block = calloc(1, sizeof(*block) + size);
-    if (platform->resume_allocations)
+    if (can_fail)
         platform->resume_allocations(before);
     if (!block)
         abort();

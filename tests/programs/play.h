@@ -158,18 +158,20 @@ void play_end(struct play *play);
 __attribute__((format(printf, 3, 4))) void play_text(struct play *play, struct program *program,
                                                      const char *format, ...);
 
-/* A copy for one call: in a program that is not judged a block of its own, so that a sanitizer
- * notices who reads behind it or after the call; else the array itself. */
+/* Returns what a call gets as its array. In a program that is not judged, this is a copy in a block
+ * of its own: a sanitizer reports who reads past its end, or after the line. In other programs it
+ * is the array itself. */
 const void *play_copy_for_call(struct play *play, const void *array, size_t size);
 /* Takes a block of zeros that lasts for the line, or to the end of the program if it keeps_blocks.
  */
 void *play_block(struct play *play, size_t size);
-/* Frees these blocks: for copies of a play, which play_end() does not end. */
+/* Frees these blocks. play_end() calls it; whoever copies a play calls it for the copy. */
 void play_free_blocks(struct play *play);
 
 /* Notes the result of a call that lines can expect to fail. Positive results are successes. */
 void play_note_result(struct play *play, VkResult result);
-/* The same of a call that is repeated if the play does so, as GET() does. */
+/* Makes a call and notes its result. If memory ran out and the play repeats calls, as GET() does,
+ * it makes the call again. */
 #define play_note(play, call)                                                                      \
     do {                                                                                           \
         VkResult note_result = (call);                                                             \

@@ -68,7 +68,8 @@ static VkResult bind2(struct scene *scene, VkDeviceSize second_offset)
     return bind2_with(scene, second_offset, NULL);
 }
 
-/* The same in a call that fails. The first buffer is bound, and the second one with this result. */
+/* Binds both buffers in a call that fails. The first bind succeeds; the second one has the result
+ * `second`. */
 static void bind2_failing(struct scene *scene, VkResult second)
 {
     VkResult results[] = {VK_SUCCESS, second};

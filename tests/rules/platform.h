@@ -23,10 +23,12 @@ struct platform {
     bool is_guarded; /* setting guard is on */
     struct null_driver_api null_driver;
     PFN_vkGetInstanceProcAddr get_instance_proc_addr;
-    /* Of this thread, the allocation of the layer after so many others fails, or with `for_good`
-     * all later ones, too; with -1 none. NULL: allocations cannot be made to fail. */
+    /* Makes an allocation of the layer in this thread fail after `after` others have succeeded.
+     * `for_good`: all later ones fail, too. -1 as `after`: none fails. NULL: this platform cannot
+     * make allocations fail. */
     void (*fail_allocations)(int after, bool for_good);
-    /* In between, the caller's own allocations neither fail nor count. */
+    /* Between these two calls, allocations of this thread neither fail nor count. NULL if
+     * fail_allocations is. */
     int (*pause_allocations)(void);
     void (*resume_allocations)(int before);
 };

@@ -77,11 +77,14 @@ struct choice {
 /* Cuts the next entry off a list, and trims it. Returns NULL at the end. */
 char *value_next_entry(char **list);
 
-/* Each function below changes the list. It returns false, and leaves the value as it was, if the
- * list is not what it reads: exactly one choice; one choice or several, whose values are combined;
- * exactly one number. */
+/* These functions read a list, and change its text. If the list is something else, they return
+ * false and do not change the value. */
+
+/* Reads exactly one choice. */
 bool value_read_choice(const struct choice *choices, char *list, uint32_t *value);
+/* Reads one choice or more, and combines their values. */
 bool value_read_flags(const struct choice *choices, char *list, uint32_t *flags);
+/* Reads exactly one number. */
 bool value_read_number(char *list, uint32_t *value);
 
 #endif
