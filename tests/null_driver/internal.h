@@ -344,6 +344,8 @@ ENTRIES(ENTRY)
 
 /* Defines what a command that creates one object does to it before the application has its handle:
  * ON_CREATION(CreateFence) { ... }. The parameters are `object` and pCreateInfo. */
+#undef CreateEvent /* macros of <windows.h> */
+#undef CreateSemaphore
 #define ON_CREATION(name) ON_CREATION_##name
 #define CREATION(name) ON_CREATION(name);
 CREATIONS(CREATION)
