@@ -82,6 +82,15 @@ static inline struct readable_cache *readable_cache_for(uint32_t builds)
     return cache;
 }
 
+/* Host builds read much more than arrays of parameters, and are rare enough to probe all of it
+ * anew. */
+static inline struct readable_cache *readable_cache_for_host(void)
+{
+    struct readable_cache *cache = readable_cache_of_thread();
+    readable_forget(cache);
+    return cache;
+}
+
 ON_RECORDING_PATH VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresKHR(
     VkCommandBuffer commandBuffer, uint32_t infoCount,
     const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
@@ -162,8 +171,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
     call.view.build_ranges = ppBuildRangeInfos;
     struct host_work work = host_work_begin(state);
     call.journal = work.journal;
-    struct readable_cache readable = {0};
-    run_checks(&call, &readable);
+    run_checks(&call, readable_cache_for_host());
     if (host_work_prepare(&work, call.skip))
         return VK_ERROR_VALIDATION_FAILED_EXT;
     VkResult result = state->vk.BuildAccelerationStructuresKHR(device, deferredOperation, infoCount,

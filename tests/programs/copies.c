@@ -18,11 +18,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SIZE = 64, SIZE_MAX_OF_UPDATE = 4096 };
+enum { DEFAULT_SIZE = 64, UPDATE_MAX_SIZE = 4096 };
 
 static VkDeviceSize size_of(const char *word)
 {
-    return play_is(word, "whole") ? VK_WHOLE_SIZE : word ? strtoull(word, NULL, 0) : SIZE;
+    return play_is(word, "whole") ? VK_WHOLE_SIZE : word ? strtoull(word, NULL, 0) : DEFAULT_SIZE;
 }
 
 /* ---- structures */
@@ -184,11 +184,11 @@ static void copy_buffer(struct play *play, char **words)
 
 static void write_buffer(struct play *play, char **words)
 {
-    static const unsigned char zeros[SIZE_MAX_OF_UPDATE];
+    static const unsigned char zeros[UPDATE_MAX_SIZE];
     VkDeviceSize offset;
     const struct play_object *to = play_place(play, words[1], &offset);
     const VkDeviceSize size = size_of(words[2]);
-    PLAY_REQUIRE(play, play_is(words[0], "fill") || size <= SIZE_MAX_OF_UPDATE);
+    PLAY_REQUIRE(play, play_is(words[0], "fill") || size <= UPDATE_MAX_SIZE);
     if (play_is(words[0], "fill"))
         play->vk.CmdFillBuffer(play_commands(play), to->buffer.handle, offset, size, 0);
     else
