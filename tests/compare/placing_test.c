@@ -29,10 +29,12 @@ TEST(test_numbers)
 
     const struct placing down = place((struct compare_ray){{1, 2, 9}, 0, {0, 0, -1}, 100}, 64);
     assert_true(down.is_front && down.t == 1 && down.margin == 64 * PLACING_TOLERANCE);
-    const struct placing far = place((struct compare_ray){{1, -40, 8.5f}, 0, {0, 41, -1}, 100}, 0);
-    assert_true(far.margin == 40 * PLACING_TOLERANCE);
-    const struct placing near = place((struct compare_ray){{1, 1, 7.5f}, 0, {0, 0, 1}, 100}, 8.5);
-    assert_true(near.margin == 8.5 * PLACING_TOLERANCE);
+    const struct placing distant =
+        place((struct compare_ray){{1, -40, 8.5f}, 0, {0, 41, -1}, 100}, 0);
+    assert_true(distant.margin == 40 * PLACING_TOLERANCE);
+    const struct placing adjacent =
+        place((struct compare_ray){{1, 1, 7.5f}, 0, {0, 0, 1}, 100}, 8.5);
+    assert_true(adjacent.margin == 8.5 * PLACING_TOLERANCE);
 }
 
 TEST(test_sides)

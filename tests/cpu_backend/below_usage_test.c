@@ -10,7 +10,7 @@
 
 enum {
     STORAGE = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR,
-    INPUT = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR,
+    BUILD_INPUT = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR,
     ADDRESS = VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
     VERTEX = VK_BUFFER_USAGE_VERTEX_BUFFER_BIT,
     COPIES = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
@@ -86,7 +86,7 @@ TEST_OPENED(test_usage, clear)
 {
     assert_int_equal(create(VERTEX, NULL), VERTEX);
     assert_int_equal(create(STORAGE, NULL), COPIES);
-    assert_int_equal(create(INPUT | VERTEX | ADDRESS, NULL), VERTEX | ADDRESS | COPIES);
+    assert_int_equal(create(BUILD_INPUT | VERTEX | ADDRESS, NULL), VERTEX | ADDRESS | COPIES);
     assert_int_equal(create(ADDRESS, NULL), ADDRESS | COPIES);
     assert_int_equal(create(VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR, NULL), COPIES);
 }
@@ -129,14 +129,14 @@ TEST_OPENED(test_descriptor_buffers, clear)
     const STRUCT(VkBufferUsageFlags2CreateInfo, flags2, .usage = SAMPLERS | STORAGE | ADDRESS);
     static VkDescriptorBufferBindingInfoEXT infos[MANY];
     infos[0].usage = SAMPLERS;
-    infos[1].usage = SAMPLERS | INPUT | ADDRESS;
+    infos[1].usage = SAMPLERS | BUILD_INPUT | ADDRESS;
     infos[MANY - 1].pNext = infos[2].pNext = &flags2;
     cpu_CmdBindDescriptorBuffersEXT(COMMAND_BUFFER, 3, infos);
     assert_int_equal(calls, 3);
     assert_int_equal(seen.bound[0].usage, SAMPLERS);
     assert_int_equal(seen.bound[1].usage, SAMPLERS | ADDRESS | COPIES);
     assert_int_equal(seen.bound[2].usage2, SAMPLERS | ADDRESS | COPIES);
-    assert_int_equal(infos[1].usage, SAMPLERS | INPUT | ADDRESS);
+    assert_int_equal(infos[1].usage, SAMPLERS | BUILD_INPUT | ADDRESS);
 
     cpu_CmdBindDescriptorBuffersEXT(COMMAND_BUFFER, MANY, infos);
     assert_int_equal(seen.bound[MANY - 1].usage2, SAMPLERS | ADDRESS | COPIES);

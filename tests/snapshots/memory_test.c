@@ -19,7 +19,7 @@ enum {
     BOXES = 16,
     INDICES_AT = VERTICES * 12,
     BOXES_AT = INDICES_AT + INDICES * 4,
-    SIZE = BOXES_AT + BOXES * sizeof(VkAabbPositionsKHR),
+    INPUT_SIZE = BOXES_AT + BOXES * sizeof(VkAabbPositionsKHR),
     BLASES = 4,
     INSTANCES = 6,
     POINTERS_AT = INSTANCES * sizeof(VkAccelerationStructureInstanceKHR),
@@ -77,8 +77,9 @@ static void player_open(struct player *player, bool has_layer)
     struct fixture *own = &player->fixture;
     fixture_open(own, &platform, &settings);
     for (int i = 0; i < BUFFERS; i++)
-        player->inputs[i] = fixture_buffer(
-            own, SIZE, input | (i ? 0 : (VkBufferUsageFlags)VK_BUFFER_USAGE_TRANSFER_SRC_BIT));
+        player->inputs[i] =
+            fixture_buffer(own, INPUT_SIZE,
+                           input | (i ? 0 : (VkBufferUsageFlags)VK_BUFFER_USAGE_TRANSFER_SRC_BIT));
     player->instances = fixture_buffer(own, sizeof(player->instances_written), input);
     player->scratch = fixture_buffer(own, SCRATCH_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     player->structures = fixture_buffer(own, (BLASES + 1) * STRUCTURE_SIZE,
@@ -319,7 +320,7 @@ static void begin(struct player *player, uint32_t word)
 static void expect_same_memory(void)
 {
     for (int i = 0; i < BUFFERS; i++)
-        assert_memory_equal(players[0].inputs[i].bytes, players[1].inputs[i].bytes, SIZE);
+        assert_memory_equal(players[0].inputs[i].bytes, players[1].inputs[i].bytes, INPUT_SIZE);
     for (int w = 0; w < 2; w++)
         assert_memory_equal(players[w].instances.bytes, players[w].instances_written,
                             sizeof(players[w].instances_written));
@@ -353,7 +354,7 @@ TEST(test_memory_is_the_same)
         player_open(&players[1], false);
         for (int i = 0; i < BUFFERS; i++) {
             write_inputs(&random, players[0].inputs[i].bytes);
-            memcpy(players[1].inputs[i].bytes, players[0].inputs[i].bytes, SIZE);
+            memcpy(players[1].inputs[i].bytes, players[0].inputs[i].bytes, INPUT_SIZE);
         }
         play(&random, BLASES, true);
         for (int i = 0; i < SUBMISSIONS; i++)
