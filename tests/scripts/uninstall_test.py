@@ -30,7 +30,7 @@ class Uninstall(unittest.TestCase):
         (self.folder / "CMakeLists.txt").write_text(PROJECT, encoding="utf-8")
         (self.folder / "one").touch()
         (self.folder / "inner/two").touch()
-        (self.folder / "inner/CMakeLists.txt").write_text("install(FILES two DESTINATION share)\n",
+        (self.folder / "inner/CMakeLists.txt").write_text("install(FILES two DESTINATION share/doc/assay/docs)\n",
                                                           encoding="utf-8")
         self.build, self.prefix = self.folder / "build", self.folder / "a prefix"
         self.run_ok("cmake", "-G", "Ninja", "-S", self.folder, "-B", self.build)
@@ -49,14 +49,21 @@ class Uninstall(unittest.TestCase):
         return self.status("cmake", "--build", self.build, "--target", "uninstall")
 
     def files(self):
-        return sorted(path.name for path in self.folder.glob("**/share/*")
-                      if "_CPack_Packages" not in path.parts)
+        return sorted(path.name for path in self.folder.glob("**/share/**/*")
+                      if path.is_file() and "_CPack_Packages" not in path.parts)
 
     def test_uninstalls(self):
         self.install()
         self.assertEqual(self.files(), ["one", "two"])
         self.assertEqual(self.uninstall(), 0)
         self.assertEqual(self.files(), [])
+        self.assertEqual(os.listdir(self.prefix / "share/doc"), [])
+
+    def test_keeps_files_of_others(self):
+        self.install()
+        (self.prefix / "share/doc/assay/three").touch()
+        self.assertEqual(self.uninstall(), 0)
+        self.assertEqual(self.files(), ["three"])
 
     def test_packages_in_between(self):
         self.install()
