@@ -270,9 +270,16 @@ uint64_t hazards_write_since(struct hazards *hazards, uint64_t since, struct haz
     }
     if (!piece || piece->begin >= bytes->end)
         return 0;
+    const uint64_t number = mark_number(piece->write), limit = bytes->end;
     bytes->begin = piece->begin > bytes->begin ? piece->begin : bytes->begin;
-    bytes->end = piece->end < bytes->end ? piece->end : bytes->end;
-    return mark_number(piece->write);
+    bytes->end = piece->end;
+    /* Reads split what one write has written. */
+    for (cursor_step(&cursor); (piece = cursor_piece(cursor)) && piece->begin == bytes->end &&
+                               mark_number(piece->write) == number;
+         cursor_step(&cursor))
+        bytes->end = piece->end;
+    bytes->end = bytes->end < limit ? bytes->end : limit;
+    return number;
 }
 
 bool hazards_read_is_early(struct hazards *hazards, const struct hazard_access *read,
