@@ -164,7 +164,9 @@ def summary_lines(verdict, printed=()):
     if verdict.status:
         lines.append(describe_exit(verdict.status))
     if verdict.is_stopped:
-        lines.append("the first finding has ended the run (--stop-at-first)")
+        later = len(verdict.new) - 1
+        lines.append("the first finding has ended the run (--stop-at-first)" +
+                     (f"; {later:,} more came before the application had ended" if later > 0 else ""))
     return lines
 
 

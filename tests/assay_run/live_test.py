@@ -79,6 +79,13 @@ class StopAtFirst(Runs):
         self.expect(self.run_script(script, "--stop-at-first"), 99, "1 finding in 1 process",
                     "the first finding has ended the run")
 
+    def test_findings_while_the_application_ends(self):
+        script = f"""
+            signal.signal(signal.SIGTERM, lambda *_: (find(), end(), sys.exit(0)))
+            load(); find(); time.sleep({LONG})"""
+        self.expect(self.run_script(script, "--stop-at-first"), 99,
+                    "has ended the run (--stop-at-first); 1 more came before the application had ended")
+
     def test_signal_is_ignored(self):
         script = f"signal.signal(signal.SIGTERM, signal.SIG_IGN); load(); find(); time.sleep({LONG})"
         self.expect(self.run_script(script, "--stop-at-first"), 99, "has ended the run")
