@@ -2,6 +2,7 @@
 /* Options and counts of programs that play cases. */
 #include "tally.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 enum level level_named(const char *name)
@@ -45,6 +46,10 @@ static bool read_arguments(struct tally *tally, int argc, char **argv)
 int tally_open(struct tally *tally, struct platform *platform, int argc, char **argv,
                const char *usage)
 {
+    if (argc > 1 && strcmp(argv[1], "--help") == 0) {
+        fputs(usage, stdout);
+        exit(0);
+    }
     if (argc < 2 || !read_arguments(tally, argc, argv)) {
         fputs(usage, stderr);
         return 2;
