@@ -245,6 +245,9 @@ def read_items(text, defines):
         else:
             if word == "silent":
                 items["silent"], item = "true", rest
+            if item and not re.fullmatch(r"\w+(, *\w+)*", item):
+                raise ValueError("this is neither a known item nor a list of rules; is a semicolon missing?",
+                                 item)
             if item:
                 items["rules"] = item
     return items
@@ -357,7 +360,9 @@ def read(path, members, common):
             elif word == "group:":
                 group = read_items(rest, defines)
             else:
-                name, _, rest = text.partition(":")
+                name, colon, rest = text.partition(":")
+                if not colon:
+                    raise ValueError("a colon is missing behind the name of the case")
                 row(lists[-1], name, inherit(read_items(rest.strip(), defines), group),
                     setups, defines)
         except (KeyError, IndexError, ValueError, TypeError) as error:
