@@ -76,6 +76,20 @@ class Record:
             counts.update(summary.get("HeldBack", {}))
         return counts
 
+    def may_lack_repetitions(self):
+        """Returns whether a process reached the limit of repeated messages, and ended before a summary
+        said how many of them were held back."""
+        ends, limits, counts = Counter(), {}, Counter()
+        for process, line in self.lines:
+            ends[process] += {"Header": 1, "Summary": -1}.get(line["Type"], 0)
+            if line["Type"] == "Header":
+                limit = str(line.get("Settings", {}).get("duplicate_message_limit"))
+                limits[process] = int(limit) if limit.isdecimal() else 0
+            elif line["Type"] == "Finding" and self.counts(line):
+                counts[process, line["VUID"]] += 1
+        return any(ends[process] > 0 and 0 < limits.get(process, 0) <= count
+                   for (process, _), count in counts.items())
+
     @property
     def is_loaded(self):
         return bool(self.headers) and not self.runs_without_layer()

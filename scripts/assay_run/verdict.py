@@ -96,6 +96,8 @@ def total_line(verdict):
                     if record.advice_is_error or not is_advice({"VUID": name}))
     if held_back:
         notes.append(f"{plural(held_back, 'duplicate')} not reported")
+    elif record.may_lack_repetitions():
+        notes.append("perhaps found more often: a VkInstance was not destroyed")
     if notes:
         text += f" ({', '.join(notes)})"
     text += f" in {plural(len(record.processes), 'process', 'processes')}"

@@ -190,6 +190,18 @@ class Repetition(Runs):
         self.write_record(header(), *findings)
         return self.run_words("--merge", "7.jsonl", *self.REPORTS)
 
+    def test_instance_is_not_destroyed(self):
+        """Nothing says how many duplicates were held back."""
+        limited = header(Settings={"duplicate_message_limit": "10"})
+        unknown = "1 finding (reported 10 times, perhaps found more often: a VkInstance was not destroyed)"
+        for lines, text in (([limited] + 10 * [finding()], unknown),
+                            ([limited] + 9 * [finding()], "1 finding (reported 9 times) in"),
+                            ([header()] + 10 * [finding()], "1 finding (reported 10 times) in"),
+                            ([limited] + 10 * [finding()] + [{**SUMMARY, "HeldBack": {}}],
+                             "1 finding (reported 10 times) in")):
+            self.write_record(*lines)
+            self.expect(self.run_words("--merge", "7.jsonl"), 99, text)
+
     def test_one_mistake_in_20_frames(self):
         result = self.merge(*map(frame_finding, range(20)))
         self.expect(result, 99, "1 finding (reported 20 times)",
