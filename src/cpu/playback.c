@@ -341,11 +341,11 @@ void cpu_playback_deliver(struct cpu_playback *playback, const struct cpu_delive
     pthread_mutex_lock(&playback->delivery);
     for (struct result *result;
          (result = first_result(playback)) && result_is_complete(result, delivery, &end);) {
-        take_first_result(playback);
         if (end == VK_SUCCESS && result->target.buffer && result->pool)
             write_queried(playback, result, delivery);
         if (end == VK_SUCCESS && result->target.buffer && result->tree)
             write_serialized(playback, result, delivery);
+        take_first_result(playback); /* for cpu_playback_has_results(): only now it is written */
         free_result(playback, result);
     }
     pthread_mutex_unlock(&playback->delivery);

@@ -265,12 +265,15 @@ static struct order_batch *take_first(struct execution_order *order)
 static void run_batch(struct execution_order *order, struct order_batch *batch)
 {
     if (!order->order_unknown) {
+        order->running = batch;
         pthread_mutex_unlock(&order->lock);
         atomic_store_explicit(&batch->state, BATCH_ORDERED, memory_order_release);
         batch_list_append_run(&order->batches, batch);
         CALL_CONSUMERS(order, run, batch)
         CALL_CONSUMERS(order, ran, batch)
         pthread_mutex_lock(&order->lock);
+        order->running = NULL;
+        pthread_cond_broadcast(&order->ran);
     }
     submission_unreference(batch->submission);
 }
@@ -288,14 +291,52 @@ static bool run_first(struct execution_order *order)
     return batch;
 }
 
-void execution_order_drain(struct execution_order *order)
+static bool begin_running(struct execution_order *order)
 {
     if (!drain_begin(&order->drain))
+        return false;
+    order->runner = pthread_self();
+    return true;
+}
+
+void execution_order_drain(struct execution_order *order)
+{
+    if (!begin_running(order))
         return;
     do {
         while (run_first(order))
             continue;
     } while (drain_repeat(&order->drain));
+}
+
+/* ---- waiting for the thread that runs batches */
+
+enum { AWAIT_STEP_NANOSECONDS = 250 * 1000 * 1000, AWAIT_STEPS = 20 };
+
+static bool is_observed(const struct execution_order *order, const struct order_batch *batch)
+{
+    return execution_clock_has(&order->host, batch->timestamp);
+}
+
+static bool lacks_observed(const struct execution_order *order)
+{
+    const struct order_batch *batch = order->run_list;
+    if (order->order_unknown ||
+        (order->drain.is_busy && pthread_equal(order->runner, pthread_self())))
+        return false;
+    while (batch && !is_observed(order, batch))
+        batch = batch->next;
+    return batch || (order->running && is_observed(order, order->running));
+}
+
+void execution_order_await_observed(struct execution_order *order)
+{
+    if (!order)
+        return;
+    pthread_mutex_lock(&order->lock);
+    for (int steps = AWAIT_STEPS; steps && lacks_observed(order);)
+        steps -= !timed_condition_wait(&order->ran, &order->lock, AWAIT_STEP_NANOSECONDS);
+    pthread_mutex_unlock(&order->lock);
 }
 
 /* ---- around the call */
@@ -318,7 +359,7 @@ void submission_check(struct submission *submission)
                            ? !order->run_list
                            : submission->ready_count && order->run_list == submission->batches;
     if (order->order_unknown || !is_runnable || submission->kind == SUBMIT_BINDINGS ||
-        !drain_begin(&order->drain))
+        !begin_running(order))
         return;
     for (uint32_t i = 0; i < submission->ready_count; i++)
         submission->batches[i].is_checked = true;
@@ -334,7 +375,7 @@ void submission_check(struct submission *submission)
 static void undo(struct submission *submission)
 {
     struct execution_order *order = submission->order;
-    drain_begin(&order->drain);
+    begin_running(order);
     pthread_mutex_unlock(&order->lock);
     for (uint32_t i = 0; i < submission->ready_count; i++)
         CALL_CONSUMERS(order, undo, &submission->batches[i])

@@ -13,6 +13,7 @@ VkResult execution_order_create(struct execution_order **order, const struct exe
     (*order)->queue_count = EXECUTION_HOST + 1;
     (*order)->run_end = &(*order)->run_list;
     pthread_mutex_init(&(*order)->lock, NULL);
+    timed_condition_init(&(*order)->ran);
     pthread_mutex_init(&(*order)->batches.lock, NULL);
     return VK_SUCCESS;
 }
@@ -82,6 +83,7 @@ void execution_order_destroy(struct execution_order *order)
     handle_table_drop(&order->fences, free);
     pthread_mutex_destroy(&order->batches.lock);
     pthread_mutex_destroy(&order->lock);
+    pthread_cond_destroy(&order->ran);
     free(order);
 }
 

@@ -179,7 +179,10 @@ struct execution_order {
     uint32_t waiting;    /* calls under way with batches that will be held */
     uint32_t held_count; /* held batches */
     struct order_batch *run_list, **run_end;
-    struct drain drain; /* of the run list: one thread is in the consumers' functions */
+    struct drain drain;          /* of the run list: one thread is in the consumers' functions */
+    pthread_t runner;            /* that thread */
+    struct order_batch *running; /* the batch that it runs; NULL: none */
+    pthread_cond_t ran;          /* a batch has run */
     bool order_unknown, unknown_reported;
     enum order_unknown_reason unknown_reason; /* if order_unknown */
     bool has_open;                            /* a queue has had an open batch */
