@@ -352,6 +352,16 @@ void layer_remove_device(struct layer_device *device)
     take_out(&devices, &device->link);
 }
 
+void layer_visit_devices(const struct layer_instance *instance,
+                         void (*visit)(struct layer_device *device))
+{
+    unsigned stripe = enter();
+    for (struct layer_link *link = devices; link; link = link->next)
+        if (((struct layer_device *)link)->instance == instance)
+            visit((struct layer_device *)link);
+    leave(stripe);
+}
+
 bool layer_other_device_has_operation(const struct layer_device *device,
                                       VkDeferredOperationKHR handle)
 {

@@ -169,6 +169,9 @@ void layer_add_instance(struct layer_instance *instance);
 void layer_remove_instance(struct layer_instance *instance);
 void layer_add_device(struct layer_device *device);
 void layer_remove_device(struct layer_device *device);
+/* Calls `visit` for each device of the instance, with the registry locked. */
+void layer_visit_devices(const struct layer_instance *instance,
+                         void (*visit)(struct layer_device *device));
 
 /* Whether a device other than this one has an object of that handle. */
 bool layer_other_device_has_operation(const struct layer_device *device,

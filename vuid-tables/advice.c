@@ -5,6 +5,7 @@ const struct advice_info advice_infos[ADVICE_COUNT] = {
 #define CERTAIN_mesh true
 #define CERTAIN_placing true
 #define CERTAIN_traced true
+#define CERTAIN_tree false
 #define CERTAIN_use false
 #define CERTAIN_crowd false
 #define ADVICE(subject, name, kind, id, hint)                                                      \

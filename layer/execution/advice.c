@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include "layer/execution/refits.h"
 #include "src/check/replay/single_calls.h"
 #include "src/report/advice_list.h"
 #include "src/rules/advice.h"
@@ -15,6 +16,7 @@ struct device_advice {
     struct layer_device *device;
     const struct advice_limits *limits;
     struct advice_list *list;
+    struct refit_judge *refits;
     atomic_uint submissions; /* executed batches with command buffers */
     atomic_uint outstanding; /* batches that were submitted and did not execute yet */
     atomic_uint tiny;        /* structures with few primitives that are alive */
@@ -42,13 +44,16 @@ VkResult advice_create(struct layer_device *device)
     advice->ring_size = limit > RING_MAX ? 0 : limit ? limit : 1;
     advice->created = calloc(advice->ring_size + 1, sizeof(*advice->created));
     advice->list = advice_list_create(advice->limits->of[ADVICE_LIMIT_lines]);
-    return advice->list && advice->created ? VK_SUCCESS : VK_ERROR_OUT_OF_HOST_MEMORY;
+    advice->refits = refit_judge_create(advice->limits, device->structures, advice->list);
+    return advice->list && advice->refits && advice->created ? VK_SUCCESS
+                                                             : VK_ERROR_OUT_OF_HOST_MEMORY;
 }
 
 void advice_destroy(struct device_advice *advice)
 {
     if (!advice)
         return;
+    refit_judge_destroy(advice->refits);
     advice_list_destroy(advice->list);
     free((void *)advice->created);
     free(advice);
@@ -280,13 +285,35 @@ struct batch_consumer advice_consumer(struct device_advice *advice)
 
 /* ---- the list */
 
+static struct advice_report report_about(const struct device_advice *advice, enum advice id,
+                                         VkObjectType type, uint64_t object)
+{
+    struct advice_report report = {.advice = id, .type = type, .object = object};
+    object_names_get(advice->device->names, type, object, report.name, sizeof(report.name));
+    return report;
+}
+
 void advice_add(struct device_advice *advice, enum advice id, VkObjectType type, uint64_t object,
                 const struct finding *finding, uint64_t weight)
 {
-    struct advice_report report = {
-        .advice = id, .type = type, .object = object, .finding = *finding};
-    object_names_get(advice->device->names, type, object, report.name, sizeof(report.name));
+    struct advice_report report = report_about(advice, id, type, object);
+    report.finding = *finding;
     advice_list_add(advice->list, &report, weight);
+}
+
+void advice_add_refit(struct device_advice *advice, uint64_t id, VkAccelerationStructureKHR accel,
+                      const struct refit *refit)
+{
+    const struct advice_report report =
+        report_about(advice, ADVICE_updates_suit_the_tree,
+                     VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)accel);
+    refit_judge_add(advice->refits, id, refit, &report);
+}
+
+void advice_end_thread(const struct device_advice *advice)
+{
+    if (advice)
+        refit_judge_end(advice->refits);
 }
 
 /* Whether the object was there when the first of the last submissions executed. */
@@ -367,5 +394,6 @@ void advice_send(struct device_advice *advice)
         judge(advice, &accels[i], true);
     free(accels);
     judge_all(advice);
+    refit_judge_end(advice->refits);
     advice_list_send(advice->list, advice->device->instance->reporter, advice->device->handle);
 }

@@ -8,6 +8,7 @@
 #include "layer/layer.h"
 
 struct advice_list;
+struct refit;
 
 /* Does nothing if the setting is off. Call once the device has an order. */
 VkResult advice_create(struct layer_device *device);
@@ -29,5 +30,13 @@ void advice_send_certain(const struct device_advice *advice);
 /* Adds an advice about a live object to the list, with its name. Any thread. */
 void advice_add(struct device_advice *advice, enum advice id, VkObjectType type, uint64_t object,
                 const struct finding *finding, uint64_t weight);
+
+/* Has the tree of an update compared with a new one. `id`: of the structure. Any thread. */
+void advice_add_refit(struct device_advice *advice, uint64_t id, VkAccelerationStructureKHR accel,
+                      const struct refit *refit);
+
+/* Ends the thread that compares trees. Call when its instance is destroyed before the device: the
+ * loader may then unload the layer. `advice` may be NULL. */
+void advice_end_thread(const struct device_advice *advice);
 
 #endif

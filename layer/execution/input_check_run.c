@@ -238,10 +238,13 @@ static void advised(void *user, const struct content_advice *advice,
     const struct layer_device *device = call->reading->ran->device;
     if (contents)
         structures_note_contents(device->structures, call->dst_id, contents);
+    if (resources_find_id(device->resources, RESOURCE_ACCEL, (uint64_t)(uintptr_t)call->dst) !=
+        call->dst_id)
+        return;
+    if (advice->refit.now)
+        advice_add_refit(device->advice, call->dst_id, call->dst, &advice->refit);
     for (enum advice id = 0; id < ADVICE_COUNT; id++)
         if (advice->kept[id].weight &&
-            resources_find_id(device->resources, RESOURCE_ACCEL, (uint64_t)(uintptr_t)call->dst) ==
-                call->dst_id &&
             structures_note_advised(device->structures, call->dst_id, id))
             advice_add(device->advice, id, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                        (uint64_t)(uintptr_t)call->dst, &advice->kept[id].finding,

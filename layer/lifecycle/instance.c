@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "layer/cpu/overlay.h"
+#include "layer/execution/advice.h"
 #include "layer/harsh.h"
 #include "layer/layer.h"
 #include "observers.h"
@@ -149,12 +150,19 @@ fail_reporter:
     return result;
 }
 
+/* The application has left the device behind. */
+static void end_thread(struct layer_device *device)
+{
+    advice_end_thread(device->advice);
+}
+
 VKAPI_ATTR void VKAPI_CALL assay_DestroyInstance(VkInstance instance,
                                                  const VkAllocationCallbacks *pAllocator)
 {
     struct layer_instance *state = instance ? layer_find_instance(instance) : NULL;
     if (!state)
         return;
+    layer_visit_devices(state, end_thread);
     layer_remove_instance(state);
     reporter_set_instance_alive(state->reporter, false);
     reporter_summarize(state->reporter);

@@ -126,22 +126,16 @@ static double cost_of(const struct tree *tree)
     return statistics.sah;
 }
 
-static double compare_samples(const struct triangle_sample *built,
-                              const struct triangle_sample *now)
+double triangle_sample_refit_cost(const struct triangle_sample *built,
+                                  const struct triangle_sample *now)
 {
     struct tree kept, fresh;
+    if (built->of != now->of)
+        return 0;
     const bool is_kept = build_sample_tree(&kept, built) && refit(&kept, now),
                is_fresh = build_sample_tree(&fresh, now);
     const double times = is_kept && is_fresh ? cost_of(&kept) / cost_of(&fresh) : 0;
     aligned_free(kept.structure);
     aligned_free(fresh.structure);
     return isfinite(times) ? times : 0;
-}
-
-double triangle_sample_refit_cost(const struct triangle_sample *built, const struct source *now)
-{
-    struct triangle_sample *sample = now->count == built->of ? triangle_sample_create(now) : NULL;
-    const double times = sample ? compare_samples(built, sample) : 0;
-    triangle_sample_release(sample);
-    return times;
 }

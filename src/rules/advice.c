@@ -222,6 +222,19 @@ bool few_structures_are_small(const struct crowd_view *crowd, struct finding *fi
                     count_of(crowd->limits->of[ADVICE_LIMIT_few_primitives], "primitive"));
 }
 
+/* ---- updates */
+
+bool updates_suit_the_tree(const struct tree_view *tree, struct finding *finding, uint64_t *weight)
+{
+    *weight = tree->triangles;
+    return tree->refit_cost < tree->limits->of[ADVICE_LIMIT_refit_times] ||
+           violated(finding, "",
+                    "was updated with pGeometries[{}], whose triangles have moved so far since the "
+                    "last build that its tree costs rays {} times as much as a new one. The layer "
+                    "has computed that with trees of its own over a sample of the triangles",
+                    number(tree->geometry), real(tree->refit_cost));
+}
+
 /* ---- all rows */
 
 #define JUDGE(subject, name)                                                                       \
@@ -230,6 +243,7 @@ bool few_structures_are_small(const struct crowd_view *crowd, struct finding *fi
 #define JUDGE_mesh(name)
 #define JUDGE_placing(name)
 #define JUDGE_traced(name)
+#define JUDGE_tree(name)
 
 void advice_judge_use(const struct use_view *use, advice_found *found, void *user)
 {

@@ -23,6 +23,14 @@ struct traced_view {
     uint64_t changed; /* handle of what an instance refers to and was written since; 0: none */
 };
 
+/* The tree of a structure after an update. */
+struct tree_view {
+    uint32_t geometry;  /* index of the one that was judged */
+    uint32_t triangles; /* of it */
+    double refit_cost;  /* compared with a new tree; 0: unknown */
+    const struct advice_limits *limits;
+};
+
 /* All structures of a device. */
 struct crowd_view {
     /* The most structures with few primitives (a limit) that were there at a time. */

@@ -20,7 +20,6 @@ struct mesh_view {
     const struct stray_vertex *stray;  /* or NULL */
     const struct other_stride *smooth; /* or NULL */
     const struct vertex_layout *layout, *contradicting; /* its own, and one before; or both NULL */
-    double refit_cost; /* of an update's tree, compared with a new tree; 0: unknown */
 };
 
 /* The instances of a build without motion. */

@@ -49,10 +49,12 @@ static struct source source_of(const struct soup *from, uint32_t count)
 static double cost_of(const struct soup *built, const struct soup *now)
 {
     const struct source before = source_of(built, COUNT), after = source_of(now, COUNT);
-    struct triangle_sample *sample = triangle_sample_create(&before);
-    assert_non_null(sample);
-    const double cost = triangle_sample_refit_cost(sample, &after);
+    struct triangle_sample *sample = triangle_sample_create(&before),
+                           *moved = triangle_sample_create(&after);
+    assert_true(sample && moved);
+    const double cost = triangle_sample_refit_cost(sample, moved);
     triangle_sample_release(sample);
+    triangle_sample_release(moved);
     return cost;
 }
 
@@ -183,11 +185,16 @@ TEST(test_costs_that_are_unknown)
     const struct source before = source_of(&built, COUNT), fewer = source_of(&now, COUNT - 1),
                         after = source_of(&now, COUNT);
     struct triangle_sample *sample = triangle_sample_create(&before),
-                           *shared = triangle_sample_share(sample);
+                           *shared = triangle_sample_share(sample),
+                           *of_fewer = triangle_sample_create(&fewer),
+                           *moved = triangle_sample_create(&after);
     triangle_sample_release(sample);
-    assert_true(triangle_sample_refit_cost(shared, &fewer) == 0);
-    assert_true(triangle_sample_refit_cost(shared, &after) > 2);
+    assert_true(triangle_sample_refit_cost(shared, of_fewer) == 0);
+    assert_true(triangle_sample_refit_cost(shared, moved) > 2);
+    WITHOUT_MEMORY(assert_true(triangle_sample_refit_cost(shared, moved) == 0));
     now.corners[0][0][1] = INFINITY;
-    assert_true(triangle_sample_refit_cost(shared, &after) == 0);
+    assert_null(triangle_sample_create(&after));
     triangle_sample_release(shared);
+    triangle_sample_release(of_fewer);
+    triangle_sample_release(moved);
 }

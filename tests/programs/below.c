@@ -2,17 +2,17 @@
 /* below BARRIER [, BARRIER]...      the stages and accesses that reached the null driver since the
  * last below nothing                     `below`, of any command
  *
- * BARRIER: [COUNT] STAGES[:ACCESSES] > STAGES[:ACCESSES]. Its buffer, if it has one, is one of the
- * program's. A command with one mask of stages has it in front of `> none`. So has a semaphore that
- * a batch signals; one that it waits for has it behind `none >`. */
+ * BARRIER: [COUNT] [own] [behind] STAGES[:ACCESSES] > STAGES[:ACCESSES]. `own`: of a buffer that
+ * the program did not create. `behind`: recorded behind a build; others in front of all. A command
+ * with one mask of stages has it in front of `> none`. So has a semaphore that a batch signals; one
+ * that it waits for has it behind `none >`. */
 #include "sync.h"
 
 #include <stdlib.h>
 
 enum { BARRIERS_MAX = 256 };
 
-/* Whether it is a buffer that the program did not create. */
-static bool is_foreign(const struct play *play, VkBuffer buffer)
+static bool is_own(const struct play *play, VkBuffer buffer)
 {
     bool is_known = !buffer;
     for (unsigned i = 0; i < play->object_count; i++)
@@ -20,31 +20,43 @@ static bool is_foreign(const struct play *play, VkBuffer buffer)
     return !is_known;
 }
 
+struct expected {
+    struct null_driver_barrier barrier; /* `builds`: 1 if behind a build */
+    bool is_own;
+};
+
 /* Returns the words behind it. */
-static char **read_barrier(struct play *play, char **words, struct null_driver_barrier *expected)
+static char **read_barrier(struct play *play, char **words, struct expected *expected)
 {
+    expected->is_own = play_is(words[0], "own");
+    words += expected->is_own;
+    const bool is_behind = play_is(words[0], "behind");
+    words += is_behind;
     PLAY_REQUIRE(play, words[0] && play_is(words[1], ">") && words[2]);
-    *expected = (struct null_driver_barrier){
+    expected->barrier = (struct null_driver_barrier){
         .src = play_stages(play, words[0]),
         .dst = play_stages(play, words[2]),
         .src_access = play_accesses(play, words[0]),
         .dst_access = play_accesses(play, words[2]),
+        .builds = is_behind,
     };
     return words[3] ? words + 4 : words + 3;
 }
 
 static bool is_alike(const struct play *play, const struct null_driver_barrier *found,
-                     const struct null_driver_barrier *expected)
+                     const struct expected *expected)
 {
-    return found->src == expected->src && found->dst == expected->dst &&
-           found->src_access == expected->src_access && found->dst_access == expected->dst_access &&
-           found->builds == expected->builds && !is_foreign(play, found->buffer);
+    const struct null_driver_barrier *wanted = &expected->barrier;
+    return found->src == wanted->src && found->dst == wanted->dst &&
+           found->src_access == wanted->src_access && found->dst_access == wanted->dst_access &&
+           (found->builds != 0) == wanted->builds &&
+           is_own(play, found->buffer) == expected->is_own;
 }
 
 void play_expect_below(struct play *play, char **words)
 {
     static struct null_driver_barrier found[BARRIERS_MAX];
-    struct null_driver_barrier expected;
+    struct expected expected;
     const uint32_t count = play->platform->null_driver.take_barriers(found, BARRIERS_MAX);
     uint32_t at = 0;
     bool is_good = true;
@@ -58,10 +70,11 @@ void play_expect_below(struct play *play, char **words)
     if ((is_good && at == count) || play->is_scarce)
         return;
     for (uint32_t i = 0; i < count; i++)
-        play_say(play, "the driver got %#llx:%#llx > %#llx:%#llx%s\n",
+        play_say(play, "the driver got %#llx:%#llx > %#llx:%#llx%s%s\n",
                  (unsigned long long)found[i].src, (unsigned long long)found[i].src_access,
                  (unsigned long long)found[i].dst, (unsigned long long)found[i].dst_access,
-                 is_foreign(play, found[i].buffer) ? ", of another buffer" : "");
+                 found[i].builds ? ", behind a build" : "",
+                 is_own(play, found[i].buffer) ? ", of another buffer" : "");
     play_say(play, "the driver got %u barriers\n", count);
     play->outcome = OUTCOME_FAILED;
 }

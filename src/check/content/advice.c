@@ -2,6 +2,7 @@
 #include "src/check/content/advice.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #include "src/base/array.h"
 #include "src/bvh/input/source.h"
@@ -78,20 +79,36 @@ static bool find_layout(const struct content *content, const struct source *sour
     return true;
 }
 
-/* Samples what is built, and compares what is updated with the sample of the build. */
-static double find_refit_cost(const struct content *content, const struct source *source)
+static void drop_refit(struct content_advice *advice)
 {
-    const struct content_advice *advice = content->walk->advice;
+    triangle_sample_release(advice->refit.built);
+    triangle_sample_release(advice->refit.now);
+    advice->refit = (struct refit){0};
+}
+
+static void keep_refit(struct content_advice *advice, uint32_t geometry,
+                       struct triangle_sample *built, const struct source *now)
+{
+    const struct refit *kept = &advice->refit;
+    if (advice->number < advice->limits->of[ADVICE_LIMIT_refits] || now->count != built->of ||
+        (kept->now && kept->now->of >= now->count))
+        return;
+    struct triangle_sample *sample = triangle_sample_create(now);
+    if (!sample)
+        return;
+    drop_refit(advice);
+    advice->refit = (struct refit){geometry, triangle_sample_share(built), sample};
+}
+
+/* Samples what is built, and what is updated if the build was sampled. */
+static void sample_triangles(const struct content *content, const struct source *source)
+{
+    const struct geometry_view *geometry = content->range->geometry;
     struct geometry_inputs *retained = content->retained;
-    if (!retained)
-        return 0;
-    if (!build_is_update(content->range->geometry->build->info)) {
+    if (retained && !build_is_update(geometry->build->info))
         retained->sample = triangle_sample_create(source);
-        return 0;
-    }
-    return retained->sample && advice->number >= advice->limits->of[ADVICE_LIMIT_refits]
-               ? triangle_sample_refit_cost(retained->sample, source)
-               : 0;
+    else if (retained && retained->sample)
+        keep_refit(content->walk->advice, geometry->index, retained->sample, source);
 }
 
 static void judge_mesh(struct content *content, const struct source *source,
@@ -115,9 +132,9 @@ static void judge_mesh(struct content *content, const struct source *source,
         .smooth = find_stride(content, source, figures, &smooth) ? &smooth : NULL,
         .layout = has_layout ? &layout : NULL,
         .contradicting = has_layout ? vertex_layouts_find_other(&advice->layouts, &layout) : NULL,
-        .refit_cost = find_refit_cost(content, source),
     };
     advice_judge_mesh(&view, keep_advice, advice);
+    sample_triangles(content, source);
     if (has_layout)
         vertex_layouts_add(&advice->layouts, &layout);
 }
@@ -274,6 +291,13 @@ static void leave_reason(struct kept_advice *kept)
     kept[ADVICE_most_triangles_can_be_hit].weight = 0;
 }
 
+/* Triangles that are misread have moved for another reason. */
+static bool is_misread(const struct kept_advice *kept)
+{
+    return kept[ADVICE_indices_have_their_type].weight ||
+           kept[ADVICE_vertices_do_not_overlap].weight || kept[ADVICE_triangles_do_not_jump].weight;
+}
+
 /* An AABB may reach infinity. */
 static bool is_finite(const struct figure_box *box)
 {
@@ -286,8 +310,17 @@ static bool is_finite(const struct figure_box *box)
 bool content_advice_end(struct content_advice *advice, uint32_t geometry_count)
 {
     leave_reason(advice->kept);
+    if (is_misread(advice->kept))
+        drop_refit(advice);
     if (structure_is_hollow(&advice->contents))
         advice->kept[ADVICE_most_triangles_can_be_hit].weight = 0;
     advice->contents.has_box &= !advice->has_unknown_box && is_finite(&advice->contents.box);
     return !advice->is_unknown && advice->geometry_count == geometry_count;
+}
+
+void content_advice_free(struct content_advice *advice)
+{
+    drop_refit(advice);
+    free(advice->boxes);
+    free(advice);
 }

@@ -31,6 +31,11 @@ struct content_advice {
         struct figure_box box;
     } * boxes;
     uint32_t box_count, box_capacity;
+    /* Of the largest geometry that an update has moved. The samples are NULL if there is none. */
+    struct refit {
+        uint32_t geometry;
+        struct triangle_sample *built, *now;
+    } refit;
 };
 
 /* Call before the instances of a geometry are read, and for each of them. */
@@ -41,5 +46,6 @@ void content_advise_instance(struct content *content,
 void content_advise(struct content *content);
 /* Judges the build, which has so many geometries. Returns whether all its primitives are known. */
 bool content_advice_end(struct content_advice *advice, uint32_t geometry_count);
+void content_advice_free(struct content_advice *advice);
 
 #endif

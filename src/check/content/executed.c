@@ -299,8 +299,7 @@ static void end_advice(struct executed_call *call, const struct executed_build *
     advice->contents.is_top = info->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
     const bool is_known = content_advice_end(advice, info->geometryCount);
     context->hooks->advised(context->user, advice, is_known ? &advice->contents : NULL);
-    free(advice->boxes);
-    free(advice);
+    content_advice_free(advice);
     call->walk.advice = NULL;
 }
 

@@ -182,20 +182,6 @@ bool no_vertex_is_far_from_all_others(const struct mesh_view *mesh, struct findi
                     number(mesh->stray->triangle), real(mesh->stray->position[0]));
 }
 
-/* ---- updates */
-
-bool updates_suit_the_tree(const struct mesh_view *mesh, struct finding *finding, uint64_t *weight)
-{
-    *weight = mesh->figures->count;
-    return is_misread(mesh) ||
-           mesh->refit_cost < limit_of(mesh->limits, ADVICE_LIMIT_refit_times) ||
-           violated(finding, "",
-                    "was updated with pGeometries[{}], whose triangles have moved so far since the "
-                    "last build that its tree costs rays {} times as much as a new one. The layer "
-                    "has computed that with trees of its own over a sample of the triangles",
-                    number(mesh->geometry->index), real(mesh->refit_cost));
-}
-
 /* ---- instances */
 
 bool transforms_are_stored_by_rows(const struct placing_view *placing, struct finding *finding,
@@ -267,6 +253,7 @@ bool instances_overlap_little(const struct placing_view *placing, struct finding
 #define JUDGE_use(name)
 #define JUDGE_crowd(name)
 #define JUDGE_traced(name)
+#define JUDGE_tree(name)
 #define ADVICE(subject, name, kind, id, hint) JUDGE_##subject(name)
 
 void advice_judge_mesh(const struct mesh_view *mesh, advice_found *found, void *user)

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Setting advice: compares the trees of updates with new ones (src/figures/refits.h), on a thread
+ * of its own, which works for a part of the time only (limit refit_percent). */
+#ifndef ASSAY_LAYER_EXECUTION_REFITS_H
+#define ASSAY_LAYER_EXECUTION_REFITS_H
+
+#include "src/check/content/advice.h"
+#include "src/report/advice_list.h"
+
+struct refit_judge;
+
+/* Returns NULL if there is no memory. The thread starts with the first update, and adds what it
+ * finds to the list. */
+struct refit_judge *refit_judge_create(const struct advice_limits *limits,
+                                       struct structures *structures, struct advice_list *list);
+
+/* Hands over an update of the structure with this id, which the report names. Each structure waits
+ * once at most, and as many as QUEUE_MAX structures: other updates are not judged. Any thread. */
+void refit_judge_add(struct refit_judge *judge, uint64_t id, const struct refit *refit,
+                     const struct advice_report *report);
+
+/* Waits until all updates are judged, without pauses, and ends the thread. May be called again. */
+void refit_judge_end(struct refit_judge *judge);
+void refit_judge_destroy(struct refit_judge *judge); /* accepts NULL */
+
+#endif
