@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Setting advice beside inputs of real size: a terrain, a soup of triangles, a figure that moves
  * for 200 frames, 10,000 instances. Each is valid, and has a neighbour that deserves advice. */
+#include <inttypes.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "tests/snapshots/scene.h"
 
@@ -22,27 +25,37 @@ enum {
 static struct device_buffer indices;
 static const char *advice_at_end; /* the text of the only message of the list; NULL: it is empty */
 
-static void open_scene(void)
+static void open_with(const char *limits)
 {
     advice_at_end = NULL;
     struct null_driver_config config = platform.null_driver.default_config();
     config.as_properties.maxInstanceCount = INSTANCES;
     platform.null_driver.configure(&config);
     setenv("VK_ASSAY_VALIDATION_ADVICE", "true", 1);
-    /* No structure is kept so long, and the thread that compares trees pauses for long. */
-    setenv("VK_ASSAY_VALIDATION_ADVICE_LIMITS", "submissions=1000,refit_percent=1", 1);
+    setenv("VK_ASSAY_VALIDATION_ADVICE_LIMITS", limits, 1);
     SCENE_OPEN(.boxes_size = INPUT_SIZE, .structure_size = 1 << 26, .has_tlas = true);
     indices = scene_input(TRIANGLES * sizeof(uint32_t[3]));
 }
 
+/* No structure is kept so long, and the thread that compares trees pauses for long. */
+static void open_scene(void)
+{
+    open_with("submissions=1000,refit_percent=1");
+}
+
 /* The structures are destroyed before the device. */
-static void close_scene(void)
+static void destroy_scene(void)
 {
     scene_close();
-    expect_messages(advice_at_end ? 1 : 0, advice_at_end);
     unsetenv("VK_ASSAY_VALIDATION_ADVICE");
     unsetenv("VK_ASSAY_VALIDATION_ADVICE_LIMITS");
     platform.null_driver.configure(NULL);
+}
+
+static void close_scene(void)
+{
+    destroy_scene();
+    expect_messages(advice_at_end ? 1 : 0, advice_at_end);
 }
 
 #define ADVICE_TEST(name) TEST_BETWEEN_IF(name, open_scene, close_scene, true)
@@ -72,6 +85,14 @@ static void write_terrain(float x)
     }
 }
 
+static void run_build(const struct fixture_build *build)
+{
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    fixture_build(&fixture, commands, build);
+    fixture_barrier(&fixture, commands);
+    fixture_finish(&fixture, commands);
+}
+
 static void build_mesh(bool has_indices, uint32_t count, VkBuildAccelerationStructureFlagsKHR flags,
                        bool is_update)
 {
@@ -89,10 +110,7 @@ static void build_mesh(bool has_indices, uint32_t count, VkBuildAccelerationStru
                  .scratchData.deviceAddress = scene.scratch_address},
         .range.primitiveCount = count,
     };
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    fixture_build(&fixture, commands, &build);
-    fixture_barrier(&fixture, commands);
-    fixture_finish(&fixture, commands);
+    run_build(&build);
 }
 
 ADVICE_TEST(test_terrain)
@@ -222,6 +240,76 @@ TEST(test_device_that_is_left_behind)
     assert_int_equal(status, 0);
 }
 #endif
+
+/* ---- builds from the same input, beside memcmp(): some change a bit before the end of what they
+ * read, or behind it */
+
+enum {
+    STRUCTURES = 24,
+    REPEATED = 3,
+    SMALL = 20,
+    STRIDE = 16,
+    READ = (3 * SMALL - 1) * STRIDE + 12
+};
+
+static VkAccelerationStructureKHR repeat_build(const struct device_buffer *memory, uint32_t place,
+                                               bool *is_same)
+{
+    static uint8_t before[READ];
+    uint8_t *input = scene.boxes.bytes;
+    const VkDeviceSize size = 1 << 16;
+    const VkAccelerationStructureKHR structure = fixture_structure(
+        &fixture, memory, place * size, size, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    struct fixture_build build = {
+        .geometry =
+            triangles_geometry(scene.boxes.address, 3 * SMALL - 1, VK_INDEX_TYPE_NONE_KHR, 0),
+        .info = {.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                 .dstAccelerationStructure = structure,
+                 .scratchData.deviceAddress = scene.scratch_address},
+        .range.primitiveCount = SMALL,
+    };
+    build.geometry.geometry.triangles.vertexStride = STRIDE;
+    *is_same = true;
+    for (int i = 0; i < REPEATED; i++) {
+        if (next_number() < 0.5F)
+            input[(uint32_t)(next_number() * READ * 4)] ^= 1;
+        *is_same &= !i || memcmp(before, input, READ) == 0;
+        memcpy(before, input, READ);
+        run_build(&build);
+    }
+    return structure;
+}
+
+static bool is_advised(VkAccelerationStructureKHR structure)
+{
+    const struct messages *messages = &fixture.instance.messages;
+    char name[32];
+    bool is_found = false;
+    snprintf(name, sizeof(name), " %#" PRIx64 " ", (uint64_t)(uintptr_t)structure);
+    for (uint32_t i = 0; i < messages_kept(messages); i++)
+        is_found |= strstr(messages->items[i].text, name) != NULL;
+    return is_found;
+}
+
+TEST(test_same_input)
+{
+    VkAccelerationStructureKHR structures[STRUCTURES];
+    bool is_same[STRUCTURES];
+    uint32_t count = 0;
+    open_with("submissions=1000,builds=3,lines=100");
+    write_soup(SMALL * 2);
+    const struct device_buffer memory = fixture_buffer(
+        &fixture, STRUCTURES << 16, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
+    for (uint32_t i = 0; i < STRUCTURES; i++) {
+        structures[i] = repeat_build(&memory, i, &is_same[i]);
+        count += is_same[i];
+    }
+    destroy_scene();
+    for (uint32_t i = 0; i < STRUCTURES; i++)
+        assert_int_equal(is_advised(structures[i]), is_same[i]);
+    assert_true(count > 2 && count < STRUCTURES - 2);
+    expect_messages(count, "all had its bytes and parameters");
+}
 
 /* ---- instances */
 
