@@ -9,8 +9,7 @@
 #include "src/platform/threads.h"
 #include "src/rules/advice.h"
 
-/* The samples of 256 updates take up to 5 MiB, and 0.1 s when the application ends. */
-enum { QUEUE_MAX = 256, PAUSE_NS = 500000000 };
+enum { PAUSE_NS = 500000000 };
 
 struct refit_job {
     struct refit_job *next;
@@ -162,7 +161,7 @@ void refit_judge_add(struct refit_judge *judge, uint64_t id, const struct refit 
 {
     pthread_mutex_lock(&judge->lock);
     struct refit_job *job = NULL;
-    if (judge->limits->of[ADVICE_LIMIT_refit_percent] && judge->count < QUEUE_MAX &&
+    if (judge->limits->of[ADVICE_LIMIT_refit_percent] && judge->count < REFITS_WAITING_MAX &&
         !judge->is_ending && !is_waiting(judge, id) && !was_advised(judge, id, report->advice) &&
         has_thread(judge))
         job = create_job(id, refit, report);

@@ -14,8 +14,10 @@ struct refit_judge;
 struct refit_judge *refit_judge_create(const struct advice_limits *limits,
                                        struct structures *structures, struct advice_list *list);
 
-/* Hands over an update of the structure with this id, which the report names. Each structure waits
- * once at most, and as many as QUEUE_MAX structures: other updates are not judged. Any thread. */
+enum { REFITS_WAITING_MAX = 256 };
+
+/* Hands over an update of the structure with this id, which the report names. It is not judged if
+ * another one of the structure waits, or if REFITS_WAITING_MAX do. Any thread. */
 void refit_judge_add(struct refit_judge *judge, uint64_t id, const struct refit *refit,
                      const struct advice_report *report);
 

@@ -27,7 +27,7 @@ void triangle_sample_release(struct triangle_sample *sample); /* accepts NULL */
 
 /* Returns how many times as much the tree of `built` costs after an update to the triangles of
  * `now` as a new tree of these (the surface area heuristic), or 0 if that is unknown. Takes some
- * 1.2 million instructions, and less than 100 KiB of memory. */
+ * 1.2 million instructions. */
 double triangle_sample_refit_cost(const struct triangle_sample *built,
                                   const struct triangle_sample *now);
 

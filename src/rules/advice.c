@@ -227,7 +227,7 @@ bool few_structures_are_small(const struct crowd_view *crowd, struct finding *fi
 bool updates_suit_the_tree(const struct tree_view *tree, struct finding *finding, uint64_t *weight)
 {
     *weight = tree->triangles;
-    return tree->refit_cost < tree->limits->of[ADVICE_LIMIT_refit_times] ||
+    return !tree->refit_cost || tree->refit_cost < tree->limits->of[ADVICE_LIMIT_refit_times] ||
            violated(finding, "",
                     "was updated with pGeometries[{}], whose triangles have moved so far since the "
                     "last build that its tree costs rays {} times as much as a new one. The layer "

@@ -8,6 +8,7 @@
 #include <errno.h>
 #include <execinfo.h>
 #include <link.h>
+#include <pthread.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,6 +23,9 @@ void __libc_free(void *block);
 
 /* The watched library's addresses. */
 static uintptr_t first, last;
+
+/* The layer has threads, too. Recursive, because backtrace() may free what it allocated. */
+static pthread_mutex_t lock = PTHREAD_RECURSIVE_MUTEX_INITIALIZER_NP; /* guards what follows */
 
 static unsigned count, failing;
 static size_t failed; /* where */
@@ -50,17 +54,21 @@ static void note(const void *address, uintptr_t caller)
 {
     if (!address)
         return;
+    pthread_mutex_lock(&lock);
     *slot_of(address) = (struct block){address, count, caller - first};
     live++;
+    pthread_mutex_unlock(&lock);
 }
 
 static void forget(const void *address)
 {
+    pthread_mutex_lock(&lock);
     struct block *block = address && live ? slot_of(address) : NULL;
-    if (!block || !block->serial)
-        return;
-    block->serial = 0;
-    live--;
+    if (block && block->serial) {
+        block->serial = 0;
+        live--;
+    }
+    pthread_mutex_unlock(&lock);
 }
 
 static bool is_watched(uintptr_t caller)
@@ -83,13 +91,15 @@ static bool fails(uintptr_t caller)
 {
     if (!is_watched(caller))
         return false;
+    pthread_mutex_lock(&lock);
     count++;
     if (stacks && count <= stacks_most)
         record_stack();
-    if (count != failing)
-        return false;
-    failed = caller - first;
-    return true;
+    const bool is_failing = count == failing;
+    if (is_failing)
+        failed = caller - first;
+    pthread_mutex_unlock(&lock);
+    return is_failing;
 }
 
 /* ---- the functions, with the names that the C library gives their parameters */
@@ -118,10 +128,8 @@ REPLACED void *realloc(void *ptr, size_t size)
 {
     if (fails(CALLER))
         return NULL;
-    void *block = __libc_realloc(ptr, size);
-    if (block || !size)
-        forget(ptr);
-    return allocated(block, CALLER);
+    forget(ptr); /* first, because another thread may get the block at once */
+    return allocated(__libc_realloc(ptr, size), CALLER);
 }
 
 REPLACED void *aligned_alloc(size_t alignment, size_t size)
