@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "layer/execution/refits.h"
+#include "src/check/content/content.h"
 #include "src/check/replay/single_calls.h"
 #include "src/report/advice_list.h"
 #include "src/rules/advice.h"
@@ -19,10 +20,14 @@ struct device_advice {
     struct refit_judge *refits;
     atomic_uint submissions; /* executed batches with command buffers */
     atomic_uint outstanding; /* batches that were submitted and did not execute yet */
-    atomic_uint tiny;        /* structures with few primitives that are alive */
-    uint32_t most_tiny;      /* at a time; read when all work has executed */
-    uint32_t single_calls;   /* the most in a row; read then, too */
-    atomic_bool is_unknown;  /* uses of structures may be missing */
+    /* Builds of top-level structures that have executed, and those of them whose references are
+     * known.
+     */
+    atomic_uint tops, known_tops;
+    atomic_uint tiny;       /* structures with few primitives that are alive */
+    uint32_t most_tiny;     /* at a time; read when all work has executed */
+    uint32_t single_calls;  /* the most in a row; read then, too */
+    atomic_bool is_unknown; /* uses of structures may be missing */
     /* The last id of an object after each of the last submissions, by their number: a ring. */
     uint32_t ring_size; /* as many as the limit; 0: none */
     _Atomic uint64_t *created;
@@ -86,6 +91,11 @@ static bool is_bottom(const struct journal_entry *entry)
     return entry->built.type == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR;
 }
 
+static void note_top(struct noting *noting, bool is_top)
+{
+    atomic_fetch_add(&noting->advice->tops, is_top);
+}
+
 static void note_tiny(struct noting *noting, uint64_t id, bool is_tiny)
 {
     struct device_advice *advice = noting->advice;
@@ -100,6 +110,7 @@ static void note_build(struct noting *noting, const struct journal_entry *entry)
         structures_note_build(noting->structures, entry->dst_id, noting->advice->submissions,
                               entry->built.flags, noting->needed_size);
     note_tiny(noting, entry->dst_id, noting->is_tiny && is_bottom(entry));
+    note_top(noting, !is_bottom(entry));
     noting->needed_size = 0;
     noting->is_tiny = false;
 }
@@ -151,6 +162,7 @@ static void note_entry(struct noting *noting, const struct journal_entry *entry)
         noting->is_tiny = false;
         note_use(noting, entry->dst_id, USE_UPDATED);
         note_use(noting, entry->src_id, USE_UPDATE_SOURCE);
+        note_top(noting, !is_bottom(entry));
         break;
     case JOURNAL_COPY:
         note_use(noting, entry->src_id, USE_COPIED);
@@ -163,6 +175,7 @@ static void note_entry(struct noting *noting, const struct journal_entry *entry)
     case JOURNAL_FILL:
         note_use(noting, entry->dst_id, USE_FILLED);
         note_tiny(noting, entry->dst_id, false);
+        note_top(noting, true); /* perhaps, with references that nobody reads */
         break;
     case JOURNAL_READ:
         note_read(noting, entry);
@@ -204,8 +217,10 @@ static void note_journal(struct noting *noting, const struct journal *journal)
 static void note_failed(struct noting *noting, const struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal, JOURNAL_WRITES);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         note_use(noting, entry->dst_id, USE_FILLED);
+        note_top(noting, true);
+    }
 }
 
 /* ---- batches */
@@ -310,6 +325,15 @@ void advice_add_refit(struct device_advice *advice, uint64_t id, VkAccelerationS
     refit_judge_add(advice->refits, id, refit, &report);
 }
 
+void advice_note_references(struct device_advice *advice, const struct instance_uses *uses)
+{
+    bool has_memory = true;
+    for (uint32_t i = 0; uses && i < uses->count; i++)
+        has_memory &= structures_note_use(advice->device->structures, uses->items[i].referenced.id,
+                                          USE_REFERRED_TO);
+    atomic_fetch_add(&advice->known_tops, has_memory);
+}
+
 void advice_end_thread(const struct device_advice *advice)
 {
     if (advice)
@@ -349,6 +373,7 @@ static void judge(struct device_advice *advice, const struct accel_facts *accel,
         .lived = uses.counts[USE_BUILT] ? advice->submissions - uses.first_build : 0,
         .is_old = is_old(advice, accel->id),
         .is_left = is_left,
+        .knows_references = advice->known_tops && advice->known_tops == advice->tops,
         .limits = advice->limits,
     };
     struct judging judging = {advice, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,

@@ -8,6 +8,7 @@
 #include "layer/layer.h"
 
 struct advice_list;
+struct instance_uses;
 struct refit;
 
 /* Does nothing if the setting is off. Call once the device has an order. */
@@ -34,6 +35,10 @@ void advice_add(struct device_advice *advice, enum advice id, VkObjectType type,
 /* Has the tree of an update compared with a new one. `id`: of the structure. Any thread. */
 void advice_add_refit(struct device_advice *advice, uint64_t id, VkAccelerationStructureKHR accel,
                       const struct refit *refit);
+
+/* The layer knows all structures that one executed build of a top-level structure refers to, and
+ * has noted that. Any thread. */
+void advice_note_references(struct device_advice *advice, const struct instance_uses *uses);
 
 /* Ends the thread that compares trees. Call when its instance is destroyed before the device: the
  * loader may then unload the layer. `advice` may be NULL. */

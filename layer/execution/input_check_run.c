@@ -230,6 +230,14 @@ static enum tristate is_compatible(void *user, bool is_micromap,
     return layer_find_compatibility(call->reading->ran->device, is_micromap, version);
 }
 
+static void referred(void *user, const struct instance_uses *uses)
+{
+    const struct read_call *call = user;
+    struct device_advice *advice = call->reading->ran->device->advice;
+    if (advice && call->command != COMMAND_NV)
+        advice_note_references(advice, uses);
+}
+
 /* The structure may have been destroyed since, and the handle be that of another one. */
 static void advised(void *user, const struct content_advice *advice,
                     const struct structure_contents *contents)
@@ -264,7 +272,7 @@ static void digested(void *user, const struct input_digest *digest)
     .found = note_found, .find_sizes = find_sizes, .query_addresses = query_addresses,             \
     .of_another_device = of_another_device, .refers_to_destroyed = refers_to_destroyed,            \
     .is_compatible = is_compatible, .advised = advised, .digested = digested,                      \
-    .instances = instances
+    .instances = instances, .referred = referred
 
 static const struct check_hooks hooks = {HOOKS};
 static const struct check_hooks hazard_hooks = {HOOKS, .refers = refers, .indexes = indexes,

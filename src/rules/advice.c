@@ -54,6 +54,23 @@ bool created_structure_is_built(const struct use_view *use, struct finding *find
                     count_of(use->limits->of[ADVICE_LIMIT_submissions], "submission"));
 }
 
+/* An update or a compacted copy of it may be used in its place. */
+bool built_structure_is_referred_to(const struct use_view *use, struct finding *finding,
+                                    uint64_t *weight)
+{
+    *weight = use->accel->size;
+    if (!use->knows_references ||
+        use->accel->type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR || !is_kept(use) ||
+        count(use, USE_UPDATED) || count(use, USE_UPDATE_SOURCE) || count(use, USE_COMPACTED) ||
+        count(use, USE_REFERRED_TO))
+        return true;
+    return violated(finding, "",
+                    "of {} was built {}, and no instance of a top-level structure referred to it "
+                    "while it was kept for {}",
+                    count_of(use->accel->size, "byte"), count_of(count(use, USE_BUILT), "time"),
+                    count_of(use->lived, "submission"));
+}
+
 /* A structure that is built again may need its size for a later build. */
 bool structure_has_the_size_of_its_build(const struct use_view *use, struct finding *finding,
                                          uint64_t *weight)

@@ -15,6 +15,7 @@ struct use_view {
     uint32_t lived; /* number of submissions after the one of its first build; 0 if it has none */
     bool is_old;    /* it was there during the last `submissions` (a limit) submissions */
     bool is_left;   /* the device is destroyed before it */
+    bool knows_references; /* all instances of all builds were read, and there are such builds */
     const struct advice_limits *limits;
 };
 

@@ -47,7 +47,8 @@ struct content {
         uint64_t count;
         struct kept_indices *same; /* those of the update's source, if they are equal */
     } indices;
-    bool has_gaps; /* the data of some instance is unknown */
+    bool has_gaps;   /* the data of some instance is unknown */
+    bool has_strays; /* some instance refers to what is unknown */
     struct content_findings findings;
     uint64_t violations;
 };

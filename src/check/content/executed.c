@@ -201,8 +201,11 @@ static void report_references(const struct executed_call *call,
 
 static void collect_instances(struct executed_call *call, const struct recorded_build *recorded)
 {
+    const struct check_context *context = call->walk.context;
     struct instance_uses *uses = call->walk.instances;
     struct build_view build = view_of(call, recorded, NULL);
+    if (context->hooks->referred && call->walk.knows_references)
+        context->hooks->referred(context->user, uses);
     if (!uses || !uses->count)
         return;
     report_references(call, recorded, uses);
@@ -339,6 +342,7 @@ void executed_call_read(struct executed_call *call, const struct executed_build 
     call->walk.inputs = build->inputs;
     call->walk.source_inputs = build->source_inputs;
     call->walk.point = build->point;
+    call->walk.knows_references = false;
     if (build->wants_digest)
         read_and_digest(call, build);
     else

@@ -85,6 +85,7 @@ static struct instance_use *find_new_use(struct content *content, uint64_t refer
     struct instance_use *added = walk->instances && other->referenced.alive == YES
                                      ? add_use(walk->instances, reference, other)
                                      : NULL;
+    content->has_strays |= !added;
     return added ? added : other;
 }
 
@@ -285,6 +286,7 @@ static void read_array_of_pointers(struct content *content, VkDeviceOrHostAddres
     VkDeviceOrHostAddressConstKHR to = {.deviceAddress = 0};
     const uint8_t *next = content_find(content, data, range->primitiveOffset, range->primitiveCount,
                                        sizeof(to), sizeof(to));
+    content->has_gaps |= !next;
     for (uint32_t i = 0; next && i < range->primitiveCount; i++, next += sizeof(to)) {
         memcpy(&to, next, sizeof(to));
         read(content, i, to);
@@ -307,6 +309,7 @@ static void read_plain_instances(struct content *content, VkDeviceOrHostAddressC
     const size_t size = sizeof(VkAccelerationStructureInstanceKHR);
     const uint8_t *next =
         content_find(content, data, range->primitiveOffset, range->primitiveCount, size, size);
+    content->has_gaps |= !next;
     for (uint32_t i = 0; next && i < range->primitiveCount; i++, next += size) {
         __builtin_prefetch(next + PREFETCHED * size); /* processors do not, across pages */
         read_instance(content, i, next);
@@ -325,6 +328,8 @@ void content_read_instances(struct content *content,
             read_array_of_pointers(content, instances->data, read_pointed_instance);
         else
             read_plain_instances(content, instances->data);
+        content->walk->knows_references =
+            !content->range->range->primitiveCount || (!content->has_gaps && !content->has_strays);
     } else if (build->call->device->extension.motion_blur_nv && !instances->arrayOfPointers) {
         read_motion_instances(content, instances->data);
     } else if (build->call->device->extension.motion_blur_nv &&

@@ -66,6 +66,9 @@ struct check_hooks {
     /* Elements that a device build has read, a multiple of `stride` behind an address, and a hash
      * of them. At most once for each geometry. NULL: not needed. */
     void (*reads)(void *user, uint32_t build, uint32_t geometry, const struct elements_read *read);
+    /* The structures that the instances of an executed build refer to, if all are known. `uses` is
+     * NULL if there are none. NULL: not needed. */
+    void (*referred)(void *user, const struct instance_uses *uses);
     /* What is advised about the input data of an executed build that has `advice`. `contents` is
      * NULL if they are not all known. NULL: not needed. */
     void (*advised)(void *user, const struct content_advice *advice,

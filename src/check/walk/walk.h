@@ -29,10 +29,12 @@ struct walk {
     const struct execution_point *point;      /* when the current build executed; NULL: unknown */
     struct instance_uses *instances;          /* structures that its instances refer to, see
                                                * check_host_inputs; NULL: none */
-    struct content_advice *advice;            /* of the current build; NULL: not wanted */
-    struct input_digesting *digesting;        /* of the current build; NULL: not wanted */
-    struct chained_inputs chained;            /* of the geometry that was checked last, if it has
-                                               * any */
+    bool knows_references; /* the instances of the last geometry refer to `instances`, or to nothing
+                            */
+    struct content_advice *advice;     /* of the current build; NULL: not wanted */
+    struct input_digesting *digesting; /* of the current build; NULL: not wanted */
+    struct chained_inputs chained;     /* of the geometry that was checked last, if it has
+                                        * any */
 };
 
 /* Starts a walk with all active rules of the context, which must outlive it. */

@@ -50,6 +50,7 @@ enum structure_use {
     USE_COPIED,    /* it was cloned or serialized */
     USE_COMPACTED, /* it was the src of a compacting copy */
     USE_SIZE_QUERIED, /* its compacted size was queried */
+    USE_REFERRED_TO,  /* instances of a build that was read refer to it */
     STRUCTURE_USES,
 };
 
