@@ -1,92 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What moves, built by the host on backend cpu, through the loader: it is hit where it is at the
- * ray's time, and what doesn't move costs what it did without the extension. */
+/* Backend cpu with VK_NV_ray_tracing_motion_blur: what does not move costs what it costs without
+ * the extension. tests/programs/backend/motion.cases has what moves. */
 #include "host_fixture.h"
-#include "motion_scene.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-static struct moving_scene moving;
-
-SILENT_TEST(test_triangles_and_instances)
+/* A chain that leads nowhere. */
+NOISY_TEST(test_unreadable_chain)
 {
-    moving_scene_open(&moving, 0);
-    moving_scene_build(&moving);
-    expect_moving_blas(moving.blas.handle, 4);
-    expect_moving_tlas(moving.tlas.handle);
-}
-
-/* Of a build with motion, geometries may stand still. */
-SILENT_TEST(test_still_triangles)
-{
-    moving_scene_open(&moving, 0);
-    moving.triangles.geometry.geometry.triangles.pNext = NULL;
-    GET(host_build(&moving.triangles, moving.blas.handle, 0));
-    expect_moving_blas(moving.blas.handle, 0);
-}
-
-SILENT_TEST(test_update)
-{
-    moving_scene_open(&moving, UPDATABLE);
-    moving_scene_build(&moving);
-    for (uint32_t i = 0; i < MOVING_TRIANGLES * 9; i += 3)
-        moving.then[i] += 3;
-    GET(host_build(&moving.triangles, moving.blas.handle, moving.blas.handle));
-    expect_moving_blas(moving.blas.handle, 7);
-}
-
-/* Pointers have the type of what they point to in their low 4 bits. */
-SILENT_TEST(test_array_of_pointers)
-{
-    moving_scene_open(&moving, 0);
-    VkAccelerationStructureMotionInstanceDataNV *data =
-        own_block(aligned_alloc(16, MOVING_INSTANCES * sizeof(*data)));
-    uint64_t pointers[MOVING_INSTANCES];
-    for (uint32_t i = 0; i < MOVING_INSTANCES; i++) {
-        VkAccelerationStructureMotionInstanceNV element;
-        memcpy(&element, (char *)moving.instances.data + i * MOTION_INSTANCE_STRIDE,
-               sizeof(element));
-        data[i] = element.data;
-        pointers[i] = (uint64_t)(uintptr_t)&data[i] | element.type;
-    }
-    moving.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
-    moving.instances.geometry.geometry.instances.data.hostAddress = pointers;
-    moving_scene_build(&moving);
-    expect_moving_tlas(moving.tlas.handle);
-}
-
-/* Vertices that aren't there, and a chain that isn't. */
-NOISY_TEST(test_unreadable)
-{
-    moving_scene_open(&moving, 0);
-    moving.motion.vertexData.deviceAddress = 0x1000;
-    expect_mistake(host_build(&moving.triangles, moving.blas.handle, 0));
-    moving.triangles.geometry.geometry.triangles.pNext = (void *)(uintptr_t)0x1000;
-    expect_mistake(host_build(&moving.triangles, moving.blas.handle, 0));
-    assert_int_equal(fixture_sizes(&moving.triangles).accelerationStructureSize, 0);
-}
-
-/* As assay.h had rays before they had a time. */
-SILENT_TEST(test_rays_without_time)
-{
-    struct untimed {
-        float origin[3], tMin, direction[3], tMax;
-        uint32_t flags, cullMask;
-    };
-    moving_scene_open(&moving, 0);
-    moving_scene_build(&moving);
-    const struct untimed rays[] = {
-        {.origin = {-1, 9, 0.25f}, .direction = {1, 0, 0}, .tMax = 1e30f, .cullMask = 0xff},
-        {.origin = {-1, 0.25f, 0.25f}, .direction = {1, 0, 0}, .tMax = 1e30f, .cullMask = 0xff},
-    };
-    AssayHit hits[2];
-    AssayTraceInfo info = trace_info((uint64_t)moving.tlas.handle, ASSAY_ACCURACY_EXACT, 2,
-                                     (const AssayRay *)(const void *)rays, hits);
-    info.raySize = sizeof(rays[0]);
-    GET(trace_rays(device, &info));
-    assert_false(hits[0].isHit);
-    expect_hit_at(hits[1], 1, 0);
+    open_pair(10, 0);
+    pair.triangles.geometry.geometry.triangles.pNext = (void *)(uintptr_t)0x1000;
+    expect_mistake(host_build(&pair.triangles, pair.blas.handle, 0));
+    assert_int_equal(fixture_sizes(&pair.triangles).accelerationStructureSize, 0);
 }
 
 /* ---- what it costs */

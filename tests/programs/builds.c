@@ -4,7 +4,8 @@
  *     build NAME [vertices PLACE] [indices PLACE] [transform PLACE] [boxes PLACE] [micromap NAME]
  *         [scratch PLACE] [indirect PLACE] [update] [src NAME] [primitives COUNT] [and NAME ...]
  *         [opacity-indices PLACE] [flags FLAG|FLAG] [geometries COUNT] [opaque]
- *         [first VERTEX] [max VERTEX] [format NAME] [stride BYTES]       of vertices
+ *         [first VERTEX] [offset BYTES]                                  of the range
+ *         [max VERTEX] [format NAME] [stride BYTES]                      of vertices
  *         [last-format rgba16] [last-stride BYTES]                       of the last geometry
  *         [plain]                  with indices I0 and transform X0; what follows may change it
  *         [short-indices PLACE] [no-transform]
@@ -183,6 +184,8 @@ static bool read_triangles(struct build_line *line, struct one_build *build, con
         set_transform(line, build, word);
     } else if (play_is(option, "first")) {
         build->range.firstVertex = (uint32_t)play_number(line->play, word);
+    } else if (play_is(option, "offset")) {
+        build->range.primitiveOffset = (uint32_t)play_number(line->play, word);
     } else if (play_is(option, "max")) {
         triangles->maxVertex = (uint32_t)play_number(line->play, word);
     } else if (play_is(option, "format")) {
@@ -284,8 +287,7 @@ static void finish(struct build_line *line, struct one_build *build, char **refe
     if (info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR &&
         !info->srcAccelerationStructure)
         info->srcAccelerationStructure = info->dstAccelerationStructure;
-    if (play_has(play, "VK_NV_ray_tracing_motion_blur") &&
-        info->type == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)
+    if (play_has(play, "VK_NV_ray_tracing_motion_blur"))
         info->flags |= VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
     if (!info->scratchData.deviceAddress)
         info->scratchData = play_unused_scratch(play, line->is_host);
@@ -375,14 +377,14 @@ static void execute(struct build_line *line)
                                                    ARRAY_OF(line, infos), ARRAY_OF(line, ranges));
 }
 
-VkAccelerationStructureBuildSizesInfoKHR play_build_sizes(struct play *play, char **words)
+VkAccelerationStructureBuildSizesInfoKHR play_build_sizes(struct play *play, char **words,
+                                                          VkAccelerationStructureBuildTypeKHR type)
 {
     struct build_line line = {.play = play};
     STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
     read_build(&line, words);
-    play->vk.GetAccelerationStructureBuildSizesKHR(
-        play->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &line.builds[0].info,
-        line.builds[0].counts, &sizes);
+    play->vk.GetAccelerationStructureBuildSizesKHR(play->device, type, &line.builds[0].info,
+                                                   line.builds[0].counts, &sizes);
     return sizes;
 }
 

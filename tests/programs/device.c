@@ -7,6 +7,7 @@
  *     with group                 the device has all physical devices of its group, at least two
  *     without FEATURE            maintenance1, synchronization2, deviceFault
  *     only null                  for programs that need the null driver
+ *     only shaders               for programs that need a driver which executes shaders
  *     only driver                for programs that backend cpu plays otherwise
  *     only cpu                   for programs that need backend cpu
  *     driver recycles [handles]  the null driver gives out handles and addresses again, or only
@@ -394,6 +395,8 @@ static const char *missing_platform(const struct play *play)
         has_word(program, "fault") || has_word(program, "below") || has_word(program, "timestamp");
     if (needs_null && !play->platform->is_null)
         return "the null driver";
+    if (play->platform->is_null && program_find(program, "only", "shaders"))
+        return "shaders that execute";
     if (has_word(program, "allocation") && !play->platform->fail_allocations)
         return "allocations that fail";
     if (play->platform->is_cpu && program_find(program, "only", "driver"))

@@ -51,7 +51,8 @@ static void create_sparse_buffer(struct play *play, struct play_object *object)
 static void create_scratch(struct play *play, char **words)
 {
     struct play_object *object = play_object(play, words[1]);
-    const VkAccelerationStructureBuildSizesInfoKHR sizes = play_build_sizes(play, words + 4);
+    const VkAccelerationStructureBuildSizesInfoKHR sizes =
+        play_build_sizes(play, words + 4, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR);
     const VkBufferCreateInfo info = play_buffer_info(
         play, play_is(words[3], "update") ? sizes.updateScratchSize : sizes.buildScratchSize);
     buffer_destroy(&play->vk, play->device, &object->buffer);
@@ -89,7 +90,8 @@ static void create(struct play *play, char **words)
         size = PLAY_PAGE_SIZE;
     } else if (play_is(words[2], "fitting")) {
         words[2] = words[1];
-        size = play_build_sizes(play, words + 2).accelerationStructureSize;
+        size = play_build_sizes(play, words + 2, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR)
+                   .accelerationStructureSize;
     } else if (play_is(words[2], "compacted")) {
         size = play->compacted - (words[3] ? (VkDeviceSize)atoi(words[4]) : 0);
     } else {

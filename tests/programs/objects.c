@@ -24,7 +24,7 @@ static const VkExtent3D image_extent = {4, 4, 1};
 uint64_t play_number(const struct play *play, const char *word)
 {
     PLAY_REQUIRE(play, word != NULL);
-    return strtoull(word, NULL, 0);
+    return play_is(word, "size") ? play->compacted : strtoull(word, NULL, 0);
 }
 
 /* ---- creation */
@@ -63,9 +63,9 @@ void play_create_structure(struct play *play, struct play_object *object, VkBuff
                            VkDeviceSize offset, VkDeviceSize size,
                            VkAccelerationStructureTypeKHR type)
 {
-    const bool moves = play_has(play, "VK_NV_ray_tracing_motion_blur") &&
-                       type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
-    const STRUCT(VkAccelerationStructureCreateInfoKHR, info,
+    const bool moves = play_has(play, "VK_NV_ray_tracing_motion_blur");
+    const STRUCT(VkAccelerationStructureMotionInfoNV, motion, .maxInstances = PLAY_ITEMS);
+    const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .pNext = moves ? &motion : NULL,
                  .createFlags = moves ? VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV : 0,
                  .buffer = buffer, .offset = offset, .size = size, .type = type);
     object->is_ghost = false;
@@ -133,10 +133,11 @@ static struct play_object *add(struct play *play, const char *name)
 VkQueryPool play_create_queries(const struct play *play, const char *name)
 {
     return query_pool_create(&play->vk, play->device,
-                             name[1] == 'M'
-                                 ? VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT
+                             name[1] == 'M' ? VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT
+                             : name[1] == 'O'
+                                 ? VK_QUERY_TYPE_OCCLUSION
                                  : VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
-                             2);
+                             3);
 }
 
 /* Programs deserialize data that they have not serialized: these are data of the null driver. */
@@ -326,6 +327,10 @@ void play_init(struct play *play, char **words)
             strtoull(words[3], NULL, 0);
     else if (play_is(words[2], "ranges"))
         play_write(play, words[1], &range, sizeof(range));
+    else if (play_is(words[2], "pointer"))
+        play_write(play, words[1],
+                   &(uint64_t){play_address_for(play, words[3], true).deviceAddress},
+                   sizeof(uint64_t));
     else if (play_is(words[2], "address"))
         play_write(play, words[1], &(uint64_t){play_address(play, words[3])}, sizeof(uint64_t));
     else if (play_is(words[2], "structure"))
