@@ -105,6 +105,8 @@ VkBuildAccelerationStructureFlagsKHR play_flags(const struct play *play, const c
         {"compaction", VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR},
         {"fast_trace", VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR},
         {"fast_build", VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR},
+        {"displacement_update",
+         VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISPLACEMENT_MICROMAP_UPDATE_BIT_NV},
         {"low_memory", VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR},
     };
     VkBuildAccelerationStructureFlagsKHR flags = 0;
@@ -147,6 +149,10 @@ static bool read_word(struct build_line *line, struct one_build *build, const ch
         build->chained.spheres.indexType = VK_INDEX_TYPE_NONE_KHR;
         build->chained.spheres.indexData.deviceAddress = 0;
         build->chained.swept.indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV;
+    } else if (play_is(word, "list")) {
+        build->chained.swept.indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV;
+    } else if (play_is(word, "mixed")) {
+        build_mix_usages(line->play, build);
     } else {
         return build_read_wild_word(build, word);
     }
@@ -200,6 +206,9 @@ static bool read_triangles(struct build_line *line, struct one_build *build, con
         build->micromap.indexType = VK_INDEX_TYPE_UINT16;
         build->micromap.indexStride = sizeof(uint16_t);
         build->micromap.indexBuffer = build_input(line, word);
+        build->opacity.indexType = build->micromap.indexType;
+        build->opacity.indexStride = build->micromap.indexStride;
+        build->opacity.indexBuffer = build->micromap.indexBuffer.deviceAddress;
     } else if (play_is(option, "micromap") || play_is(option, "micromaps")) {
         attach_micromap(line->play, build, word);
         build->first_micromap = play_is(option, "micromaps") ? (uint32_t)atoi(word + 1) : 0;
@@ -352,8 +361,10 @@ static void execute(struct build_line *line)
         const struct one_build *build = &line->builds[i];
         const uint32_t count = build->info.geometryCount;
         line->infos[i] = build->info;
+        const VkGeometryTypeKHR type = build->geometry.geometryType;
         line->ranges[i] =
-            build->geometry.geometryType == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX
+            type == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX ||
+                    type == VK_GEOMETRY_TYPE_MICROMAP_KHR
                 ? NULL
                 : play_copy_for_call(play, build->ranges, count * sizeof(build->ranges[0]));
         line->addresses[i] = build->indirect;

@@ -9,7 +9,7 @@
  *     host clone | compact | serialize | deserialize SRC > DST
  *     host query NAME [size | serialized | references] [gives NUMBER]      the compacted size; or
  *                                that of the structure or its data, or the number of references
- *     host compatible | incompatible PLACE                    what the device says of such data
+ *     host compatible | incompatible PLACE [micromap]         what the device says of such data
  *     host reset POOL [from QUERY] [count COUNT]              reset POOL [from ...] [count ...]
  *     host read POOL [from QUERY] [count COUNT] [64] [wait] [availability] [partial]
  *         [gives NUMBER...]      NUMBER: `size`: what the host got last; `kept`: the call has
@@ -127,9 +127,20 @@ static void query(struct play *play, char **words)
         play_object(play, words[1])->queries, 0);
 }
 
+static VkResult query_micromap(const struct play *play, VkMicromapEXT micromap, bool is_compacted,
+                               uint64_t *found)
+{
+    return play->vk.WriteMicromapsPropertiesEXT(play->device, 1, &micromap,
+                                                is_compacted
+                                                    ? VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT
+                                                    : VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT,
+                                                sizeof(*found), found, sizeof(*found));
+}
+
 static void query_on_host(struct play *play, char **words)
 {
     uint64_t found = 0;
+    const struct play_object *object = play_object(play, words[1]);
     const VkQueryType type =
         play_is(words[2], "size") ? VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR
         : play_is(words[2], "serialized")
@@ -137,9 +148,13 @@ static void query_on_host(struct play *play, char **words)
         : play_is(words[2], "references")
             ? VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR
             : VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
-    play_note(play, play->vk.WriteAccelerationStructuresPropertiesKHR(
-                        play->device, 1, &play_object(play, words[1])->structure, type,
-                        sizeof(found), &found, sizeof(found)));
+    if (object->name[0] == 'M')
+        play_note(play,
+                  query_micromap(play, object->micromap, !play_is(words[2], "serialized"), &found));
+    else
+        play_note(play, play->vk.WriteAccelerationStructuresPropertiesKHR(
+                            play->device, 1, &object->structure, type, sizeof(found), &found,
+                            sizeof(found)));
     while (*words && !play_is(*words, "gives"))
         words++;
     if (*words)
@@ -151,8 +166,12 @@ static void expect_compatibility(struct play *play, char **words)
 {
     const STRUCT(VkAccelerationStructureVersionInfoKHR, info,
                  .pVersionData = play_bytes(play, words[1]));
+    const STRUCT(VkMicromapVersionInfoEXT, of_micromap, .pVersionData = info.pVersionData);
     VkAccelerationStructureCompatibilityKHR found;
-    play->vk.GetDeviceAccelerationStructureCompatibilityKHR(play->device, &info, &found);
+    if (play_is(words[2], "micromap"))
+        play->vk.GetDeviceMicromapCompatibilityEXT(play->device, &of_micromap, &found);
+    else
+        play->vk.GetDeviceAccelerationStructureCompatibilityKHR(play->device, &info, &found);
     if (play->is_scarce || (found == VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR) ==
                                play_is(words[0], "compatible"))
         return;

@@ -2,7 +2,8 @@
 /* Objects that are created otherwise, or die before the program ends:
  *
  *     structures generic | nv [boxes | instances]     what B structures are; in front of their use
- *     create NAME at PLACE     a structure, by vkCreateAccelerationStructure2KHR
+ *     create NAME at PLACE [micromap]     a structure, by vkCreateAccelerationStructure2KHR; or an
+ *                              opacity micromap
  *     create NAME scratch build | update STRUCTURE SHAPE       a buffer, for the scratch of a build
  *     create NAME [generic | sparse | fitting SHAPE | compacted [less BYTES]]      a structure, in
  *                              its old buffer or a sparse one; SHAPE is the words of a build, and
@@ -60,14 +61,16 @@ static void create_scratch(struct play *play, char **words)
     object->buffer = buffer_create(&play->vk, play->device, play->memory_type, &info);
 }
 
-/* create NAME at PLACE */
+/* create NAME at PLACE [micromap] */
 static void create_at(struct play *play, char **words)
 {
     struct play_object *object = play_object(play, words[1]);
     const STRUCT(VkAccelerationStructureCreateInfo2KHR, info,
                  .addressRange = {play_address(play, words[3]), PLAY_STRUCTURE_SIZE},
                  .addressFlags = VK_ADDRESS_COMMAND_STORAGE_BUFFER_USAGE_BIT_KHR,
-                 .type = play->bottom_type);
+                 .type = play_is(words[4], "micromap")
+                             ? VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR
+                             : play->bottom_type);
     play_destroy_object(play, object);
     GET(play->vk.CreateAccelerationStructure2KHR(play->device, &info, NULL, &object->structure));
 }

@@ -289,6 +289,9 @@ bool play_records(struct play *play, char **words);
 void play_skip_records(struct play *play);
 VkDeviceOrHostAddressKHR play_unused_scratch(struct play *play, bool is_host);
 /* micromaps.c */
+/* The usages of `mixed` micromaps: three triangles with opacities, or two with displacements. */
+enum { PLAY_MIXED_USAGES = 2 };
+const VkMicromapUsageEXT *play_mixed_usages(const struct play *play);
 void play_build_micromap(struct play *play, char **words, bool is_host);
 void play_copy_micromap(struct play *play, char **words, bool is_host);
 /* copies.c */

@@ -15,6 +15,7 @@
 
 #include <stddef.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum {
     RAYS = 2,
@@ -148,8 +149,9 @@ void play_probe(struct play *play, char **words)
                                   .cullMask = 0xff},
                           .ray_size = sizeof(AssayRay)};
     _Alignas(AssayRay) char rays[RAYS * sizeof(AssayRay)];
-    AssayHit hits[RAYS] = {{0}};
+    AssayHit hits[RAYS];
     const bool is_wrong = play_is(words[2], "wrong");
+    memset(hits, 0xff, sizeof(hits)); /* a miss is written, too */
     words += is_wrong ? 4 : 2;
     for (char **next; words[0] && (next = read_word(play, words, &probe));)
         words = next;

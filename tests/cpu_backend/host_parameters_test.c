@@ -1,18 +1,42 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Backend cpu with VK_NV_ray_tracing_motion_blur: what does not move costs what it costs without
- * the extension. tests/programs/backend/motion.cases has what moves. */
+/* Backend cpu through the loader: parameters that no program can lose, and what the extension for
+ * motion costs scenes without motion. */
 #include "host_fixture.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* A chain that leads nowhere. */
-NOISY_TEST(test_unreadable_chain)
+/* ---- structures that cannot be read: nothing is built, and sizes are 0 */
+
+static void expect_nothing(struct fixture_build *build, VkAccelerationStructureKHR dst)
 {
+    assert_int_equal(fixture_sizes(build).accelerationStructureSize, 0);
+    expect_mistake(host_build(build, dst, VK_NULL_HANDLE));
+}
+
+NOISY_TEST(test_unreadable_chains)
+{
+    const void *const nowhere = (const void *)(uintptr_t)0x1000;
     open_pair(10, 0);
-    pair.triangles.geometry.geometry.triangles.pNext = (void *)(uintptr_t)0x1000;
-    expect_mistake(host_build(&pair.triangles, pair.blas.handle, 0));
-    assert_int_equal(fixture_sizes(&pair.triangles).accelerationStructureSize, 0);
+    struct fixture_build spheres = pair.triangles;
+    pair.triangles.geometry.geometry.triangles.pNext = nowhere;
+    expect_nothing(&pair.triangles, pair.blas.handle);
+    spheres.geometry.geometryType = VK_GEOMETRY_TYPE_SPHERES_NV;
+    spheres.geometry.pNext = nowhere;
+    spheres.info.pGeometries = &spheres.geometry;
+    expect_nothing(&spheres, pair.blas.handle);
+    expect_pair(pair.tlas.handle, 1);
+}
+
+NOISY_TEST(test_unreadable_usage_counts)
+{
+    const STRUCT(VkMicromapBuildInfoEXT, info, .usageCountsCount = 1,
+                 .pUsageCounts = (const void *)(uintptr_t)0x1000);
+    STRUCT(VkMicromapBuildSizesInfoEXT, sizes, .micromapSize = 1);
+    vk.GetMicromapBuildSizesEXT(device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR, &info,
+                                &sizes);
+    assert_int_equal(sizes.micromapSize, 1); /* the call is skipped */
+    expect_mistake(vk.BuildMicromapsEXT(device, VK_NULL_HANDLE, 1, &info));
 }
 
 /* ---- what it costs */
