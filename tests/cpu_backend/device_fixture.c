@@ -134,14 +134,6 @@ void device_copy(VkCommandBuffer commands, VkAccelerationStructureKHR src,
     vk.CmdCopyAccelerationStructureKHR(commands, &info);
 }
 
-uint64_t device_query(VkQueryPool pool, uint32_t query)
-{
-    uint64_t value = 0;
-    GET(vk.GetQueryPoolResults(device, pool, query, 1, sizeof(value), &value, sizeof(value),
-                               VK_QUERY_RESULT_64_BIT));
-    return value;
-}
-
 /* ---- VK_NV_ray_tracing */
 
 VkMemoryRequirements nv_requirements(VkAccelerationStructureNV handle,
@@ -171,7 +163,6 @@ static void bind_memory(struct nv_structure *structure)
     const VkMemoryRequirements requirements = nv_requirements(
         structure->handle, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV);
     assert_true(requirements.memoryTypeBits >> host_memory_type & 1);
-    structure->size = requirements.size;
     structure->memory = memory_create(&vk, device, host_memory_type, requirements.size);
     OWN(FreeMemory, structure->memory);
     const STRUCT(VkBindAccelerationStructureMemoryInfoNV, bind,
@@ -179,16 +170,14 @@ static void bind_memory(struct nv_structure *structure)
     GET(vk.BindAccelerationStructureMemoryNV(device, 1, &bind));
 }
 
-struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info, VkDeviceSize compacted)
+struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info)
 {
     struct nv_structure structure = {0};
-    const STRUCT(VkAccelerationStructureCreateInfoNV, create_info, .compactedSize = compacted,
-                 .info = *info);
+    const STRUCT(VkAccelerationStructureCreateInfoNV, create_info, .info = *info);
     GET(vk.CreateAccelerationStructureNV(device, &create_info, NULL, &structure.handle));
     OWN(DestroyAccelerationStructureNV, structure.handle);
     bind_memory(&structure);
-    if (!compacted)
-        structure.scratch = device_buffer_create(scratch_size(structure.handle));
+    structure.scratch = device_buffer_create(scratch_size(structure.handle));
     return structure;
 }
 
@@ -202,13 +191,6 @@ VkGeometryNV nv_triangles(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize str
                                                .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
                                                .indexType = VK_INDEX_TYPE_NONE_NV),
                              .aabbs = MAKE(VkGeometryAABBNV)});
-}
-
-uint64_t nv_reference(VkAccelerationStructureNV structure)
-{
-    uint64_t reference = 0;
-    GET(vk.GetAccelerationStructureHandleNV(device, structure, sizeof(reference), &reference));
-    return reference;
 }
 
 void nv_build(VkCommandBuffer commands, const VkAccelerationStructureInfoNV *info,

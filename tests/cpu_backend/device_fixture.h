@@ -50,21 +50,17 @@ struct device_buffer device_build_indirect(VkCommandBuffer commands,
 void device_copy(VkCommandBuffer commands, VkAccelerationStructureKHR src,
                  VkAccelerationStructureKHR dst, VkCopyAccelerationStructureModeKHR mode);
 
-/* The value of a query that has one. */
-uint64_t device_query(VkQueryPool pool, uint32_t query);
-
 /* ---- VK_NV_ray_tracing */
 
 /* Bound to memory of its own. */
 struct nv_structure {
     VkAccelerationStructureNV handle;
     VkDeviceMemory memory;
-    VkDeviceSize size; /* that it asks for */
     struct device_buffer scratch;
 };
 
-/* For builds of `info`, or, where `compacted` isn't 0, for a compacting copy. */
-struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info, VkDeviceSize compacted);
+/* For builds of `info`. */
+struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info);
 
 VkMemoryRequirements nv_requirements(VkAccelerationStructureNV handle,
                                      VkAccelerationStructureMemoryRequirementsTypeNV type);
@@ -72,9 +68,6 @@ VkMemoryRequirements nv_requirements(VkAccelerationStructureNV handle,
 /* So many triangles of three floats a vertex, in a buffer, without indices. */
 VkGeometryNV nv_triangles(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize stride,
                           uint32_t triangles);
-
-/* What instances refer to. */
-uint64_t nv_reference(VkAccelerationStructureNV structure);
 
 /* Records a build, of `instances` at `offset` for a TLAS, with a barrier behind it; an update where
  * `src` isn't VK_NULL_HANDLE. */

@@ -15,15 +15,12 @@
 
 enum {
     UPDATABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
-    COMPACTABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
 };
 static const VkAccelerationStructureTypeKHR BOTTOM =
                                                 VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
                                             TOP = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
 static const VkCopyAccelerationStructureModeKHR CLONE =
-                                                    VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
-                                                COMPACT =
-                                                    VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
+    VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR;
 static const VkQueryType STRUCTURE_SIZE = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR,
                          SERIALIZATION_SIZE =
                              VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;

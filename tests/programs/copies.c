@@ -10,8 +10,8 @@
  *     host query NAME [size | serialized | references] [gives NUMBER]      the compacted size; or
  *                                that of the structure or its data, or the number of references
  *     host compatible | incompatible PLACE [micromap]         what the device says of such data
- *     host reset POOL [from QUERY] [count COUNT]              reset POOL [from ...] [count ...]
- *     host read POOL [from QUERY] [count COUNT] [64] [wait] [availability] [partial]
+ *     host reset POOL [from QUERY] [queries COUNT]              reset POOL [from ...] [queries ...]
+ *     host read POOL [from QUERY] [queries COUNT] [64] [wait] [availability] [partial]
  *         [gives NUMBER...]      NUMBER: `size`: what the host got last; `kept`: the call has
  *                                not written it
  *     host ... deferred NAME     host join NAME             host result NAME
@@ -50,7 +50,7 @@ static void copy_structure(struct play *play, char **words, bool is_host)
         copy_info(play_object(play, words[1])->structure, play_object(play, words[3])->structure,
                   play_is(words[0], "compact") ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
                                                : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
-    if (play->is_nv)
+    if (play_object(play, words[1])->is_nv)
         play_copy_nv(play, words);
     else if (is_host)
         play_note(play, play->vk.CopyAccelerationStructureKHR(
@@ -116,6 +116,10 @@ static void query(struct play *play, char **words)
             VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT, play_object(play, words[3])->queries, 0);
         return;
     }
+    if (words[1] && play_object(play, words[1])->is_nv) {
+        play_query_nv(play, words);
+        return;
+    }
     for (words++; *words && !play_is(*words, ">"); words++) {
         PLAY_REQUIRE(play, count < PLAY_ITEMS);
         structures[count++] = play_object(play, *words)->structure;
@@ -148,7 +152,9 @@ static void query_on_host(struct play *play, char **words)
         : play_is(words[2], "references")
             ? VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR
             : VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
-    if (object->name[0] == 'M')
+    if (object->is_nv && play_is(words[2], "size"))
+        found = object->buffer.size;
+    else if (object->name[0] == 'M')
         play_note(play,
                   query_micromap(play, object->micromap, !play_is(words[2], "serialized"), &found));
     else
@@ -185,11 +191,11 @@ struct queries {
     uint32_t first, count;
 };
 
-/* Reads POOL [from QUERY] [count COUNT]. Returns the words behind it. */
+/* Reads POOL [from QUERY] [queries COUNT]. Returns the words behind it. */
 static char **read_range(struct play *play, char **words, struct queries *queries)
 {
     *queries = (struct queries){play_object(play, *words++)->queries, 0, 1};
-    for (; play_is(words[0], "from") || play_is(words[0], "count"); words += 2) {
+    for (; play_is(words[0], "from") || play_is(words[0], "queries"); words += 2) {
         PLAY_REQUIRE(play, words[1] != NULL);
         *(play_is(words[0], "from") ? &queries->first : &queries->count) =
             (uint32_t)strtoul(words[1], NULL, 0);

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Objects that are created otherwise, or die before the program ends:
  *
- *     structures generic | nv [boxes | instances]     what B structures are; in front of their use
+ *     structures generic | nv [boxes | instances | GEOMETRIES] | khr      what new structures are:
+ *                              `generic` is about those whose names begin with B, and the others
+ *                              about all
  *     create NAME at PLACE [micromap]     a structure, by vkCreateAccelerationStructure2KHR; or an
  *                              opacity micromap
  *     create NAME scratch build | update STRUCTURE SHAPE       a buffer, for the scratch of a build
@@ -25,11 +27,13 @@ static void choose_structures(struct play *play, char **words)
         play->bottom_type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR;
         return;
     }
-    PLAY_REQUIRE(play, play_is(words[1], "nv"));
-    play->is_nv = true;
-    if (words[2])
-        play->nv_type = play_is(words[2], "boxes") ? VK_GEOMETRY_TYPE_AABBS_KHR
-                                                   : VK_GEOMETRY_TYPE_INSTANCES_KHR;
+    PLAY_REQUIRE(play, play_is(words[1], "nv") || play_is(words[1], "khr"));
+    play->is_nv = play_is(words[1], "nv");
+    play->nv_type = play_is(words[2], "boxes")       ? VK_GEOMETRY_TYPE_AABBS_KHR
+                    : play_is(words[2], "instances") ? VK_GEOMETRY_TYPE_INSTANCES_KHR
+                                                     : VK_GEOMETRY_TYPE_TRIANGLES_KHR;
+    const bool is_counted = words[2] && play->nv_type == VK_GEOMETRY_TYPE_TRIANGLES_KHR;
+    play->nv_geometries = is_counted ? (uint32_t)atoi(words[2]) : 1;
 }
 
 /* ---- creation */
@@ -83,7 +87,7 @@ static void create(struct play *play, char **words)
     play_destroy_object(play, object);
     if (play->is_nv) {
         play->vk.FreeMemory(play->device, object->buffer.memory, NULL);
-        play_create_nv(play, object);
+        play_create_nv(play, object, play_is(words[2], "compacted") ? play->compacted : 0);
         return;
     }
     if (play_is(words[2], "generic")) {

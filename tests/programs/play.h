@@ -4,8 +4,7 @@
  *
  * An object exists from its first use on. The first letter of its name says what it is:
  * B and T bottom- and top-level structures, M micromaps, E events, F images (FC: of blocks of 4 * 4
- * texels), P query pools (PM: of micromaps, PO: of
- * occlusion),
+ * texels), P query pools (PM, PN, PO: see play_create_queries()),
  * c command buffers, d deferred operations, s binary semaphores, t timelines, q queues, all other
  * capital letters buffers, which the host has mapped but for U; D has serialized data of the null
  * driver, no command writes H, and W is large. NAME+OFFSET is a place in a buffer, and where a
@@ -53,6 +52,7 @@ struct play_object {
     VkCommandPool pool; /* of a command buffer alone */
     unsigned queue;     /* that a command buffer is for */
     bool is_secondary;
+    bool is_nv; /* a structure is one of VK_NV_ray_tracing; the buffer's size is what it asks for */
     bool is_ghost; /* the handle is that of an object that is destroyed, or was never there */
     bool is_freed; /* the memory is, so that the host must not write there */
 };
@@ -109,8 +109,9 @@ struct play {
     struct device_buffer scratch, instances; /* parts are used once */
     VkDeviceSize scratch_used, instances_used;
     VkAccelerationStructureTypeKHR bottom_type; /* of B structures */
-    bool is_nv;                                 /* structures are those of VK_NV_ray_tracing */
+    bool is_nv;                                 /* new structures are those of VK_NV_ray_tracing */
     VkGeometryTypeKHR nv_type;                  /* that they are built of */
+    uint32_t nv_geometries;                     /* of each of them, all alike */
     VkDeviceMemory pages;                       /* of sparse buffers, or null */
     VkDeviceSize compacted;                     /* the size that the host got last */
 
@@ -246,8 +247,8 @@ bool play_is_buffer(const struct play_object *object);
 /* Destroys an object, which can be created again; and the parts of the creation. */
 void play_destroy_object(struct play *play, struct play_object *object);
 void play_create_buffer(struct play *play, struct play_object *object);
-/* A pool of three queries, which nothing has reset; of micromaps if the name begins with PM, and of
- * occlusion if it begins with PO. */
+/* A pool of three queries, which nothing has reset; of micromaps if the name begins with PM, of
+ * structures of VK_NV_ray_tracing with PN, and of occlusion with PO. */
 VkQueryPool play_create_queries(const struct play *play, const char *name);
 void play_create_structure(struct play *play, struct play_object *object, VkBuffer buffer,
                            VkDeviceSize offset, VkDeviceSize size,
@@ -279,7 +280,9 @@ VkAccelerationStructureBuildSizesInfoKHR play_build_sizes(struct play *play, cha
                                                           VkAccelerationStructureBuildTypeKHR type);
 VkBuildAccelerationStructureFlagsKHR play_flags(const struct play *play, const char *word);
 /* nv.c */
-void play_create_nv(struct play *play, struct play_object *object);
+/* For the builds of the program, or of that size for a compact copy if that is not 0. */
+void play_create_nv(struct play *play, struct play_object *object, VkDeviceSize compacted);
+void play_query_nv(struct play *play, char **words);
 void play_build_nv(struct play *play, char **words);
 void play_copy_nv(struct play *play, char **words);
 /* builds.c */

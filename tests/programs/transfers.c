@@ -4,7 +4,7 @@
  *     copy-image SRC > DST [row TEXELS] [height TEXELS] [layers COUNT | rest] [depth]
  *                              between an image and a buffer; `copy-image2`, `copy-image2KHR`: by
  *                              newer names
- *     results POOL > PLACE [from QUERY] [count NUMBER] [stride BYTES] [narrow] [no-wait]
+ *     results POOL > PLACE [from QUERY] [queries NUMBER] [stride BYTES] [narrow] [no-wait]
  * [availability] memory copy PLACE > PLACE SIZE         memory marker PLACE memory fill PLACE SIZE
  * memory update PLACE SIZE memory copy-image ...                  memory results ...
  *
@@ -127,7 +127,7 @@ static void copy_results(struct play *play, char **words, bool is_by_address)
     for (words += 4; *words; words++) {
         if (play_is(*words, "from"))
             first = number_of(play, *++words);
-        else if (play_is(*words, "count"))
+        else if (play_is(*words, "queries"))
             count = number_of(play, *++words);
         else if (play_is(*words, "stride"))
             stride = number_of(play, *++words);
