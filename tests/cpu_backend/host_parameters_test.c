@@ -39,6 +39,17 @@ NOISY_TEST(test_unreadable_usage_counts)
     expect_mistake(vk.BuildMicromapsEXT(device, VK_NULL_HANDLE, 1, &info));
 }
 
+SILENT_TEST(test_micromap_sizes)
+{
+    const VkMicromapUsageEXT usage = {1, 1, VK_OPACITY_MICROMAP_FORMAT_4_STATE_EXT};
+    const STRUCT(VkMicromapBuildInfoEXT, info, .usageCountsCount = 1, .pUsageCounts = &usage);
+    STRUCT(VkMicromapBuildSizesInfoEXT, sizes, .discardable = VK_TRUE);
+    vk.GetMicromapBuildSizesEXT(device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR, &info,
+                                &sizes);
+    assert_in_range(sizes.micromapSize, 1, 4096);
+    assert_false(sizes.discardable);
+}
+
 /* ---- what it costs */
 
 struct cost {
