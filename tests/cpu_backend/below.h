@@ -31,22 +31,9 @@ extern unsigned calls;
 
 /* Any dispatchable handle of the device. */
 #define DEVICE ((VkDevice)(uintptr_t)1)
-#define QUEUE ((VkQueue)(uintptr_t)2)
 #define COMMAND_BUFFER ((VkCommandBuffer)(uintptr_t)3)
 
-/* Stages and accesses, of ray tracing and not. */
-enum {
-    BUILD = VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
-    COMPUTE = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-    ALL = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
-    READ = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
-    WRITE = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-    SHADER_READ = VK_ACCESS_SHADER_READ_BIT,
-    SHADER_WRITE = VK_ACCESS_SHADER_WRITE_BIT,
-    MEMORY_READ = VK_ACCESS_MEMORY_READ_BIT,
-    MEMORY_WRITE = VK_ACCESS_MEMORY_WRITE_BIT,
-    MANY = 500, /* more than fit on the stack */
-};
+enum { MANY = 500 }; /* more than fit on the stack */
 
 /* A call that the backend refuses. */
 #define REFUSED(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED_EXT)

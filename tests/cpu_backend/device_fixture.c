@@ -71,7 +71,8 @@ static VkDeviceOrHostAddressConstKHR *data_of(VkAccelerationStructureGeometryKHR
     }
 }
 
-VkDeviceAddress device_scratch_create(const struct fixture_build *build)
+/* The aligned address of new scratch for builds and updates. */
+static VkDeviceAddress create_scratch(const struct fixture_build *build)
 {
     enum { ALIGNMENT = 256 };
     const VkDeviceSize size = fixture_scratch_size(build) + ALIGNMENT;
@@ -87,7 +88,7 @@ void device_build_create(struct fixture_build *host, struct device_build *build)
                                    .data = device_buffer_create(host->size)};
     data_of(&build->geometry)->deviceAddress = build->data.address;
     build->info.pGeometries = &build->geometry;
-    build->info.scratchData.deviceAddress = device_scratch_create(host);
+    build->info.scratchData.deviceAddress = create_scratch(host);
 }
 
 void device_upload(VkCommandBuffer commands, struct device_build *build)
@@ -133,65 +134,6 @@ void device_copy(VkCommandBuffer commands, VkAccelerationStructureKHR src,
     vk.CmdCopyAccelerationStructureKHR(commands, &info);
 }
 
-void device_save(VkCommandBuffer commands, VkAccelerationStructureKHR src, VkDeviceAddress dst)
-{
-    const VkCopyAccelerationStructureToMemoryInfoKHR info = serialize_info(src, dst);
-    vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &info);
-}
-
-void device_load(VkCommandBuffer commands, VkDeviceAddress src, VkAccelerationStructureKHR dst)
-{
-    const VkCopyMemoryToAccelerationStructureInfoKHR info = deserialize_info(src, dst);
-    vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &info);
-}
-
-uint64_t device_query(VkQueryPool pool, uint32_t query)
-{
-    uint64_t value = 0;
-    GET(vk.GetQueryPoolResults(device, pool, query, 1, sizeof(value), &value, sizeof(value),
-                               VK_QUERY_RESULT_64_BIT));
-    return value;
-}
-
-/* ---- the pair */
-
-struct device_pair on_device;
-
-void open_device_pair(VkBuildAccelerationStructureFlagsKHR flags)
-{
-    open_unbuilt_pair(TRIANGLES_OF_PAIR, flags);
-    device_build_create(&pair.triangles, &on_device.triangles);
-    device_build_create(&pair.instances, &on_device.instances);
-}
-
-void open_queried_pair(VkQueryType type)
-{
-    open_device_pair(COMPACTABLE);
-    on_device.pool = query_pool_create(&vk, device, type, QUERIES);
-    OWN(DestroyQueryPool, on_device.pool);
-}
-
-void record_queries(VkCommandBuffer commands, VkQueryType type)
-{
-    const VkAccelerationStructureKHR both[] = {pair.blas.handle, pair.blas.handle};
-    vk.CmdResetQueryPool(commands, on_device.pool, 0, QUERIES);
-    vk.CmdWriteAccelerationStructuresPropertiesKHR(commands, 2, both, type, on_device.pool, 0);
-    device_barrier(commands);
-}
-
-void record_blas(VkCommandBuffer commands)
-{
-    device_upload(commands, &on_device.triangles);
-    device_build(commands, &on_device.triangles, pair.blas.handle, VK_NULL_HANDLE);
-}
-
-void run_blas(void)
-{
-    VkCommandBuffer commands = device_begin(PRIMARY);
-    record_blas(commands);
-    device_finish(commands);
-}
-
 /* ---- VK_NV_ray_tracing */
 
 VkMemoryRequirements nv_requirements(VkAccelerationStructureNV handle,
@@ -221,7 +163,6 @@ static void bind_memory(struct nv_structure *structure)
     const VkMemoryRequirements requirements = nv_requirements(
         structure->handle, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV);
     assert_true(requirements.memoryTypeBits >> host_memory_type & 1);
-    structure->size = requirements.size;
     structure->memory = memory_create(&vk, device, host_memory_type, requirements.size);
     OWN(FreeMemory, structure->memory);
     const STRUCT(VkBindAccelerationStructureMemoryInfoNV, bind,
@@ -229,16 +170,14 @@ static void bind_memory(struct nv_structure *structure)
     GET(vk.BindAccelerationStructureMemoryNV(device, 1, &bind));
 }
 
-struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info, VkDeviceSize compacted)
+struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info)
 {
     struct nv_structure structure = {0};
-    const STRUCT(VkAccelerationStructureCreateInfoNV, create_info, .compactedSize = compacted,
-                 .info = *info);
+    const STRUCT(VkAccelerationStructureCreateInfoNV, create_info, .info = *info);
     GET(vk.CreateAccelerationStructureNV(device, &create_info, NULL, &structure.handle));
     OWN(DestroyAccelerationStructureNV, structure.handle);
     bind_memory(&structure);
-    if (!compacted)
-        structure.scratch = device_buffer_create(scratch_size(structure.handle));
+    structure.scratch = device_buffer_create(scratch_size(structure.handle));
     return structure;
 }
 
@@ -252,13 +191,6 @@ VkGeometryNV nv_triangles(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize str
                                                .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
                                                .indexType = VK_INDEX_TYPE_NONE_NV),
                              .aabbs = MAKE(VkGeometryAABBNV)});
-}
-
-uint64_t nv_reference(VkAccelerationStructureNV structure)
-{
-    uint64_t reference = 0;
-    GET(vk.GetAccelerationStructureHandleNV(device, structure, sizeof(reference), &reference));
-    return reference;
 }
 
 void nv_build(VkCommandBuffer commands, const VkAccelerationStructureInfoNV *info,

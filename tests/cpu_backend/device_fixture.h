@@ -6,8 +6,7 @@
 
 #include "tests/cpu_backend/host_fixture.h"
 
-static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-                                  SECONDARY = VK_COMMAND_BUFFER_LEVEL_SECONDARY;
+static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
 
 /* A buffer for any use that the tests make of one. */
 struct device_buffer device_buffer_create(VkDeviceSize size);
@@ -21,9 +20,6 @@ void device_finish(VkCommandBuffer commands);
 
 /* Makes all that was written visible to all that follows. */
 void device_barrier(VkCommandBuffer commands);
-
-/* The aligned address of new scratch for builds and updates. */
-VkDeviceAddress device_scratch_create(const struct fixture_build *build);
 
 /* A host build's parameters (fixture_triangles, fixture_instances, fixture_create_for) with the
  * same data in buffers. Not to be moved. */
@@ -50,28 +46,9 @@ struct device_buffer device_build_indirect(VkCommandBuffer commands,
                                            uint32_t most,
                                            const VkAccelerationStructureBuildRangeInfoKHR *range);
 
-/* Records a copy of a structure to another one, to memory, or from there. */
+/* Records a copy of a structure to another one. */
 void device_copy(VkCommandBuffer commands, VkAccelerationStructureKHR src,
                  VkAccelerationStructureKHR dst, VkCopyAccelerationStructureModeKHR mode);
-void device_save(VkCommandBuffer commands, VkAccelerationStructureKHR src, VkDeviceAddress dst);
-void device_load(VkCommandBuffer commands, VkDeviceAddress src, VkAccelerationStructureKHR dst);
-
-/* The value of a query that has one. */
-uint64_t device_query(VkQueryPool pool, uint32_t query);
-
-/* An unbuilt pair of so many triangles, for command buffers. */
-enum { TRIANGLES_OF_PAIR = 50, QUERIES = 3 };
-extern struct device_pair {
-    struct device_build triangles, instances;
-    VkQueryPool pool; /* QUERIES of them */
-} on_device;
-void open_device_pair(VkBuildAccelerationStructureFlagsKHR flags);
-void open_queried_pair(VkQueryType type); /* with a pool; it can be compacted */
-/* Queries 0 and 1 of the BLAS; 2 stays unwritten. */
-void record_queries(VkCommandBuffer commands, VkQueryType type);
-/* Uploads the triangles, and builds the BLAS. */
-void record_blas(VkCommandBuffer commands);
-void run_blas(void); /* now */
 
 /* ---- VK_NV_ray_tracing */
 
@@ -79,12 +56,11 @@ void run_blas(void); /* now */
 struct nv_structure {
     VkAccelerationStructureNV handle;
     VkDeviceMemory memory;
-    VkDeviceSize size; /* that it asks for */
     struct device_buffer scratch;
 };
 
-/* For builds of `info`, or, where `compacted` isn't 0, for a compacting copy. */
-struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info, VkDeviceSize compacted);
+/* For builds of `info`. */
+struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info);
 
 VkMemoryRequirements nv_requirements(VkAccelerationStructureNV handle,
                                      VkAccelerationStructureMemoryRequirementsTypeNV type);
@@ -92,9 +68,6 @@ VkMemoryRequirements nv_requirements(VkAccelerationStructureNV handle,
 /* So many triangles of three floats a vertex, in a buffer, without indices. */
 VkGeometryNV nv_triangles(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize stride,
                           uint32_t triangles);
-
-/* What instances refer to. */
-uint64_t nv_reference(VkAccelerationStructureNV structure);
 
 /* Records a build, of `instances` at `offset` for a TLAS, with a barrier behind it; an update where
  * `src` isn't VK_NULL_HANDLE. */

@@ -14,7 +14,7 @@ struct messages *const messages = &instance.messages;
 VkDevice device;
 VkuDeviceDispatchTable vk;
 PFN_vkTraceRaysASSAY trace_rays;
-PFN_vkGetCountersASSAY get_counters;
+static PFN_vkGetCountersASSAY get_counters;
 uint32_t host_memory_type;
 VkQueue queue;
 VkCommandPool command_pool;
@@ -271,7 +271,7 @@ VkResult fixture_load(VkDeferredOperationKHR operation, const void *src,
 }
 
 /* The values of two structures, which are the same, 16 bytes apart; the bytes between stay. */
-uint64_t fixture_property(VkAccelerationStructureKHR structure, VkQueryType type)
+static uint64_t fixture_property(VkAccelerationStructureKHR structure, VkQueryType type)
 {
     uint64_t values[4] = {7, 7, 7, 7};
     const VkAccelerationStructureKHR both[] = {structure, structure};
@@ -303,7 +303,7 @@ void expect_same_bytes(VkAccelerationStructureKHR a, VkAccelerationStructureKHR 
 
 struct pair pair;
 
-void open_unbuilt_pair(uint32_t triangles, VkBuildAccelerationStructureFlagsKHR flags)
+static void open_unbuilt_pair(uint32_t triangles, VkBuildAccelerationStructureFlagsKHR flags)
 {
     fixture_triangles(&pair.triangles, triangles, flags);
     pair.blas = fixture_create_for(&pair.triangles);
@@ -325,10 +325,33 @@ void destroy_pair(void)
     destroy((uint64_t)pair.blas.handle);
 }
 
-void expect_hit(VkAccelerationStructureKHR structure, float y, float t, uint32_t number)
+/* ---- rays and counters */
+
+VkResult fixture_trace_none(VkAccelerationStructureKHR structure)
+{
+    const AssayTraceInfo info = trace_info((uint64_t)structure, ASSAY_ACCURACY_FAST, 0, NULL, NULL);
+    return trace_rays(device, &info);
+}
+
+AssayHit fixture_trace(VkAccelerationStructureKHR structure, float y, float z)
+{
+    const AssayRay ray = {
+        .origin = {-1, y, z}, .direction = {1, 0, 0}, .tMax = 1e30f, .cullMask = 0xff};
+    AssayHit hit;
+    memset(&hit, 0xff, sizeof(hit));
+    const AssayTraceInfo info =
+        trace_info((uint64_t)structure, ASSAY_ACCURACY_EXACT, 1, &ray, &hit);
+    GET(trace_rays(device, &info));
+    return hit;
+}
+
+/* The ray at (y, 0.25) hits the first triangle of an instance at t. */
+static void expect_hit(VkAccelerationStructureKHR structure, float y, float t, uint32_t number)
 {
     AssayHit hit = fixture_trace(structure, y, 0.25f);
-    expect_hit_at(hit, t, 0);
+    assert_true(hit.isHit);
+    assert_float_equal(hit.t, t, 0);
+    assert_int_equal(hit.primitive, 0);
     assert_float_equal(hit.u, 0.25, 1e-6);
     assert_float_equal(hit.v, 0.25, 1e-6);
     assert_int_equal(hit.instance, number);
@@ -344,56 +367,9 @@ void expect_pair(VkAccelerationStructureKHR tlas, float t)
     assert_false(fixture_trace(tlas, 1.5f, 0.25f).isHit);
 }
 
-/* ---- rays and counters */
-
-void expect_hit_at(AssayHit hit, float t, uint32_t primitive)
-{
-    assert_true(hit.isHit);
-    assert_float_equal(hit.t, t, 0);
-    assert_int_equal(hit.primitive, primitive);
-}
-
-AssayHit fixture_trace_ray(VkAccelerationStructureKHR structure, const AssayRay *ray)
-{
-    AssayHit hit;
-    memset(&hit, 0xff, sizeof(hit));
-    const AssayTraceInfo info = trace_info((uint64_t)structure, ASSAY_ACCURACY_EXACT, 1, ray, &hit);
-    GET(trace_rays(device, &info));
-    return hit;
-}
-
-VkResult fixture_trace_none(VkAccelerationStructureKHR structure)
-{
-    const AssayTraceInfo info = trace_info((uint64_t)structure, ASSAY_ACCURACY_FAST, 0, NULL, NULL);
-    return trace_rays(device, &info);
-}
-
-AssayHit fixture_trace(VkAccelerationStructureKHR structure, float y, float z)
-{
-    return fixture_trace_at(structure, y, z, 0);
-}
-
-AssayHit fixture_trace_at(VkAccelerationStructureKHR structure, float y, float z, float time)
-{
-    const AssayRay ray = {.origin = {-1, y, z},
-                          .direction = {1, 0, 0},
-                          .tMax = 1e30f,
-                          .cullMask = 0xff,
-                          .time = time};
-    return fixture_trace_ray(structure, &ray);
-}
-
 AssayCounters fixture_counters(void)
 {
     AssayCounters counters;
     get_counters(device, sizeof(counters), &counters);
-    return counters;
-}
-
-AssayCounters fixture_counters_since(const AssayCounters *before)
-{
-    AssayCounters counters = fixture_counters();
-    for (size_t i = 0; i < sizeof(counters) / sizeof(uint64_t); i++)
-        ((uint64_t *)&counters)[i] -= ((const uint64_t *)before)[i];
     return counters;
 }

@@ -15,17 +15,13 @@
 
 enum {
     UPDATABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
-    COMPACTABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
 };
 static const VkAccelerationStructureTypeKHR BOTTOM =
                                                 VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
                                             TOP = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
 static const VkCopyAccelerationStructureModeKHR CLONE =
-                                                    VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
-                                                COMPACT =
-                                                    VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
+    VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR;
 static const VkQueryType STRUCTURE_SIZE = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR,
-                         COMPACTED_SIZE = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
                          SERIALIZATION_SIZE =
                              VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
 
@@ -35,7 +31,6 @@ extern struct messages *const messages; /* of the instance */
 extern VkDevice device;
 extern VkuDeviceDispatchTable vk;
 extern PFN_vkTraceRaysASSAY trace_rays;
-extern PFN_vkGetCountersASSAY get_counters;
 extern uint32_t host_memory_type;
 extern VkQueue queue;
 extern VkCommandPool command_pool;
@@ -109,7 +104,6 @@ VkResult fixture_load(VkDeferredOperationKHR operation, const void *src,
                       VkAccelerationStructureKHR dst);
 VkResult host_copy(VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
                    VkCopyAccelerationStructureModeKHR mode); /* not deferred */
-uint64_t fixture_property(VkAccelerationStructureKHR structure, VkQueryType type);
 /* The serialized form of a structure. */
 void *fixture_serialize(VkAccelerationStructureKHR structure, size_t *size);
 void expect_same_bytes(VkAccelerationStructureKHR a, VkAccelerationStructureKHR b);
@@ -119,23 +113,17 @@ extern struct pair {
     struct fixture_build triangles, instances;
     struct fixture_structure blas, tlas;
 } pair;
-void open_unbuilt_pair(uint32_t triangles, VkBuildAccelerationStructureFlagsKHR flags);
 void open_pair(uint32_t triangles, VkBuildAccelerationStructureFlagsKHR flags);
 /* Destroys its structures now. */
 void destroy_pair(void);
 
-/* The ray at (y, 0.25) hits the first triangle of an instance at t. */
-void expect_hit(VkAccelerationStructureKHR structure, float y, float t, uint32_t number);
+/* Rays hit the first triangle of both instances at t. */
 void expect_pair(VkAccelerationStructureKHR tlas, float t);
 
-void expect_hit_at(AssayHit hit, float t, uint32_t primitive);
-AssayHit fixture_trace_ray(VkAccelerationStructureKHR structure, const AssayRay *ray); /* exact */
 /* The result of a call that traces no ray. */
 VkResult fixture_trace_none(VkAccelerationStructureKHR structure);
 /* A ray from (-1, y, z) towards +x. */
 AssayHit fixture_trace(VkAccelerationStructureKHR structure, float y, float z);
-AssayHit fixture_trace_at(VkAccelerationStructureKHR structure, float y, float z, float time);
 AssayCounters fixture_counters(void);
-AssayCounters fixture_counters_since(const AssayCounters *before);
 
 #endif

@@ -30,19 +30,24 @@ static void add(struct null_driver_barrier barrier)
 
 /* ---- Vulkan 1.0: one pair of stages for all barriers */
 
-#define ADD_OLD(barrier, handle)                                                                   \
-    add((struct null_driver_barrier){srcStageMask, dstStageMask, (barrier)->srcAccessMask,         \
-                                     (barrier)->dstAccessMask, handle, 0})
+#define ADD_OLD(barrier, ...)                                                                      \
+    add((struct null_driver_barrier){.src = srcStageMask,                                          \
+                                     .dst = dstStageMask,                                          \
+                                     .src_access = (barrier)->srcAccessMask,                       \
+                                     .dst_access = (barrier)->dstAccessMask,                       \
+                                     .masks = (barrier),                                           \
+                                     __VA_ARGS__})
 #define ADD_ALL_OLD()                                                                              \
     do {                                                                                           \
         if (memoryBarrierCount + bufferMemoryBarrierCount + imageMemoryBarrierCount == 0)          \
             add((struct null_driver_barrier){.src = srcStageMask, .dst = dstStageMask});           \
         for (uint32_t i = 0; i < memoryBarrierCount; i++)                                          \
-            ADD_OLD(&pMemoryBarriers[i], VK_NULL_HANDLE);                                          \
+            ADD_OLD(&pMemoryBarriers[i], .detail = 0);                                             \
         for (uint32_t i = 0; i < bufferMemoryBarrierCount; i++)                                    \
-            ADD_OLD(&pBufferMemoryBarriers[i], pBufferMemoryBarriers[i].buffer);                   \
+            ADD_OLD(&pBufferMemoryBarriers[i], .buffer = pBufferMemoryBarriers[i].buffer,          \
+                    .detail = pBufferMemoryBarriers[i].size);                                      \
         for (uint32_t i = 0; i < imageMemoryBarrierCount; i++)                                     \
-            ADD_OLD(&pImageMemoryBarriers[i], VK_NULL_HANDLE);                                     \
+            ADD_OLD(&pImageMemoryBarriers[i], .detail = pImageMemoryBarriers[i].newLayout);        \
     } while (0)
 
 COMMAND(CmdPipelineBarrier)
@@ -57,22 +62,28 @@ COMMAND(CmdWaitEvents)
 
 /* ---- masks of one structure each */
 
-#define ADD(masks, handle)                                                                         \
-    add((struct null_driver_barrier){(masks)->srcStageMask, (masks)->dstStageMask,                 \
-                                     (masks)->srcAccessMask, (masks)->dstAccessMask, handle, 0})
+#define ADD(barrier, ...)                                                                          \
+    add((struct null_driver_barrier){.src = (barrier)->srcStageMask,                               \
+                                     .dst = (barrier)->dstStageMask,                               \
+                                     .src_access = (barrier)->srcAccessMask,                       \
+                                     .dst_access = (barrier)->dstAccessMask,                       \
+                                     .masks = (barrier),                                           \
+                                     __VA_ARGS__})
 
 static void add_info(const VkDependencyInfo *info)
 {
     const VkMemoryRangeBarriersInfoKHR *ranges =
         chain_find(info->pNext, VK_STRUCTURE_TYPE_MEMORY_RANGE_BARRIERS_INFO_KHR);
     for (uint32_t i = 0; i < info->memoryBarrierCount; i++)
-        ADD(&info->pMemoryBarriers[i], VK_NULL_HANDLE);
+        ADD(&info->pMemoryBarriers[i], .detail = 0);
     for (uint32_t i = 0; i < info->bufferMemoryBarrierCount; i++)
-        ADD(&info->pBufferMemoryBarriers[i], info->pBufferMemoryBarriers[i].buffer);
+        ADD(&info->pBufferMemoryBarriers[i], .buffer = info->pBufferMemoryBarriers[i].buffer,
+            .detail = info->pBufferMemoryBarriers[i].size);
     for (uint32_t i = 0; i < info->imageMemoryBarrierCount; i++)
-        ADD(&info->pImageMemoryBarriers[i], VK_NULL_HANDLE);
+        ADD(&info->pImageMemoryBarriers[i], .detail = info->pImageMemoryBarriers[i].newLayout);
     for (uint32_t i = 0; ranges != NULL && i < ranges->memoryRangeBarrierCount; i++)
-        ADD(&ranges->pMemoryRangeBarriers[i], VK_NULL_HANDLE);
+        ADD(&ranges->pMemoryRangeBarriers[i],
+            .detail = ranges->pMemoryRangeBarriers[i].addressRange.size);
 }
 
 COMMAND(CmdPipelineBarrier2)
@@ -94,7 +105,7 @@ COMMAND(CmdWaitEvents2)
 ON_CREATION(CreateRenderPass)
 {
     for (uint32_t i = 0; i < pCreateInfo->dependencyCount; i++)
-        ADD(&pCreateInfo->pDependencies[i], VK_NULL_HANDLE);
+        ADD(&pCreateInfo->pDependencies[i], .detail = pCreateInfo->pDependencies[i].dstSubpass);
 }
 
 ON_CREATION(CreateRenderPass2)
@@ -104,9 +115,9 @@ ON_CREATION(CreateRenderPass2)
         const VkMemoryBarrier2 *barrier =
             chain_find(dependency->pNext, VK_STRUCTURE_TYPE_MEMORY_BARRIER_2);
         if (barrier != NULL)
-            ADD(barrier, VK_NULL_HANDLE);
+            ADD(barrier, .detail = dependency->dstSubpass);
         else
-            ADD(dependency, VK_NULL_HANDLE);
+            ADD(dependency, .detail = dependency->dstSubpass);
     }
 }
 
@@ -128,7 +139,8 @@ static void add_semaphores(uint32_t count, const VkSemaphoreSubmitInfo *semaphor
     for (uint32_t i = 0; i < count; i++) {
         const VkPipelineStageFlags2 stages = semaphores[i].stageMask;
         if (stages != 0)
-            add((struct null_driver_barrier){.src = waits ? 0 : stages, .dst = waits ? stages : 0});
+            add((struct null_driver_barrier){
+                .src = waits ? 0 : stages, .dst = waits ? stages : 0, .masks = &semaphores[i]});
     }
 }
 
@@ -141,5 +153,6 @@ void barriers_note_submission(const VkSubmitInfo2 *info)
 void barriers_note_old_submission(const VkSubmitInfo *info)
 {
     for (uint32_t i = 0; i < info->waitSemaphoreCount; i++)
-        add((struct null_driver_barrier){.dst = info->pWaitDstStageMask[i]});
+        add((struct null_driver_barrier){.dst = info->pWaitDstStageMask[i],
+                                         .masks = &info->pWaitDstStageMask[i]});
 }

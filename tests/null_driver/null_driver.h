@@ -181,7 +181,11 @@ struct null_driver_barrier {
     VkPipelineStageFlags2 src, dst;
     VkAccessFlags2 src_access, dst_access;
     VkBuffer buffer; /* null: of a memory barrier */
-    uint64_t builds; /* calls of vkCmdBuildAccelerationStructuresKHR before */
+    /* The size of a buffer barrier or an address range, the new layout of an image barrier, or the
+     * subpass that a dependency leads to. */
+    uint64_t detail;
+    const void *masks; /* where the driver read them, only to compare; null: a parameter had them */
+    uint64_t builds;   /* calls of vkCmdBuildAccelerationStructuresKHR before */
 };
 
 /* What the library exports. Names are entry points' names ("vkCreateBuffer"); the aliases of a

@@ -2,8 +2,11 @@
 /* below BARRIER [, BARRIER]...      the stages and accesses that reached the null driver since the
  * last below nothing                     `below`, of any command
  *
- * BARRIER: [COUNT] [own] [behind] STAGES[:ACCESSES] > STAGES[:ACCESSES]. `own`: of a buffer that
- * the program did not create. `behind`: recorded behind a build; others in front of all. A command
+ * BARRIER: [COUNT] [own] [behind] [passed] STAGES[:ACCESSES] > STAGES[:ACCESSES] [with NUMBER].
+ * `own`: of a buffer that the program did not create. `behind`: recorded behind a build; others in
+ * front of all. `passed`: the driver got the memory of the last command itself; without it, a copy
+ * will do. `with`: the size of a buffer or address range, the new layout of an image, or the
+ * subpass that a dependency of a render pass leads to. A command
  * with one mask of stages has it in front of `> none`. So has a semaphore that a batch signals; one
  * that it waits for has it behind `none >`. */
 #include "sync.h"
@@ -20,9 +23,14 @@ static bool is_own(const struct play *play, VkBuffer buffer)
     return !is_known;
 }
 
+static bool is_lent(const struct play *play, const void *masks)
+{
+    return (uintptr_t)masks - (uintptr_t)play->lent < play->lent_size;
+}
+
 struct expected {
     struct null_driver_barrier barrier; /* `builds`: 1 if behind a build */
-    bool is_own;
+    bool is_own, is_passed, has_detail;
 };
 
 /* Returns the words behind it. */
@@ -32,6 +40,8 @@ static char **read_barrier(struct play *play, char **words, struct expected *exp
     words += expected->is_own;
     const bool is_behind = play_is(words[0], "behind");
     words += is_behind;
+    expected->is_passed = play_is(words[0], "passed");
+    words += expected->is_passed;
     PLAY_REQUIRE(play, words[0] && play_is(words[1], ">") && words[2]);
     expected->barrier = (struct null_driver_barrier){
         .src = play_stages(play, words[0]),
@@ -40,7 +50,13 @@ static char **read_barrier(struct play *play, char **words, struct expected *exp
         .dst_access = play_accesses(play, words[2]),
         .builds = is_behind,
     };
-    return words[3] ? words + 4 : words + 3;
+    words += 3;
+    expected->has_detail = play_is(words[0], "with");
+    if (expected->has_detail) {
+        expected->barrier.detail = strtoull(words[1], NULL, 0);
+        words += 2;
+    }
+    return words[0] ? words + 1 : words;
 }
 
 static bool is_alike(const struct play *play, const struct null_driver_barrier *found,
@@ -50,7 +66,9 @@ static bool is_alike(const struct play *play, const struct null_driver_barrier *
     return found->src == wanted->src && found->dst == wanted->dst &&
            found->src_access == wanted->src_access && found->dst_access == wanted->dst_access &&
            (found->builds != 0) == wanted->builds &&
-           is_own(play, found->buffer) == expected->is_own;
+           is_own(play, found->buffer) == expected->is_own &&
+           (!expected->is_passed || is_lent(play, found->masks)) &&
+           (!expected->has_detail || found->detail == wanted->detail);
 }
 
 void play_expect_below(struct play *play, char **words)
@@ -70,9 +88,10 @@ void play_expect_below(struct play *play, char **words)
     if ((is_good && at == count) || play->is_scarce)
         return;
     for (uint32_t i = 0; i < count; i++)
-        play_say(play, "the driver got %#llx:%#llx > %#llx:%#llx%s%s\n",
-                 (unsigned long long)found[i].src, (unsigned long long)found[i].src_access,
-                 (unsigned long long)found[i].dst, (unsigned long long)found[i].dst_access,
+        play_say(play, "the driver got %s%#llx:%#llx > %#llx:%#llx with %llu%s%s\n",
+                 is_lent(play, found[i].masks) ? "passed " : "", (unsigned long long)found[i].src,
+                 (unsigned long long)found[i].src_access, (unsigned long long)found[i].dst,
+                 (unsigned long long)found[i].dst_access, (unsigned long long)found[i].detail,
                  found[i].builds ? ", behind a build" : "",
                  is_own(play, found[i].buffer) ? ", of another buffer" : "");
     play_say(play, "the driver got %u barriers\n", count);

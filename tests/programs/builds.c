@@ -4,7 +4,8 @@
  *     build NAME [vertices PLACE] [indices PLACE] [transform PLACE] [boxes PLACE] [micromap NAME]
  *         [scratch PLACE] [indirect PLACE] [update] [src NAME] [primitives COUNT] [and NAME ...]
  *         [opacity-indices PLACE] [flags FLAG|FLAG] [geometries COUNT] [opaque]
- *         [first VERTEX] [max VERTEX] [format NAME] [stride BYTES]       of vertices
+ *         [first VERTEX] [offset BYTES]                                  of the range
+ *         [max VERTEX] [format NAME] [stride BYTES]                      of vertices
  *         [last-format rgba16] [last-stride BYTES]                       of the last geometry
  *         [plain]                  with indices I0 and transform X0; what follows may change it
  *         [short-indices PLACE] [no-transform]
@@ -104,6 +105,8 @@ VkBuildAccelerationStructureFlagsKHR play_flags(const struct play *play, const c
         {"compaction", VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR},
         {"fast_trace", VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR},
         {"fast_build", VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR},
+        {"displacement_update",
+         VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISPLACEMENT_MICROMAP_UPDATE_BIT_NV},
         {"low_memory", VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR},
     };
     VkBuildAccelerationStructureFlagsKHR flags = 0;
@@ -146,6 +149,10 @@ static bool read_word(struct build_line *line, struct one_build *build, const ch
         build->chained.spheres.indexType = VK_INDEX_TYPE_NONE_KHR;
         build->chained.spheres.indexData.deviceAddress = 0;
         build->chained.swept.indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV;
+    } else if (play_is(word, "list")) {
+        build->chained.swept.indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV;
+    } else if (play_is(word, "mixed")) {
+        build_mix_usages(line->play, build);
     } else {
         return build_read_wild_word(build, word);
     }
@@ -183,6 +190,8 @@ static bool read_triangles(struct build_line *line, struct one_build *build, con
         set_transform(line, build, word);
     } else if (play_is(option, "first")) {
         build->range.firstVertex = (uint32_t)play_number(line->play, word);
+    } else if (play_is(option, "offset")) {
+        build->range.primitiveOffset = (uint32_t)play_number(line->play, word);
     } else if (play_is(option, "max")) {
         triangles->maxVertex = (uint32_t)play_number(line->play, word);
     } else if (play_is(option, "format")) {
@@ -197,6 +206,9 @@ static bool read_triangles(struct build_line *line, struct one_build *build, con
         build->micromap.indexType = VK_INDEX_TYPE_UINT16;
         build->micromap.indexStride = sizeof(uint16_t);
         build->micromap.indexBuffer = build_input(line, word);
+        build->opacity.indexType = build->micromap.indexType;
+        build->opacity.indexStride = build->micromap.indexStride;
+        build->opacity.indexBuffer = build->micromap.indexBuffer.deviceAddress;
     } else if (play_is(option, "micromap") || play_is(option, "micromaps")) {
         attach_micromap(line->play, build, word);
         build->first_micromap = play_is(option, "micromaps") ? (uint32_t)atoi(word + 1) : 0;
@@ -284,8 +296,7 @@ static void finish(struct build_line *line, struct one_build *build, char **refe
     if (info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR &&
         !info->srcAccelerationStructure)
         info->srcAccelerationStructure = info->dstAccelerationStructure;
-    if (play_has(play, "VK_NV_ray_tracing_motion_blur") &&
-        info->type == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)
+    if (play_has(play, "VK_NV_ray_tracing_motion_blur"))
         info->flags |= VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
     if (!info->scratchData.deviceAddress)
         info->scratchData = play_unused_scratch(play, line->is_host);
@@ -350,8 +361,10 @@ static void execute(struct build_line *line)
         const struct one_build *build = &line->builds[i];
         const uint32_t count = build->info.geometryCount;
         line->infos[i] = build->info;
+        const VkGeometryTypeKHR type = build->geometry.geometryType;
         line->ranges[i] =
-            build->geometry.geometryType == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX
+            type == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX ||
+                    type == VK_GEOMETRY_TYPE_MICROMAP_KHR
                 ? NULL
                 : play_copy_for_call(play, build->ranges, count * sizeof(build->ranges[0]));
         line->addresses[i] = build->indirect;
@@ -375,14 +388,14 @@ static void execute(struct build_line *line)
                                                    ARRAY_OF(line, infos), ARRAY_OF(line, ranges));
 }
 
-VkAccelerationStructureBuildSizesInfoKHR play_build_sizes(struct play *play, char **words)
+VkAccelerationStructureBuildSizesInfoKHR play_build_sizes(struct play *play, char **words,
+                                                          VkAccelerationStructureBuildTypeKHR type)
 {
     struct build_line line = {.play = play};
     STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
     read_build(&line, words);
-    play->vk.GetAccelerationStructureBuildSizesKHR(
-        play->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &line.builds[0].info,
-        line.builds[0].counts, &sizes);
+    play->vk.GetAccelerationStructureBuildSizesKHR(play->device, type, &line.builds[0].info,
+                                                   line.builds[0].counts, &sizes);
     return sizes;
 }
 

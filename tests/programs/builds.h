@@ -19,7 +19,7 @@ struct one_build {
     VkAccelerationStructureTrianglesOpacityMicromapEXT micromaps[GEOMETRIES];
     VkAccelerationStructureTrianglesOpacityMicromapKHR opacity;
     VkAccelerationStructureTrianglesDisplacementMicromapNV displaced;
-    VkMicromapUsageKHR usage_khr;
+    VkMicromapUsageKHR usage_khr, mixed_khr[PLAY_MIXED_USAGES];
     VkBaseInStructure unknown;
     union {
         VkAccelerationStructureGeometryMicromapDataKHR micromap_khr;
@@ -59,6 +59,7 @@ VkDeviceOrHostAddressConstKHR build_input(const struct build_line *line, const c
 /* These return false if the option is another one. extensions.c: geometries of extensions. */
 bool build_read_extension(struct build_line *line, struct one_build *build, const char *option,
                           const char *word);
+void build_mix_usages(const struct play *play, struct one_build *build);
 /* members.c */
 bool build_read_wild_word(struct one_build *build, const char *word);
 bool build_read_wild(struct build_line *line, struct one_build *build, const char *option,

@@ -1,35 +1,24 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What backend cpu has built:
  *
- *     probe STRUCTURE [hits | misses]     vkTraceRaysASSAY of one ray along x, from -1 0.25 0.25
+ *     probe ...                           traces a ray: rays.c
  *     same PLACE PLACE SIZE               the host compares bytes
- *     costs [COUNTER NUMBER]...           vkGetCountersASSAY: since the last `costs`; `products`:
- * of positions and transforms */
+ *     holds PLACE NUMBER...               the host reads numbers of 64 bits
+ *     costs [only] [COUNTER NUMBER]...    vkGetCountersASSAY: since the last `costs`. `only`: all
+ *                        other counters are the same
+ *
+ *     sizes [more] [scratch] SHAPE        `size` is the size of the structure that such a build
+ * needs, whoever builds it, or of its scratch; `more`: than `size` was
+ *
+ * COUNTER is a word of the table below. NUMBER may be `some`: more than 0; or `size`: that which
+ * the host got last. */
 #include "play.h"
-#include "tests/fixture/trace.h"
 
-#include <inttypes.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-static void probe(struct play *play, char **words)
-{
-    const PFN_vkTraceRaysASSAY trace_rays =
-        (PFN_vkTraceRaysASSAY)play->fixture.get_device_proc_addr(play->device, "vkTraceRaysASSAY");
-    const AssayRay ray = {
-        .origin = {-1, 0.25f, 0.25f}, .direction = {1, 0, 0}, .tMax = 1000, .cullMask = 0xff};
-    AssayHit hit = {0};
-    const AssayTraceInfo info = trace_info((uint64_t)play_object(play, words[1])->structure,
-                                           ASSAY_ACCURACY_FAST, 1, &ray, &hit);
-    if (!trace_rays && play->is_scarce)
-        return; /* the library that reads settings may lose one without a word */
-    PLAY_REQUIRE(play, trace_rays != NULL);
-    play_note(play, trace_rays(play->device, &info));
-    if (!words[2] || hit.isHit == play_is(words[2], "hits") || play->is_scarce)
-        return;
-    play_say(play, "the ray hits %s\n", hit.isHit ? "something" : "nothing");
-    play->outcome = OUTCOME_FAILED;
-}
+/* ---- bytes */
 
 static void compare(struct play *play, char **words)
 {
@@ -44,48 +33,112 @@ static void compare(struct play *play, char **words)
     play->outcome = OUTCOME_FAILED;
 }
 
-static void expect_cost(struct play *play, const AssayCounters *now, const char *name,
-                        uint64_t wanted)
+static void expect_numbers(struct play *play, char **words)
 {
-    const AssayCounters *before = &play->counters;
-    const struct {
-        const char *name;
+    const unsigned char *bytes = play_bytes(play, words[1]);
+    for (words += 2; *words; words++, bytes += sizeof(uint64_t)) {
         uint64_t found;
-    } all[] = {
-        {"builds", now->builds - before->builds},
-        {"updates", now->updates - before->updates},
-        {"copies", now->copies - before->copies},
-        {"products", now->matrixProducts - before->matrixProducts},
-    };
-    size_t i = 0;
-    while (i < ARRAY_COUNT(all) && !play_is(name, all[i].name))
-        i++;
-    PLAY_REQUIRE(play, i < ARRAY_COUNT(all));
-    if (all[i].found == wanted || play->is_scarce)
-        return;
-    play_say(play, "%s: %" PRIu64 " instead of %" PRIu64 "\n", name, all[i].found, wanted);
-    play->outcome = OUTCOME_FAILED;
+        memcpy(&found, bytes, sizeof(found));
+        play_expect_number(play, "a number", found, play_number(play, *words));
+    }
+}
+
+/* ---- counters */
+
+static const struct {
+    const char *name;
+    size_t offset;
+} counters[] = {
+    {"builds", offsetof(AssayCounters, builds)},
+    {"updates", offsetof(AssayCounters, updates)},
+    {"copies", offsetof(AssayCounters, copies)},
+    {"primitives", offsetof(AssayCounters, primitives)},
+    {"built", offsetof(AssayCounters, bytesBuilt)},
+    {"serialized", offsetof(AssayCounters, bytesSerialized)},
+    {"scratch", offsetof(AssayCounters, ownScratch)},
+    {"rays", offsetof(AssayCounters, rays)},
+    {"nodes", offsetof(AssayCounters, nodesVisited)},
+    {"instances", offsetof(AssayCounters, instancesEntered)},
+    {"tested", offsetof(AssayCounters, primitivesTested)},
+    {"exact", offsetof(AssayCounters, exactCalls)},
+    {"bytes", offsetof(AssayCounters, bytesSnapshot)},
+    {"products", offsetof(AssayCounters, matrixProducts)},
+    {"micromaps", offsetof(AssayCounters, micromapsRead)},
+};
+
+static uint64_t counter_of(const AssayCounters *all, size_t counter)
+{
+    return *(const uint64_t *)(const void *)((const char *)all + counters[counter].offset);
+}
+
+/* The word that says what is wanted of a counter, or NULL. */
+static const char *wanted_of(char **words, const char *name)
+{
+    for (; words[0]; words += 2)
+        if (play_is(words[0], name))
+            return words[1];
+    return NULL;
 }
 
 static void expect_costs(struct play *play, char **words)
 {
     const PFN_vkGetCountersASSAY get = (PFN_vkGetCountersASSAY)play->fixture.get_device_proc_addr(
         play->device, "vkGetCountersASSAY");
-    AssayCounters now = {0};
+    const bool is_only = play_is(words[0], "only");
+    AssayCounters now = {0}, first = {.updates = UINT64_MAX};
+    unsigned understood = 0, count = 0;
     PLAY_REQUIRE(play, get || play->is_scarce);
-    if (get)
+    if (get) {
         get(play->device, sizeof(now), &now);
-    for (; words[0] && words[1]; words += 2)
-        expect_cost(play, &now, words[0], strtoull(words[1], NULL, 0));
+        get(play->device, sizeof(now.builds), &first);
+        PLAY_REQUIRE(play, first.builds == now.builds && first.updates == UINT64_MAX);
+    }
+    for (words += is_only; words[2 * count]; count++)
+        PLAY_REQUIRE(play, words[2 * count + 1] != NULL);
+    for (size_t i = 0; i < ARRAY_COUNT(counters); i++) {
+        const char *wanted = wanted_of(words, counters[i].name);
+        const uint64_t found = counter_of(&now, i) - counter_of(&play->counters, i);
+        understood += wanted != NULL;
+        if (play_is(wanted, "some"))
+            play_expect_number(play, counters[i].name, found > 0, true);
+        else if (wanted || is_only)
+            play_expect_number(play, counters[i].name, found,
+                               wanted ? play_number(play, wanted) : 0);
+    }
+    PLAY_REQUIRE(play, understood == count);
     play->counters = now;
+}
+
+/* ---- sizes */
+
+static void get_sizes(struct play *play, char **words)
+{
+    const VkDeviceSize before = play->compacted;
+    const bool is_more = play_is(words[0], "more"), is_scratch = play_is(words[is_more], "scratch");
+    VkAccelerationStructureBuildSizesInfoKHR sizes[3];
+    words += is_more + is_scratch;
+    for (int i = 0; i < 3; i++)
+        sizes[i] = play_build_sizes(play, words, (VkAccelerationStructureBuildTypeKHR)i);
+    play_expect_number(play, "sizes differ",
+                       memcmp(&sizes[0], &sizes[1], sizeof(sizes[0])) != 0 ||
+                           memcmp(&sizes[0], &sizes[2], sizeof(sizes[0])) != 0,
+                       false);
+    play->compacted = is_scratch ? sizes[0].buildScratchSize : sizes[0].accelerationStructureSize;
+    play_expect_number(play, "the size is more", play->compacted > (is_more ? before : 0), true);
+    play_expect_number(play, "scratch of builds is more than that of updates",
+                       sizes[0].buildScratchSize > sizes[0].updateScratchSize, true);
 }
 
 bool play_cpu(struct play *play, char **words)
 {
     if (play_is(words[0], "probe"))
-        probe(play, words);
+        play_probe(play, words);
     else if (play_is(words[0], "same"))
         compare(play, words);
+    else if (play_is(words[0], "holds"))
+        expect_numbers(play, words);
+    else if (play_is(words[0], "sizes"))
+        get_sizes(play, words + 1);
     else if (play_is(words[0], "costs"))
         expect_costs(play, words + 1);
     else

@@ -7,6 +7,7 @@
  *     with group                 the device has all physical devices of its group, at least two
  *     without FEATURE            maintenance1, synchronization2, deviceFault
  *     only null                  for programs that need the null driver
+ *     only shaders               for programs that need a driver which executes shaders
  *     only driver                for programs that backend cpu plays otherwise
  *     only cpu                   for programs that need backend cpu
  *     driver recycles [handles]  the null driver gives out handles and addresses again, or only
@@ -394,6 +395,8 @@ static const char *missing_platform(const struct play *play)
         has_word(program, "fault") || has_word(program, "below") || has_word(program, "timestamp");
     if (needs_null && !play->platform->is_null)
         return "the null driver";
+    if (play->platform->is_null && program_find(program, "only", "shaders"))
+        return "shaders that execute";
     if (has_word(program, "allocation") && !play->platform->fail_allocations)
         return "allocations that fail";
     if (play->platform->is_cpu && program_find(program, "only", "driver"))
@@ -451,7 +454,9 @@ static const char *missing(const struct play *play)
     for (size_t i = 0; i < ARRAY_COUNT(needs); i++)
         if (!needs[i].is_there && has_word(program, needs[i].word))
             return needs[i].what;
-    if (!play->is_unjudged && program_find(program, "structures", "nv") && lacks_nv(program))
+    /* Backend cpu has one kind of structures, which the commands of KHR take, too. */
+    if (!play->is_unjudged && !program_find(program, "only", "cpu") &&
+        program_find(program, "structures", "nv") && lacks_nv(program))
         return "a command that VK_NV_ray_tracing lacks";
     return has_host_work(program) && !play->has_host ? "builds on the host" : NULL;
 }

@@ -1,11 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Geometries of extensions in builds:
  *
- *     [motion PLACE] [spheres PLACE] [swept PLACE] [displaced MICROMAP]     of NVIDIA
- *     [dense PLACE] [triangles COUNT] [dense-vertices COUNT] [max-primitive INDEX]
- *         [max-geometry INDEX] [size BYTES]           of VK_AMDX_dense_geometry_format
- *     [triangle-array PLACE] [opacity STRUCTURE]      of VK_KHR_opacity_micromap: the structure is
- *                              a micromap, and the triangles of a structure have one */
+ *     [motion PLACE] [spheres PLACE] [swept PLACE] [list] [displaced MICROMAP]     of NVIDIA
+ *     [biases PLACE] [vectors PLACE] [primitive-flags PLACE] [displaced-indices PLACE]
+ *                              what a displaced build reads, instead of V0; the indices have 16
+ * bits [dense PLACE] [triangles COUNT] [dense-vertices COUNT] [max-primitive INDEX] [max-geometry
+ * INDEX] [size BYTES]           of VK_AMDX_dense_geometry_format [triangle-array PLACE] [opacity
+ * STRUCTURE]      of VK_KHR_opacity_micromap: the structure is a micromap, and the triangles of a
+ * structure have one [mixed]                  behind a micromap: with the usages of
+ * play_mixed_usages() */
 #include "builds.h"
 
 #include <stdlib.h>
@@ -61,6 +64,44 @@ static void begin_micromap(const struct build_line *line, struct one_build *buil
     build->geometry.pNext = &build->chained.micromap_khr;
 }
 
+static void mix_micromap_khr(struct one_build *build, const VkMicromapUsageEXT *from)
+{
+    for (unsigned i = 0; i < PLAY_MIXED_USAGES; i++)
+        build->mixed_khr[i] = (VkMicromapUsageKHR){from[i].count, from[i].subdivisionLevel,
+                                                   (VkOpacityMicromapFormatKHR)from[i].format};
+    build->chained.micromap_khr.usageCountsCount = PLAY_MIXED_USAGES;
+    build->chained.micromap_khr.pUsageCounts = build->mixed_khr;
+}
+
+void build_mix_usages(const struct play *play, struct one_build *build)
+{
+    const VkMicromapUsageEXT *usages = play_mixed_usages(play);
+    build->micromap.usageCountsCount = build->displaced.usageCountsCount = PLAY_MIXED_USAGES;
+    build->micromap.pUsageCounts = build->displaced.pUsageCounts = usages;
+    if (build->geometry.geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR)
+        mix_micromap_khr(build, usages);
+}
+
+static bool read_displacement(const struct build_line *line,
+                              VkAccelerationStructureTrianglesDisplacementMicromapNV *displaced,
+                              const char *option, const char *word)
+{
+    if (play_is(option, "biases")) {
+        displaced->displacementBiasAndScaleBuffer = build_input(line, word);
+    } else if (play_is(option, "vectors")) {
+        displaced->displacementVectorBuffer = build_input(line, word);
+    } else if (play_is(option, "primitive-flags")) {
+        displaced->displacedMicromapPrimitiveFlags = build_input(line, word);
+    } else if (play_is(option, "displaced-indices")) {
+        displaced->indexBuffer = build_input(line, word);
+        displaced->indexType = VK_INDEX_TYPE_UINT16;
+        displaced->indexStride = sizeof(uint16_t);
+    } else {
+        return false;
+    }
+    return true;
+}
+
 /* An option of an extension's geometry. */
 bool build_read_extension(struct build_line *line, struct one_build *build, const char *option,
                           const char *word)
@@ -104,7 +145,7 @@ bool build_read_extension(struct build_line *line, struct one_build *build, cons
     } else if (play_is(option, "size")) {
         dense->dataSize = number;
     } else {
-        return false;
+        return read_displacement(line, &build->displaced, option, word);
     }
     return true;
 }

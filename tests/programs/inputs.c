@@ -5,12 +5,18 @@
  *     init PLACE mesh SIDE             the indices of their triangles, of 32 bits
  *     init PLACE short-mesh SIDE       of 16 bits
  *     init PLACE soup COUNT [SEED]     triangles anywhere in a cube, three vertices each
- *     init PLACE row COUNT STEP NAME   instances of a structure along x
- *     init PLACE floats NUMBER...
- *     init PLACE numbers NUMBER...     of 32 bits */
+ *     init PLACE row COUNT STEP NAME [host]    instances of a structure along x, whose custom
+ *                                      indices begin with 100; `host`: for builds of the host
+ *     init PLACE moving NAME [host]    instances of a structure at y = 0, 2 and 4, with custom
+ * indices 100 to 102, of motion types 0 to 2: the second one moves by 8 along x, the third by 16.
+ * They are 160 bytes apart init PLACE blocks COUNT          dense geometry:
+ * tests/rules/dense_blocks.h init PLACE zeros BYTES init PLACE floats NUMBER... init PLACE numbers
+ * NUMBER...     of 32 bits */
 #include "play.h"
+#include "tests/rules/dense_blocks.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 static void write_grid(float (*to)[3], unsigned side, float step, float x)
 {
@@ -53,9 +59,51 @@ static void write_row(struct play *play, VkAccelerationStructureInstanceKHR *to,
     const unsigned count = (unsigned)atoi(words[3]);
     const float step = strtof(words[4], NULL);
     for (unsigned i = 0; i < count; i++) {
-        play_write_instances(play, &to[i], (char *[]){words[5], NULL}, false);
+        play_write_instances(play, &to[i], (char *[]){words[5], NULL}, play_is(words[6], "host"));
+        to[i].instanceCustomIndex = 100 + i;
         to[i].transform.matrix[0][3] = step * (float)i;
     }
+}
+
+static VkTransformMatrixKHR at(float x, float y)
+{
+    return (VkTransformMatrixKHR){{{1, 0, 0, x}, {0, 1, 0, y}, {0, 0, 1, 0}}};
+}
+
+static VkSRTDataNV srt_at(float x, float y)
+{
+    return (VkSRTDataNV){.sx = 1, .sy = 1, .sz = 1, .qw = 1, .tx = x, .ty = y};
+}
+
+static void write_moving(struct play *play, unsigned char *to, char **words)
+{
+    enum { STRIDE = 160 };
+    VkAccelerationStructureInstanceKHR instance;
+    play_write_instances(play, &instance, (char *[]){words[3], NULL}, play_is(words[4], "host"));
+    const uint64_t reference = instance.accelerationStructureReference;
+    const VkAccelerationStructureMotionInstanceNV still = {
+        .type = VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV,
+        .data.staticInstance = {.transform = at(0, 0),
+                                .instanceCustomIndex = 100,
+                                .mask = 0xff,
+                                .accelerationStructureReference = reference}};
+    const VkAccelerationStructureMotionInstanceNV matrix = {
+        .type = VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV,
+        .data.matrixMotionInstance = {.transformT0 = at(0, 2),
+                                      .transformT1 = at(8, 2),
+                                      .instanceCustomIndex = 101,
+                                      .mask = 0xff,
+                                      .accelerationStructureReference = reference}};
+    const VkAccelerationStructureMotionInstanceNV srt = {
+        .type = VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV,
+        .data.srtMotionInstance = {.transformT0 = srt_at(0, 4),
+                                   .transformT1 = srt_at(16, 4),
+                                   .instanceCustomIndex = 102,
+                                   .mask = 0xff,
+                                   .accelerationStructureReference = reference}};
+    memcpy(to, &still, sizeof(still));
+    memcpy(to + STRIDE, &matrix, sizeof(matrix));
+    memcpy(to + (size_t)2 * STRIDE, &srt, sizeof(srt));
 }
 
 bool play_init_input(struct play *play, char **words)
@@ -72,6 +120,12 @@ bool play_init_input(struct play *play, char **words)
         write_row(play, (VkAccelerationStructureInstanceKHR *)(void *)to, words);
     else if (play_is(kind, "mesh") || play_is(kind, "short-mesh"))
         write_mesh(to, side, play_is(kind, "short-mesh"));
+    else if (play_is(kind, "moving"))
+        write_moving(play, to, words);
+    else if (play_is(kind, "blocks"))
+        dense_blocks_write(to, side);
+    else if (play_is(kind, "zeros"))
+        memset(to, 0, side);
     else if (play_is(kind, "floats"))
         for (unsigned i = 0; words[3 + i]; i++)
             ((float *)(void *)to)[i] = strtof(words[3 + i], NULL);

@@ -2,6 +2,7 @@
 /* Compares what the layer reported with what a program expects. */
 #include "play.h"
 
+#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -12,6 +13,14 @@ void play_say(struct play *play, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(play->report + length, sizeof(play->report) - length, format, arguments);
     va_end(arguments);
+}
+
+void play_expect_number(struct play *play, const char *name, uint64_t found, uint64_t wanted)
+{
+    if (found == wanted || play->is_scarce)
+        return;
+    play_say(play, "%s: %#" PRIx64 " instead of %#" PRIx64 "\n", name, found, wanted);
+    play->outcome = OUTCOME_FAILED;
 }
 
 /* ---- one message and one expectation */

@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Objects that are created otherwise, or die before the program ends:
  *
- *     structures generic | nv [boxes | instances]     what B structures are; in front of their use
- *     create NAME at PLACE     a structure, by vkCreateAccelerationStructure2KHR
+ *     structures generic | nv [boxes | instances | GEOMETRIES] | khr      what new structures are:
+ *                              `generic` is about those whose names begin with B, and the others
+ *                              about all
+ *     create NAME at PLACE [micromap]     a structure, by vkCreateAccelerationStructure2KHR; or an
+ *                              opacity micromap
  *     create NAME scratch build | update STRUCTURE SHAPE       a buffer, for the scratch of a build
  *     create NAME [generic | sparse | fitting SHAPE | compacted [less BYTES]]      a structure, in
  *                              its old buffer or a sparse one; SHAPE is the words of a build, and
@@ -24,11 +27,13 @@ static void choose_structures(struct play *play, char **words)
         play->bottom_type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR;
         return;
     }
-    PLAY_REQUIRE(play, play_is(words[1], "nv"));
-    play->is_nv = true;
-    if (words[2])
-        play->nv_type = play_is(words[2], "boxes") ? VK_GEOMETRY_TYPE_AABBS_KHR
-                                                   : VK_GEOMETRY_TYPE_INSTANCES_KHR;
+    PLAY_REQUIRE(play, play_is(words[1], "nv") || play_is(words[1], "khr"));
+    play->is_nv = play_is(words[1], "nv");
+    play->nv_type = play_is(words[2], "boxes")       ? VK_GEOMETRY_TYPE_AABBS_KHR
+                    : play_is(words[2], "instances") ? VK_GEOMETRY_TYPE_INSTANCES_KHR
+                                                     : VK_GEOMETRY_TYPE_TRIANGLES_KHR;
+    const bool is_counted = words[2] && play->nv_type == VK_GEOMETRY_TYPE_TRIANGLES_KHR;
+    play->nv_geometries = is_counted ? (uint32_t)atoi(words[2]) : 1;
 }
 
 /* ---- creation */
@@ -51,7 +56,8 @@ static void create_sparse_buffer(struct play *play, struct play_object *object)
 static void create_scratch(struct play *play, char **words)
 {
     struct play_object *object = play_object(play, words[1]);
-    const VkAccelerationStructureBuildSizesInfoKHR sizes = play_build_sizes(play, words + 4);
+    const VkAccelerationStructureBuildSizesInfoKHR sizes =
+        play_build_sizes(play, words + 4, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR);
     const VkBufferCreateInfo info = play_buffer_info(
         play, play_is(words[3], "update") ? sizes.updateScratchSize : sizes.buildScratchSize);
     buffer_destroy(&play->vk, play->device, &object->buffer);
@@ -59,14 +65,16 @@ static void create_scratch(struct play *play, char **words)
     object->buffer = buffer_create(&play->vk, play->device, play->memory_type, &info);
 }
 
-/* create NAME at PLACE */
+/* create NAME at PLACE [micromap] */
 static void create_at(struct play *play, char **words)
 {
     struct play_object *object = play_object(play, words[1]);
     const STRUCT(VkAccelerationStructureCreateInfo2KHR, info,
                  .addressRange = {play_address(play, words[3]), PLAY_STRUCTURE_SIZE},
                  .addressFlags = VK_ADDRESS_COMMAND_STORAGE_BUFFER_USAGE_BIT_KHR,
-                 .type = play->bottom_type);
+                 .type = play_is(words[4], "micromap")
+                             ? VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR
+                             : play->bottom_type);
     play_destroy_object(play, object);
     GET(play->vk.CreateAccelerationStructure2KHR(play->device, &info, NULL, &object->structure));
 }
@@ -79,7 +87,7 @@ static void create(struct play *play, char **words)
     play_destroy_object(play, object);
     if (play->is_nv) {
         play->vk.FreeMemory(play->device, object->buffer.memory, NULL);
-        play_create_nv(play, object);
+        play_create_nv(play, object, play_is(words[2], "compacted") ? play->compacted : 0);
         return;
     }
     if (play_is(words[2], "generic")) {
@@ -89,7 +97,8 @@ static void create(struct play *play, char **words)
         size = PLAY_PAGE_SIZE;
     } else if (play_is(words[2], "fitting")) {
         words[2] = words[1];
-        size = play_build_sizes(play, words + 2).accelerationStructureSize;
+        size = play_build_sizes(play, words + 2, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR)
+                   .accelerationStructureSize;
     } else if (play_is(words[2], "compacted")) {
         size = play->compacted - (words[3] ? (VkDeviceSize)atoi(words[4]) : 0);
     } else {

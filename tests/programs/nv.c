@@ -1,16 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Structures of VK_NV_ray_tracing, which `structures nv` asks for: builds have the flags and the
  * source of their line, inputs V0, I0 and X0, or A0, or N0, and each a part of scratch S0. `count
- * NUMBER` and `offset NUMBER`: of vertices and indices, boxes or instances; `null`: without the
- * build's info. */
+ * NUMBER` and `offset NUMBER`: of vertices and indices, boxes or instances; `bare`: without indices
+ * and a transform; `opaque`; `null`: without the build's info.
+ * `wrong WHAT`: a member that leads nowhere or means nothing, see set_wrong().
+ *
+ *     query NAME > POOL          the compacted size; the pool's name begins with PN */
 #include "play.h"
 
-enum { SCRATCH_SIZE = 16 * 1024 }; /* of a build */
+enum { SCRATCH_SIZE = 16 * 1024, GEOMETRIES = 4 }; /* of a build */
 
 /* What structures are built of. */
 struct nv_input {
     VkAccelerationStructureInfoNV info;
-    VkGeometryNV geometry;
+    VkGeometryNV geometry, all[GEOMETRIES]; /* those of the build are alike */
     VkBuffer instances;
 };
 
@@ -24,8 +27,8 @@ static void fill_input(struct play *play, struct nv_input *input)
                                     : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
                      .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV |
                               VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_NV,
-                     .instanceCount = is_top ? 3 : 0, .geometryCount = !is_top,
-                     .pGeometries = &input->geometry),
+                     .instanceCount = is_top ? 3 : 0,
+                     .geometryCount = is_top ? 0 : play->nv_geometries, .pGeometries = input->all),
         .geometry = MAKE(VkGeometryNV,
                          .geometryType =
                              has_boxes ? VK_GEOMETRY_TYPE_AABBS_NV : VK_GEOMETRY_TYPE_TRIANGLES_NV,
@@ -51,17 +54,30 @@ static void fill_input(struct play *play, struct nv_input *input)
     }
 }
 
-void play_create_nv(struct play *play, struct play_object *object)
+static void repeat_geometry(const struct play *play, struct nv_input *input)
+{
+    PLAY_REQUIRE(play, play->nv_geometries <= GEOMETRIES);
+    for (uint32_t i = 0; i < play->nv_geometries; i++)
+        input->all[i] = input->geometry;
+}
+
+void play_create_nv(struct play *play, struct play_object *object, VkDeviceSize compacted)
 {
     const VkuDeviceDispatchTable *vk = &play->vk;
     struct nv_input input;
     VkMemoryRequirements2 requirements = MAKE(VkMemoryRequirements2);
     fill_input(play, &input);
-    const STRUCT(VkAccelerationStructureCreateInfoNV, info, .info = input.info);
+    repeat_geometry(play, &input);
+    if (compacted)
+        input.info.geometryCount = input.info.instanceCount = 0;
+    const STRUCT(VkAccelerationStructureCreateInfoNV, info, .compactedSize = compacted,
+                 .info = input.info);
+    object->is_nv = true;
     GET(vk->CreateAccelerationStructureNV(play->device, &info, NULL, &object->nv));
     const STRUCT(VkAccelerationStructureMemoryRequirementsInfoNV, of,
                  .accelerationStructure = object->nv);
     vk->GetAccelerationStructureMemoryRequirementsNV(play->device, &of, &requirements);
+    object->buffer.size = requirements.memoryRequirements.size;
     const STRUCT(
         VkMemoryAllocateInfo, allocation, .allocationSize = requirements.memoryRequirements.size,
         .memoryTypeIndex = (uint32_t)__builtin_ctz(requirements.memoryRequirements.memoryTypeBits));
@@ -78,6 +94,37 @@ static void set_count(struct nv_input *input, uint32_t count)
     input->geometry.geometry.aabbs.numAABBs = count;
     if (input->info.instanceCount)
         input->info.instanceCount = count;
+}
+
+static void set_wrong(const struct play *play, struct nv_input *input, const char *what)
+{
+    VkGeometryTrianglesNV *triangles = &input->geometry.geometry.triangles;
+    if (play_is(what, "no-vertices")) {
+        triangles->vertexData = VK_NULL_HANDLE;
+    } else if (play_is(what, "wild-vertices")) {
+        triangles->vertexData = (VkBuffer)(uintptr_t)0x1234567890;
+    } else if (play_is(what, "vertex-offset")) {
+        triangles->vertexOffset = UINT64_MAX - 8;
+    } else if (play_is(what, "stride")) {
+        triangles->vertexStride = UINT64_MAX;
+    } else if (play_is(what, "index-offset")) {
+        triangles->indexOffset = PLAY_BUFFER_SIZE - 20;
+    } else if (play_is(what, "transform-offset")) {
+        triangles->transformOffset = PLAY_BUFFER_SIZE - 32;
+    } else if (play_is(what, "format")) {
+        triangles->vertexFormat = VK_FORMAT_D32_SFLOAT;
+    } else if (play_is(what, "geometry")) {
+        input->geometry.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR;
+    } else if (play_is(what, "wild-geometry")) {
+        input->geometry.geometryType = (VkGeometryTypeKHR)77;
+    } else if (play_is(what, "level")) {
+        input->info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV;
+        input->info.geometryCount = 0;
+        input->info.instanceCount = 3;
+    } else {
+        PLAY_REQUIRE(play, play_is(what, "geometries"));
+        input->info.pGeometries = (const void *)(uintptr_t)0x1000;
+    }
 }
 
 /* Reads one build. Returns the words behind it. */
@@ -104,8 +151,18 @@ static char **build(struct play *play, char **words)
             set_count(&input, (uint32_t)play_number(play, words[1]));
         if (play_is(*words, "offset"))
             triangles->vertexOffset = boxes->offset = instances = play_number(play, words[1]);
+        if (play_is(*words, "opaque"))
+            input.geometry.flags = VK_GEOMETRY_OPAQUE_BIT_NV;
+        if (play_is(*words, "bare")) {
+            triangles->indexType = VK_INDEX_TYPE_NONE_NV;
+            triangles->indexData = triangles->transformData = VK_NULL_HANDLE;
+            triangles->indexCount = 0;
+        }
+        if (play_is(*words, "wrong"))
+            set_wrong(play, &input, words[1]);
         is_there &= !play_is(*words, "null");
     }
+    repeat_geometry(play, &input);
     play->vk.CmdBuildAccelerationStructureNV(play_commands(play), is_there ? &input.info : NULL,
                                              input.instances, instances, is_update, dst, src,
                                              scratch->handle, offset);
@@ -124,4 +181,13 @@ void play_copy_nv(struct play *play, char **words)
         play_commands(play), play_object(play, words[3])->nv, play_object(play, words[1])->nv,
         play_is(words[0], "compact") ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
                                      : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+}
+
+void play_query_nv(struct play *play, char **words)
+{
+    PLAY_REQUIRE(play, play_is(words[2], ">"));
+    play->vk.CmdWriteAccelerationStructuresPropertiesNV(
+        play_commands(play), 1, &play_object(play, words[1])->nv,
+        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV,
+        play_object(play, words[3])->queries, 0);
 }

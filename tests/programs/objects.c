@@ -24,7 +24,7 @@ static const VkExtent3D image_extent = {4, 4, 1};
 uint64_t play_number(const struct play *play, const char *word)
 {
     PLAY_REQUIRE(play, word != NULL);
-    return strtoull(word, NULL, 0);
+    return play_is(word, "size") ? play->compacted : strtoull(word, NULL, 0);
 }
 
 /* ---- creation */
@@ -63,9 +63,9 @@ void play_create_structure(struct play *play, struct play_object *object, VkBuff
                            VkDeviceSize offset, VkDeviceSize size,
                            VkAccelerationStructureTypeKHR type)
 {
-    const bool moves = play_has(play, "VK_NV_ray_tracing_motion_blur") &&
-                       type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
-    const STRUCT(VkAccelerationStructureCreateInfoKHR, info,
+    const bool moves = play_has(play, "VK_NV_ray_tracing_motion_blur");
+    const STRUCT(VkAccelerationStructureMotionInfoNV, motion, .maxInstances = PLAY_ITEMS);
+    const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .pNext = moves ? &motion : NULL,
                  .createFlags = moves ? VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV : 0,
                  .buffer = buffer, .offset = offset, .size = size, .type = type);
     object->is_ghost = false;
@@ -132,11 +132,12 @@ static struct play_object *add(struct play *play, const char *name)
 
 VkQueryPool play_create_queries(const struct play *play, const char *name)
 {
-    return query_pool_create(&play->vk, play->device,
-                             name[1] == 'M'
-                                 ? VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT
-                                 : VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
-                             2);
+    const VkQueryType type =
+        name[1] == 'M'   ? VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT
+        : name[1] == 'N' ? VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV
+        : name[1] == 'O' ? VK_QUERY_TYPE_OCCLUSION
+                         : VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
+    return query_pool_create(&play->vk, play->device, type, 3);
 }
 
 /* Programs deserialize data that they have not serialized: these are data of the null driver. */
@@ -151,7 +152,7 @@ static void create(struct play *play, struct play_object *object)
     case 'B':
     case 'T':
         if (play->is_nv) {
-            play_create_nv(play, object);
+            play_create_nv(play, object, 0);
             break;
         }
         play_create_buffer(play, object);
@@ -267,17 +268,27 @@ void play_put(struct play *play, char **words)
 
 /* ---- what the host writes */
 
+static uint64_t reference_to(const struct play *play, const struct play_object *object,
+                             bool is_host)
+{
+    uint64_t reference = (uint64_t)object->structure;
+    if (object->is_nv)
+        GET(play->vk.GetAccelerationStructureHandleNV(play->device, object->nv, sizeof(reference),
+                                                      &reference));
+    else if (!is_host)
+        reference = structure_address(&play->vk, play->device, object->structure);
+    return reference;
+}
+
 void play_write_instances(struct play *play, void *to, char **names, bool is_host)
 {
     VkAccelerationStructureInstanceKHR *instances = to;
     for (unsigned i = 0; names[i]; i++) {
-        const VkAccelerationStructureKHR structure = play_object(play, names[i])->structure;
+        const struct play_object *object = play_object(play, names[i]);
         instances[i] = (VkAccelerationStructureInstanceKHR){
             .transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}},
             .mask = 0xff,
-            .accelerationStructureReference =
-                is_host ? (uint64_t)structure
-                        : structure_address(&play->vk, play->device, structure),
+            .accelerationStructureReference = reference_to(play, object, is_host),
         };
     }
 }
@@ -326,6 +337,10 @@ void play_init(struct play *play, char **words)
             strtoull(words[3], NULL, 0);
     else if (play_is(words[2], "ranges"))
         play_write(play, words[1], &range, sizeof(range));
+    else if (play_is(words[2], "pointer"))
+        play_write(play, words[1],
+                   &(uint64_t){play_address_for(play, words[3], true).deviceAddress},
+                   sizeof(uint64_t));
     else if (play_is(words[2], "address"))
         play_write(play, words[1], &(uint64_t){play_address(play, words[3])}, sizeof(uint64_t));
     else if (play_is(words[2], "structure"))
@@ -357,7 +372,7 @@ void play_destroy_object(struct play *play, struct play_object *object)
     switch (object->name[0]) {
     case 'B':
     case 'T':
-        if (play->is_nv)
+        if (object->is_nv)
             vk->DestroyAccelerationStructureNV(play->device, object->nv, NULL);
         else
             vk->DestroyAccelerationStructureKHR(play->device, object->structure, NULL);
@@ -406,6 +421,7 @@ void play_create_objects(struct play *play)
     play->recording = NULL;
     play->bottom_type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR;
     play->is_nv = false;
+    play->nv_geometries = 1;
     play->nv_type = VK_GEOMETRY_TYPE_TRIANGLES_KHR;
     play->pages = VK_NULL_HANDLE;
     play->render_pass = VK_NULL_HANDLE;

@@ -36,6 +36,21 @@ const void *play_copy_for_call(struct play *play, const void *array, size_t size
     return play->is_unjudged ? memcpy(play_block(play, size), array, size) : array;
 }
 
+void play_lend(struct play *play, const void *array, size_t size)
+{
+    play->lent = array;
+    play->lent_size = size;
+    play->lent_before = memcpy(play_block(play, size), array, size);
+}
+
+void play_expect_unmodified(struct play *play)
+{
+    if (memcmp(play->lent, play->lent_before, play->lent_size) == 0)
+        return;
+    play_say(play, "the call has modified its parameters\n");
+    play->outcome = OUTCOME_FAILED;
+}
+
 void play_free_blocks(struct play *play)
 {
     while (play->blocks) {

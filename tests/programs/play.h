@@ -4,7 +4,7 @@
  *
  * An object exists from its first use on. The first letter of its name says what it is:
  * B and T bottom- and top-level structures, M micromaps, E events, F images (FC: of blocks of 4 * 4
- * texels), P query pools (PM: of micromaps),
+ * texels), P query pools (PM, PN, PO: see play_create_queries()),
  * c command buffers, d deferred operations, s binary semaphores, t timelines, q queues, all other
  * capital letters buffers, which the host has mapped but for U; D has serialized data of the null
  * driver, no command writes H, and W is large. NAME+OFFSET is a place in a buffer, and where a
@@ -52,6 +52,7 @@ struct play_object {
     VkCommandPool pool; /* of a command buffer alone */
     unsigned queue;     /* that a command buffer is for */
     bool is_secondary;
+    bool is_nv; /* a structure is one of VK_NV_ray_tracing; the buffer's size is what it asks for */
     bool is_ghost; /* the handle is that of an object that is destroyed, or was never there */
     bool is_freed; /* the memory is, so that the host must not write there */
 };
@@ -108,10 +109,11 @@ struct play {
     struct device_buffer scratch, instances; /* parts are used once */
     VkDeviceSize scratch_used, instances_used;
     VkAccelerationStructureTypeKHR bottom_type; /* of B structures */
-    bool is_nv;                                 /* structures are those of VK_NV_ray_tracing */
+    bool is_nv;                                 /* new structures are those of VK_NV_ray_tracing */
     VkGeometryTypeKHR nv_type;                  /* that they are built of */
+    uint32_t nv_geometries;                     /* of each of them, all alike */
     VkDeviceMemory pages;                       /* of sparse buffers, or null */
-    VkDeviceSize compacted;                     /* the compacted size that the host read last */
+    VkDeviceSize compacted;                     /* the size that the host got last */
 
     const struct play_object *recording; /* a command buffer with a name, or NULL */
     VkCommandBuffer primary, secondary;  /* others that record, or null */
@@ -130,6 +132,10 @@ struct play {
     const char *counted;                     /* calls of the null driver, with | between them */
     uint64_t count_before;
     AssayCounters counters; /* of the last `costs` */
+
+    /* What the last call was lent, which it must not modify: play_lend(). */
+    const void *lent, *lent_before;
+    size_t lent_size;
 };
 
 /* Adds the program to the report, up to the line that is executed. */
@@ -165,6 +171,10 @@ const void *play_copy_for_call(struct play *play, const void *array, size_t size
 /* Takes a block of zeros that lasts for the line, or to the end of the program if it keeps_blocks.
  */
 void *play_block(struct play *play, size_t size);
+/* Notes an array that the next call gets; and fails the program if the call has modified it. The
+ * array lasts for the line. */
+void play_lend(struct play *play, const void *array, size_t size);
+void play_expect_unmodified(struct play *play);
 /* Frees these blocks. play_end() calls it; whoever copies a play calls it for the copy. */
 void play_free_blocks(struct play *play);
 
@@ -211,7 +221,9 @@ void play_judge(struct play *play, int line);
 bool play_judges_whole(const struct play *play);
 /* Whether a line expects a mistake: the messenger asks to skip the call. */
 bool play_expects_mistake(const struct play *play, int line);
+/* `size` is what the host got last. */
 uint64_t play_number(const struct play *play, const char *word);
+void play_expect_number(struct play *play, const char *name, uint64_t found, uint64_t wanted);
 __attribute__((format(printf, 2, 3))) void play_say(struct play *play, const char *format, ...);
 
 /* ---- objects (objects.c) */
@@ -235,7 +247,8 @@ bool play_is_buffer(const struct play_object *object);
 /* Destroys an object, which can be created again; and the parts of the creation. */
 void play_destroy_object(struct play *play, struct play_object *object);
 void play_create_buffer(struct play *play, struct play_object *object);
-/* A pool of two queries, which nothing has reset; of micromaps if the name begins with PM. */
+/* A pool of three queries, which nothing has reset; of micromaps if the name begins with PM, of
+ * structures of VK_NV_ray_tracing with PN, and of occlusion with PO. */
 VkQueryPool play_create_queries(const struct play *play, const char *name);
 void play_create_structure(struct play *play, struct play_object *object, VkBuffer buffer,
                            VkDeviceSize offset, VkDeviceSize size,
@@ -263,10 +276,13 @@ void play_write_instances(struct play *play, void *to, char **names, bool is_hos
 VkCommandBuffer play_commands(struct play *play);
 
 /* The sizes that the words of a build need. */
-VkAccelerationStructureBuildSizesInfoKHR play_build_sizes(struct play *play, char **words);
+VkAccelerationStructureBuildSizesInfoKHR play_build_sizes(struct play *play, char **words,
+                                                          VkAccelerationStructureBuildTypeKHR type);
 VkBuildAccelerationStructureFlagsKHR play_flags(const struct play *play, const char *word);
 /* nv.c */
-void play_create_nv(struct play *play, struct play_object *object);
+/* For the builds of the program, or of that size for a compact copy if that is not 0. */
+void play_create_nv(struct play *play, struct play_object *object, VkDeviceSize compacted);
+void play_query_nv(struct play *play, char **words);
 void play_build_nv(struct play *play, char **words);
 void play_copy_nv(struct play *play, char **words);
 /* builds.c */
@@ -276,6 +292,9 @@ bool play_records(struct play *play, char **words);
 void play_skip_records(struct play *play);
 VkDeviceOrHostAddressKHR play_unused_scratch(struct play *play, bool is_host);
 /* micromaps.c */
+/* The usages of `mixed` micromaps: three triangles with opacities, or two with displacements. */
+enum { PLAY_MIXED_USAGES = 2 };
+const VkMicromapUsageEXT *play_mixed_usages(const struct play *play);
 void play_build_micromap(struct play *play, char **words, bool is_host);
 void play_copy_micromap(struct play *play, char **words, bool is_host);
 /* copies.c */
@@ -292,6 +311,8 @@ void play_destroy_shaders(struct play *play);
 bool play_command_buffer(struct play *play, char **words);
 /* cpu.c */
 bool play_cpu(struct play *play, char **words);
+/* rays.c */
+void play_probe(struct play *play, char **words);
 /* foreign.c */
 bool play_foreign(struct play *play, char **words);
 /* faults.c */

@@ -2,13 +2,14 @@
 /* Commands of programs that run shaders:
  *
  *     shade PLACE COUNT NUMBER    a dispatch, which writes COUNT floats of a value
+ *     dispatch                    once more, with what is bound
  *     trace TOP                   a dispatch with a ray query; with VK_KHR_ray_query
  *     trace set TOP [TOP]         the same with a descriptor set in which the first one is used;
  *                                 on a device on which no `trace TOP` is
  *     trace set                   with the last such set
  *     trace pushed TOP [TOP]      with pushed descriptors; with VK_KHR_push_descriptor
  *     rays [none | indirect]      vkCmdTraceRaysKHR without a pipeline: only null
- *     condition begin PLACE       conditional rendering, with its extension
+ *     condition begin PLACE [inverted]        conditional rendering, with its extension
  *     condition end
  *     draw                        vkCmdDraw without a pipeline: only null */
 #include "play.h"
@@ -99,7 +100,9 @@ static void set_condition(struct play *play, char **words)
         play->vk.CmdBeginConditionalRenderingEXT(
             play_commands(play),
             &MAKE(VkConditionalRenderingBeginInfoEXT,
-                  .buffer = play_place(play, words[2], &offset)->buffer.handle, .offset = offset));
+                  .buffer = play_place(play, words[2], &offset)->buffer.handle, .offset = offset,
+                  .flags = play_is(words[3], "inverted") ? VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT
+                                                         : 0));
     else
         play->vk.CmdEndConditionalRenderingEXT(play_commands(play));
 }
@@ -186,6 +189,8 @@ bool play_shader(struct play *play, char **words)
     const VkStridedDeviceAddressRegionKHR none = {0};
     if (play_is(words[0], "shade"))
         shade(play, words);
+    else if (play_is(words[0], "dispatch"))
+        play->vk.CmdDispatch(play_commands(play), 1, 1, 1);
     else if (play_is(words[0], "trace") && play_is(words[1], "set"))
         trace_set(play, words + 2);
     else if (play_is(words[0], "trace") && play_is(words[1], "pushed"))

@@ -69,12 +69,16 @@ static void add_batch(struct play *play, char **words)
 static void submit_batches(struct play *play, VkQueue queue, const char *command, VkFence fence)
 {
     PLAY_REQUIRE(play, queue != NULL);
+    for (uint32_t i = 0; i < play->batch_count; i++)
+        batch_set_stages(&play->batches[i]);
+    play_lend(play, play->batches, play->batch_count * sizeof(play->batches[0]));
     if (play_is(command, "submit1"))
         play_note(play, batches_submit(&play->vk, queue, play->batch_count, play->batches, fence));
     else
         play_note(play, batches_submit_2(play_is(command, "submit") ? play->vk.QueueSubmit2
                                                                     : play->vk.QueueSubmit2KHR,
                                          queue, play->batch_count, play->batches, fence));
+    play_expect_unmodified(play);
     play->batches[0] = play->batches[play->batch_count - 1]; /* for `again` */
     play->batch_count = 0;
 }

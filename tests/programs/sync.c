@@ -4,16 +4,18 @@
  *     barrier DEPENDENCY [, DEPENDENCY]...     vkCmdPipelineBarrier2
  *     barrier1 DEPENDENCY [, DEPENDENCY]...    vkCmdPipelineBarrier
  *     set EVENT DEPENDENCY...                  wait EVENT DEPENDENCY...       reset EVENT STAGES
+ *     wait EVENT DEPENDENCY... and EVENT DEPENDENCY...       for several events
  *     set1 EVENT STAGES                        wait1 EVENT DEPENDENCY...      reset1 EVENT STAGES
  *     setKHR, waitKHR, resetKHR      set, wait and reset by their older names
  *     host set EVENT                 host reset EVENT
  *     image NAME               makes its layout GENERAL, and waits
  *     render DEPENDENCY [, DEPENDENCY]...      an empty render pass; its dependencies are those
  *                        from and to what is outside, and one between two subpasses; the fourth is
- *                        a barrier in the second subpass
+ *                        a barrier in the second subpass. More are all from what is outside
  *     timestamp STAGE          timestamp2 STAGE        of a query without a pool: only null
  *     below ...                what reached the null driver: below.c
- *     render2 ..., render2KHR ...              the same by newer names
+ *     render2 ..., render2KHR ...              the same by newer names; the masks are those of
+ *                        VkMemoryBarrier2 in the chain, but `render2 own ...` has none
  *
  * DEPENDENCY: [COUNT] (so many times) [on PLACE [SIZE]] [image NAME] [from FAMILY to FAMILY] [src3
  * | dst3] STAGES[:ACCESSES] > STAGES[:ACCESSES]. `src3`, `dst3`: with a flag of
@@ -226,13 +228,13 @@ static void add(struct dependencies *to, const struct target *target, const VkMe
     }
 }
 
-void play_read_dependencies(struct play *play, char **words, struct dependencies *to)
+/* Reads the dependencies of one command. Returns the words behind it. */
+static char **read_dependencies(struct play *play, char **words, struct dependencies *to)
 {
     struct target target;
-    *to = (struct dependencies){.info = MAKE(VkDependencyInfo, .pMemoryBarriers = to->memory,
-                                             .pBufferMemoryBarriers = to->buffers,
-                                             .pImageMemoryBarriers = to->images)};
-    while (*words) {
+    to->info = MAKE(VkDependencyInfo, .pMemoryBarriers = to->memory,
+                    .pBufferMemoryBarriers = to->buffers, .pImageMemoryBarriers = to->images);
+    while (*words && !play_is(*words, "and")) {
         const bool is_counted = words[0][0] >= '0' && words[0][0] <= '9';
         const uint32_t count = is_counted ? (uint32_t)atoi(words[0]) : 1;
         words = read_target(play, words + is_counted, &target);
@@ -250,52 +252,91 @@ void play_read_dependencies(struct play *play, char **words, struct dependencies
         for (uint32_t i = 0; i < count; i++)
             add(to, &target, &masks);
         words += 3;
-        PLAY_REQUIRE(play, !*words || play_is(*words, ","));
-        words += *words != NULL;
+        PLAY_REQUIRE(play, !*words || play_is(*words, ",") || play_is(*words, "and"));
+        words += play_is(*words, ",");
     }
+    return words;
+}
+
+struct dependencies *play_read_dependencies(struct play *play, char **words, uint32_t *count)
+{
+    *count = 1;
+    for (char **word = words; *word; word++)
+        *count += play_is(*word, "and");
+    struct dependencies *all = play_block(play, *count * sizeof(*all));
+    for (uint32_t i = 0; i < *count; i++) {
+        words = read_dependencies(play, words, &all[i]);
+        PLAY_REQUIRE(play, !*words || words[1]);
+        words += *words ? 2 : 0; /* and EVENT */
+    }
+    return all;
 }
 
 /* ---- commands */
 
-static void play_barrier(struct play *play, char **words)
+/* Reads the dependencies of a command, which it must not modify. */
+static const struct dependencies *lend(struct play *play, char **words, uint32_t *count)
 {
-    struct dependencies all;
-    play_read_dependencies(play, words + 1, &all);
-    if (play_is(words[0], "barrier")) {
-        play->vk.CmdPipelineBarrier2(play_commands(play), &all.info);
-        return;
-    }
-    play->vk.CmdPipelineBarrier(play_commands(play), all.old.src, all.old.dst, 0,
-                                all.info.memoryBarrierCount, all.old.memory,
-                                all.info.bufferMemoryBarrierCount, all.old.buffers,
-                                all.info.imageMemoryBarrierCount, all.old.images);
+    const struct dependencies *all = play_read_dependencies(play, words, count);
+    play_lend(play, all, *count * sizeof(*all));
+    return all;
 }
 
-static void play_wait(struct play *play, char **words, VkEvent event)
+static void play_barrier(struct play *play, char **words)
 {
-    struct dependencies all;
-    play_read_dependencies(play, words + 2, &all);
-    if (!play_is(words[0], "wait1")) {
+    uint32_t count;
+    const struct dependencies *all = lend(play, words + 1, &count);
+    PLAY_REQUIRE(play, count == 1);
+    if (play_is(words[0], "barrier"))
+        play->vk.CmdPipelineBarrier2(play_commands(play), &all->info);
+    else
+        play->vk.CmdPipelineBarrier(play_commands(play), all->old.src, all->old.dst, 0,
+                                    all->info.memoryBarrierCount, all->old.memory,
+                                    all->info.bufferMemoryBarrierCount, all->old.buffers,
+                                    all->info.imageMemoryBarrierCount, all->old.images);
+    play_expect_unmodified(play);
+}
+
+static void play_wait(struct play *play, char **words)
+{
+    VkEvent events[PLAY_ITEMS];
+    VkDependencyInfo infos[PLAY_ITEMS];
+    uint32_t count, found = 0;
+    const struct dependencies *all = lend(play, words + 2, &count);
+    PLAY_REQUIRE(play, count <= PLAY_ITEMS);
+    for (char **word = words; *word; word++)
+        if (word == words || play_is(*word, "and"))
+            events[found++] = play_object(play, word[1])->event;
+    for (uint32_t i = 0; i < count; i++)
+        infos[i] = all[i].info;
+    if (play_is(words[0], "wait1"))
+        play->vk.CmdWaitEvents(play_commands(play), count, events, all->old.src, all->old.dst,
+                               all->info.memoryBarrierCount, all->old.memory,
+                               all->info.bufferMemoryBarrierCount, all->old.buffers,
+                               all->info.imageMemoryBarrierCount, all->old.images);
+    else
         (play_is(words[0], "wait") ? play->vk.CmdWaitEvents2 : play->vk.CmdWaitEvents2KHR)(
-            play_commands(play), 1, &event, &all.info);
-        return;
-    }
-    play->vk.CmdWaitEvents(play_commands(play), 1, &event, all.old.src, all.old.dst,
-                           all.info.memoryBarrierCount, all.old.memory,
-                           all.info.bufferMemoryBarrierCount, all.old.buffers,
-                           all.info.imageMemoryBarrierCount, all.old.images);
+            play_commands(play), count, events, infos);
+    play_expect_unmodified(play);
+}
+
+static void set_event(struct play *play, char **words, VkEvent event)
+{
+    uint32_t count;
+    const struct dependencies *all = lend(play, words + 2, &count);
+    PLAY_REQUIRE(play, count == 1);
+    (play_is(words[0], "set") ? play->vk.CmdSetEvent2
+                              : play->vk.CmdSetEvent2KHR)(play_commands(play), event, &all->info);
+    play_expect_unmodified(play);
 }
 
 static bool play_event(struct play *play, char **words)
 {
-    struct dependencies all;
     if (!words[1] || words[1][0] != 'E')
         return false;
-    VkEvent event = play_object(play, words[1])->event;
+    const VkEvent event = play_object(play, words[1])->event;
     if (play_is(words[0], "set") || play_is(words[0], "setKHR")) {
-        play_read_dependencies(play, words + 2, &all);
-        (play_is(words[0], "set") ? play->vk.CmdSetEvent2 : play->vk.CmdSetEvent2KHR)(
-            play_commands(play), event, &all.info);
+        set_event(play, words, event);
     } else if (play_is(words[0], "set1")) {
         play->vk.CmdSetEvent(play_commands(play), event,
                              (VkPipelineStageFlags)play_stages(play, words[2]));
@@ -306,7 +347,7 @@ static bool play_event(struct play *play, char **words)
         play->vk.CmdResetEvent(play_commands(play), event,
                                (VkPipelineStageFlags)play_stages(play, words[2]));
     } else if (strncmp(words[0], "wait", 4) == 0) {
-        play_wait(play, words, event);
+        play_wait(play, words);
     } else {
         return false;
     }

@@ -19,6 +19,9 @@ struct dependencies {
     VkTensorDependencyInfoARM tensors;
     VkTensorMemoryBarrierARM tensor;
     VkBaseInStructure unknown;
+    /* Of render passes. */
+    VkSubpassDependency of_subpasses[DEPENDENCIES_MAX];
+    VkSubpassDependency2 of_subpasses_2[DEPENDENCIES_MAX];
     /* As the older commands take them: with one pair of stage masks for all. */
     struct {
         VkPipelineStageFlags src, dst;
@@ -28,8 +31,9 @@ struct dependencies {
     } old;
 };
 
-/* Reads dependencies with commas between them. */
-void play_read_dependencies(struct play *play, char **words, struct dependencies *to);
+/* Reads dependencies with commas between them, up to `and`, to memory that lasts for the line.
+ * Returns those of the first command; if there is an `and`, others follow. */
+struct dependencies *play_read_dependencies(struct play *play, char **words, uint32_t *count);
 /* Stages and accesses with : between them. */
 VkAccessFlags2 play_accesses(struct play *play, const char *word);
 /* below.c */

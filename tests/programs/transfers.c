@@ -4,10 +4,9 @@
  *     copy-image SRC > DST [row TEXELS] [height TEXELS] [layers COUNT | rest] [depth]
  *                              between an image and a buffer; `copy-image2`, `copy-image2KHR`: by
  *                              newer names
- *     results POOL > PLACE [count NUMBER] [stride BYTES] [narrow] [no-wait] [availability]
- *     memory copy PLACE > PLACE SIZE         memory marker PLACE
- *     memory fill PLACE SIZE                 memory update PLACE SIZE
- *     memory copy-image ...                  memory results ...
+ *     results POOL > PLACE [from QUERY] [queries NUMBER] [stride BYTES] [narrow] [no-wait]
+ * [availability] memory copy PLACE > PLACE SIZE         memory marker PLACE memory fill PLACE SIZE
+ * memory update PLACE SIZE memory copy-image ...                  memory results ...
  *
  * `memory`: with VK_KHR_device_address_commands. */
 #include "play.h"
@@ -121,12 +120,14 @@ static void copy_results(struct play *play, char **words, bool is_by_address)
 {
     VkDeviceSize offset, stride = sizeof(uint64_t);
     VkQueryResultFlags flags = VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT;
-    uint32_t count = 1;
+    uint32_t first = 0, count = 1;
     PLAY_REQUIRE(play, play_is(words[2], ">"));
     const VkQueryPool pool = play_object(play, words[1])->queries;
     const struct play_object *to = play_place(play, words[3], &offset);
     for (words += 4; *words; words++) {
-        if (play_is(*words, "count"))
+        if (play_is(*words, "from"))
+            first = number_of(play, *++words);
+        else if (play_is(*words, "queries"))
             count = number_of(play, *++words);
         else if (play_is(*words, "stride"))
             stride = number_of(play, *++words);
@@ -141,10 +142,10 @@ static void copy_results(struct play *play, char **words, bool is_by_address)
     }
     const VkStridedDeviceAddressRangeKHR range = {to->buffer.address + offset, 256, stride};
     if (is_by_address)
-        play->vk.CmdCopyQueryPoolResultsToMemoryKHR(play_commands(play), pool, 0, count, &range, 0,
-                                                    flags);
+        play->vk.CmdCopyQueryPoolResultsToMemoryKHR(play_commands(play), pool, first, count, &range,
+                                                    0, flags);
     else
-        play->vk.CmdCopyQueryPoolResults(play_commands(play), pool, 0, count, to->buffer.handle,
+        play->vk.CmdCopyQueryPoolResults(play_commands(play), pool, first, count, to->buffer.handle,
                                          offset, stride, flags);
 }
 
