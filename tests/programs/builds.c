@@ -105,6 +105,7 @@ VkBuildAccelerationStructureFlagsKHR play_flags(const struct play *play, const c
         {"fast_trace", VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR},
         {"fast_build", VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR},
         {"low_memory", VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR},
+        {"motion", VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV},
     };
     VkBuildAccelerationStructureFlagsKHR flags = 0;
     while (*word) {

@@ -2,9 +2,9 @@
 /* What backend cpu has built:
  *
  *     probe STRUCTURE [hits | misses]     vkTraceRaysASSAY of one ray along x, from -1 0.25 0.25
- *     same PLACE PLACE SIZE               the host compares bytes
+ *     same | differ PLACE PLACE SIZE      the host compares bytes
  *     costs [COUNTER NUMBER]...           vkGetCountersASSAY: since the last `costs`; `products`:
- * of positions and transforms */
+ *                                         of positions and transforms; `copied`: bytes of inputs */
 #include "play.h"
 #include "tests/fixture/trace.h"
 
@@ -37,10 +37,11 @@ static void compare(struct play *play, char **words)
     const struct play_object *first = play_place(play, words[1], &a),
                              *second = play_place(play, words[2], &b);
     PLAY_REQUIRE(play, words[3] != NULL);
-    if (play->is_scarce ||
-        memcmp(first->buffer.bytes + a, second->buffer.bytes + b, strtoull(words[3], NULL, 0)) == 0)
+    const bool is_same =
+        memcmp(first->buffer.bytes + a, second->buffer.bytes + b, strtoull(words[3], NULL, 0)) == 0;
+    if (play->is_scarce || is_same == play_is(words[0], "same"))
         return;
-    play_say(play, "the bytes differ\n");
+    play_say(play, "the bytes are%s the same\n", is_same ? "" : " not");
     play->outcome = OUTCOME_FAILED;
 }
 
@@ -56,6 +57,7 @@ static void expect_cost(struct play *play, const AssayCounters *now, const char 
         {"updates", now->updates - before->updates},
         {"copies", now->copies - before->copies},
         {"products", now->matrixProducts - before->matrixProducts},
+        {"copied", now->bytesSnapshot - before->bytesSnapshot},
     };
     size_t i = 0;
     while (i < ARRAY_COUNT(all) && !play_is(name, all[i].name))
@@ -84,7 +86,7 @@ bool play_cpu(struct play *play, char **words)
 {
     if (play_is(words[0], "probe"))
         probe(play, words);
-    else if (play_is(words[0], "same"))
+    else if (play_is(words[0], "same") || play_is(words[0], "differ"))
         compare(play, words);
     else if (play_is(words[0], "costs"))
         expect_costs(play, words + 1);

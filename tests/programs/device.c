@@ -5,10 +5,11 @@
  *     with EXTENSION             and its features; VK_NV_displacement_micromap: all micromaps
  *                                have displacements
  *     with group                 the device has all physical devices of its group, at least two
- *     without FEATURE            maintenance1, synchronization2, deviceFault
+ *     without FEATURE            maintenance1, synchronization2, deviceFault, accelerationStructure
  *     only null                  for programs that need the null driver
  *     only driver                for programs that backend cpu plays otherwise
  *     only cpu                   for programs that need backend cpu
+ *     only lavapipe              for programs about what a driver writes
  *     driver recycles [handles]  the null driver gives out handles and addresses again, or only
  *                                handles
  *     driver joins COUNT         its deferred operations complete at this join; 0: they aren't
@@ -246,6 +247,9 @@ static void find_features(struct play *play, struct device_features *features)
         features->maintenance.rayTracingMaintenance1 = VK_FALSE;
     if (program_find(play->program, "without", "deviceFault"))
         features->fault.deviceFault = VK_FALSE;
+    if (program_find(play->program, "without", "accelerationStructure"))
+        features->structures = MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR,
+                                    .pNext = features->structures.pNext);
     if (program_find(play->program, "without", "synchronization2"))
         features->core_13.synchronization2 = VK_FALSE;
     play->has_indirect = features->structures.accelerationStructureIndirectBuild;
@@ -394,6 +398,8 @@ static const char *missing_platform(const struct play *play)
         has_word(program, "fault") || has_word(program, "below") || has_word(program, "timestamp");
     if (needs_null && !play->platform->is_null)
         return "the null driver";
+    if (program_find(program, "only", "lavapipe") && strcmp(play->platform->name, "lavapipe") != 0)
+        return "lavapipe";
     if (has_word(program, "allocation") && !play->platform->fail_allocations)
         return "allocations that fail";
     if (play->platform->is_cpu && program_find(program, "only", "driver"))
