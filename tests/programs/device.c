@@ -389,6 +389,18 @@ static bool lacks_nv(const struct program *program)
     return false;
 }
 
+/* Whether its last line about setting guard turns it off. The environment comes before that. */
+static bool wants_no_guard(const struct program *program)
+{
+    bool is_off = false;
+    for (unsigned i = 0; i < program->line_count; i++) {
+        char *const *words = program->lines[i].words;
+        if (play_is(words[0], "setting") && play_is(words[1], "guard"))
+            is_off = play_is(words[2], "off");
+    }
+    return is_off;
+}
+
 static const char *missing_platform(const struct play *play)
 {
     const struct program *program = play->program;
@@ -398,6 +410,8 @@ static const char *missing_platform(const struct play *play)
         has_word(program, "fault") || has_word(program, "below") || has_word(program, "timestamp");
     if (needs_null && !play->platform->is_null)
         return "the null driver";
+    if (play->platform->is_guarded && wants_no_guard(program))
+        return "builds without a guard";
     if (program_find(program, "only", "lavapipe") && strcmp(play->platform->name, "lavapipe") != 0)
         return "lavapipe";
     if (has_word(program, "allocation") && !play->platform->fail_allocations)
