@@ -14,6 +14,10 @@ MESSENGER_CALLBACK(act)
     const struct play_object *recording = play->recording;
     const struct batch batch = play->batches[0];
     const uint32_t batch_count = play->batch_count;
+    if (!play->ears) {
+        play_say(play, "a messenger is called that was destroyed\n");
+        play->outcome = OUTCOME_FAILED;
+    }
     if (!deed || !play_ends(data->pMessageIdName, play->awaited))
         return VK_FALSE;
     play->deed = NULL;
