@@ -111,8 +111,8 @@ static double submit(struct bench *bench, const char *name)
 
 static void find_size(struct bench *bench)
 {
-    const VkAccelerationStructureBuildSizesInfoKHR sizes =
-        play_build_sizes(&bench->play, (char *[]){"B0", NULL});
+    const VkAccelerationStructureBuildSizesInfoKHR sizes = play_build_sizes(
+        &bench->play, (char *[]){"B0", NULL}, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR);
     bench->size = sizes.accelerationStructureSize;
     if (bench->size < sizes.buildScratchSize)
         bench->size = sizes.buildScratchSize;

@@ -108,6 +108,7 @@ VkBuildAccelerationStructureFlagsKHR play_flags(const struct play *play, const c
         {"displacement_update",
          VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISPLACEMENT_MICROMAP_UPDATE_BIT_NV},
         {"low_memory", VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR},
+        {"motion", VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV},
     };
     VkBuildAccelerationStructureFlagsKHR flags = 0;
     while (*word) {

@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Command buffers:
  *
- *     begin NAME [secondary] [once | simultaneous] [for QUEUE] ... end
+ *     begin NAME [secondary] [once | simultaneous] [for QUEUE] [inherits WHAT] ... end
  *     NAME OPTIONS: COMMAND; COMMAND      the same in one line
  *     execute NAME                        a secondary
  *     reset NAME     reset pool NAME      reallocate NAME      destroy pool NAME
+ *
+ * What a secondary command buffer inherits: `condition`, or a query of the invocations of shaders,
+ * `vertex` or `compute`.
  *
  * Each command buffer with a name has a pool of its own. What is recorded outside of them goes to
  * command buffers without a name, which the next submission has:
@@ -100,10 +103,27 @@ static void create_pool(struct play *play, struct play_object *object)
     allocate(play, object);
 }
 
+static void inherit(struct play *play, const char *what, VkCommandBufferInheritanceInfo *inherited,
+                    VkCommandBufferInheritanceConditionalRenderingInfoEXT *condition)
+{
+    PLAY_REQUIRE(play,
+                 play_is(what, "condition") || play_is(what, "vertex") || play_is(what, "compute"));
+    if (play_is(what, "condition")) {
+        condition->conditionalRenderingEnable = VK_TRUE;
+        inherited->pNext = condition;
+    } else {
+        inherited->pipelineStatistics =
+            play_is(what, "vertex") ? VK_QUERY_PIPELINE_STATISTIC_VERTEX_SHADER_INVOCATIONS_BIT
+                                    : VK_QUERY_PIPELINE_STATISTIC_COMPUTE_SHADER_INVOCATIONS_BIT;
+    }
+}
+
 static void begin(struct play *play, char **words)
 {
     struct play_object *object = play_object(play, words[1]);
     VkCommandBufferUsageFlags flags = 0;
+    STRUCT(VkCommandBufferInheritanceConditionalRenderingInfoEXT, condition);
+    STRUCT(VkCommandBufferInheritanceInfo, inherited);
     PLAY_REQUIRE(play, words[1][0] == 'c' && !play->recording);
     for (words += 2; *words; words++) {
         if (play_is(*words, "secondary"))
@@ -112,6 +132,8 @@ static void begin(struct play *play, char **words)
             flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
         else if (play_is(*words, "simultaneous"))
             flags = VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT;
+        else if (play_is(*words, "inherits"))
+            inherit(play, *++words, &inherited, &condition);
         else if (play_is(*words, "for"))
             object->queue = play_queue_of(play, *++words);
         else
@@ -119,8 +141,7 @@ static void begin(struct play *play, char **words)
     }
     if (!object->pool)
         create_pool(play, object);
-    const STRUCT(VkCommandBufferBeginInfo, info, .flags = flags,
-                 .pInheritanceInfo = &MAKE(VkCommandBufferInheritanceInfo));
+    const STRUCT(VkCommandBufferBeginInfo, info, .flags = flags, .pInheritanceInfo = &inherited);
     play_note(play, play->vk.BeginCommandBuffer(object->commands, &info));
     play->recording = play->result == VK_SUCCESS ? object : NULL;
 }

@@ -2,7 +2,7 @@
 /* What backend cpu has built:
  *
  *     probe ...                           traces a ray: rays.c
- *     same PLACE PLACE SIZE               the host compares bytes
+ *     same | differ PLACE PLACE SIZE      the host compares bytes
  *     holds PLACE NUMBER...               the host reads numbers of 64 bits
  *     costs [only] [COUNTER NUMBER]...    vkGetCountersASSAY: since the last `costs`. `only`: all
  *                        other counters are the same
@@ -26,10 +26,11 @@ static void compare(struct play *play, char **words)
     const struct play_object *first = play_place(play, words[1], &a),
                              *second = play_place(play, words[2], &b);
     PLAY_REQUIRE(play, words[3] != NULL);
-    if (play->is_scarce ||
-        memcmp(first->buffer.bytes + a, second->buffer.bytes + b, strtoull(words[3], NULL, 0)) == 0)
+    const bool is_same =
+        memcmp(first->buffer.bytes + a, second->buffer.bytes + b, strtoull(words[3], NULL, 0)) == 0;
+    if (play->is_scarce || is_same == play_is(words[0], "same"))
         return;
-    play_say(play, "the bytes differ\n");
+    play_say(play, "the bytes are%s the same\n", is_same ? "" : " not");
     play->outcome = OUTCOME_FAILED;
 }
 
@@ -133,7 +134,7 @@ bool play_cpu(struct play *play, char **words)
 {
     if (play_is(words[0], "probe"))
         play_probe(play, words);
-    else if (play_is(words[0], "same"))
+    else if (play_is(words[0], "same") || play_is(words[0], "differ"))
         compare(play, words);
     else if (play_is(words[0], "holds"))
         expect_numbers(play, words);

@@ -5,11 +5,12 @@
  *     with EXTENSION             and its features; VK_NV_displacement_micromap: all micromaps
  *                                have displacements
  *     with group                 the device has all physical devices of its group, at least two
- *     without FEATURE            maintenance1, synchronization2, deviceFault
+ *     without FEATURE            maintenance1, synchronization2, deviceFault, accelerationStructure
  *     only null                  for programs that need the null driver
  *     only shaders               for programs that need a driver which executes shaders
  *     only driver                for programs that backend cpu plays otherwise
  *     only cpu                   for programs that need backend cpu
+ *     only lavapipe              for programs about what a driver writes
  *     driver recycles [handles]  the null driver gives out handles and addresses again, or only
  *                                handles
  *     driver joins COUNT         its deferred operations complete at this join; 0: they aren't
@@ -247,6 +248,9 @@ static void find_features(struct play *play, struct device_features *features)
         features->maintenance.rayTracingMaintenance1 = VK_FALSE;
     if (program_find(play->program, "without", "deviceFault"))
         features->fault.deviceFault = VK_FALSE;
+    if (program_find(play->program, "without", "accelerationStructure"))
+        features->structures = MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR,
+                                    .pNext = features->structures.pNext);
     if (program_find(play->program, "without", "synchronization2"))
         features->core_13.synchronization2 = VK_FALSE;
     play->has_indirect = features->structures.accelerationStructureIndirectBuild;
@@ -386,6 +390,18 @@ static bool lacks_nv(const struct program *program)
     return false;
 }
 
+/* Whether its last line about setting guard turns it off. The environment comes before that. */
+static bool wants_no_guard(const struct program *program)
+{
+    bool is_off = false;
+    for (unsigned i = 0; i < program->line_count; i++) {
+        char *const *words = program->lines[i].words;
+        if (play_is(words[0], "setting") && play_is(words[1], "guard"))
+            is_off = play_is(words[2], "off");
+    }
+    return is_off;
+}
+
 static const char *missing_platform(const struct play *play)
 {
     const struct program *program = play->program;
@@ -397,6 +413,10 @@ static const char *missing_platform(const struct play *play)
         return "the null driver";
     if (play->platform->is_null && program_find(program, "only", "shaders"))
         return "shaders that execute";
+    if (play->platform->is_guarded && wants_no_guard(program))
+        return "builds without a guard";
+    if (program_find(program, "only", "lavapipe") && strcmp(play->platform->name, "lavapipe") != 0)
+        return "lavapipe";
     if (has_word(program, "allocation") && !play->platform->fail_allocations)
         return "allocations that fail";
     if (play->platform->is_cpu && program_find(program, "only", "driver"))

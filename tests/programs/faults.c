@@ -13,16 +13,15 @@
  *                              `at-once`: the submission returns the loss; `computes`, `signals`:
  *                              progress during the hang; `address`: of VK_EXT_device_fault
  *     mock on | off            submissions complete, and nothing in them is executed
- *     end hang [when reported] executes what was submitted; or does when the layer reports a hang
+ *     end hang                 executes what was submitted
  *
- *     count CALL|CALL...       from here on
- *     counted NUMBER           expects that so many of these calls have reached the driver
+ *     count CALL|CALL...       from here on. `memory`: bytes that are allocated; `invalid-queries`:
+ *                              of addresses
+ *     counted NUMBER [to NUMBER]      expects that so many of these calls have reached the driver
  *
  * RESULT is a VkResult without VK_ and ERROR_. A line that ends with `returns RESULT` expects it.
  */
 #include "play.h"
-
-#include "tests/fixture/messenger.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -100,28 +99,14 @@ static void plan(struct play *play, char **words)
     play->platform->null_driver.plan_fault(&fault);
 }
 
-MESSENGER_CALLBACK(end_reported_hang)
-{
-    if (strcmp(data->pMessageIdName, "ASSAY-hang") == 0)
-        ((const struct play *)user)->platform->null_driver.end_hang();
-    return VK_FALSE;
-}
-
-static void end_hang(struct play *play, bool is_reported)
-{
-    const STRUCT(VkDebugUtilsMessengerCreateInfoEXT, info,
-                 .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
-                 .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
-                                VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
-                 .pfnUserCallback = end_reported_hang, .pUserData = play);
-    if (is_reported)
-        GET(play->fixture.vk.CreateDebugUtilsMessengerEXT(play->fixture.instance, &info, NULL,
-                                                          &play->hang_messenger));
-    else
-        play->platform->null_driver.end_hang();
-}
-
 /* ---- calls */
+
+static uint64_t calls_named(const struct null_driver_api *driver, const char *name)
+{
+    return play_is(name, "memory")            ? driver->allocated()
+           : play_is(name, "invalid-queries") ? driver->invalid_queries()
+                                              : driver->calls(name);
+}
 
 /* Calls by the names that the last `count` has. */
 static uint64_t calls_of(const struct play *play, const char *names)
@@ -133,7 +118,7 @@ static uint64_t calls_of(const struct play *play, const char *names)
         PLAY_REQUIRE(play, length < sizeof(name));
         memcpy(name, names, length);
         name[length] = '\0';
-        const uint64_t calls = play->platform->null_driver.calls(name);
+        const uint64_t calls = calls_named(&play->platform->null_driver, name);
         PLAY_REQUIRE(play, calls != UINT64_MAX);
         count += calls;
         names += length;
@@ -142,13 +127,16 @@ static uint64_t calls_of(const struct play *play, const char *names)
     }
 }
 
-static void expect_calls(struct play *play, uint64_t wanted)
+/* counted NUMBER [to NUMBER] */
+static void expect_calls(struct play *play, char **words)
 {
     const uint64_t count = calls_of(play, play->counted) - play->count_before;
-    if (count == wanted)
+    const uint64_t least = play_number(play, words[1]);
+    const uint64_t most = play_is(words[2], "to") ? play_number(play, words[3]) : least;
+    if (count >= least && count <= most)
         return;
-    play_say(play, "%llu calls of %s instead of %llu\n", (unsigned long long)count, play->counted,
-             (unsigned long long)wanted);
+    play_say(play, "%llu calls of %s instead of %llu to %llu\n", (unsigned long long)count,
+             play->counted, (unsigned long long)least, (unsigned long long)most);
     play->outcome = OUTCOME_FAILED;
 }
 
@@ -174,14 +162,14 @@ bool play_fault(struct play *play, char **words)
     } else if (play_is(words[0], "fault")) {
         plan(play, words);
     } else if (play_is(words[0], "end") && play_is(words[1], "hang")) {
-        end_hang(play, play_is(words[2], "when"));
+        driver->end_hang();
     } else if (play_is(words[0], "mock")) {
         driver->set_executes_nothing(play_is(words[1], "on"));
     } else if (play_is(words[0], "count")) {
         play->counted = words[1];
         play->count_before = calls_of(play, words[1]);
     } else if (play_is(words[0], "counted")) {
-        expect_calls(play, strtoull(words[1], NULL, 0));
+        expect_calls(play, words);
     } else if (play_is(words[1], "device") &&
                (play_is(words[0], "lose") || play_is(words[0], "find"))) {
         driver->set_device_lost(play_is(words[0], "lose"));

@@ -7,7 +7,7 @@
  *     host wait all fence     for the fence, named twice
  *     host wait all fences    for the fence behind 15 others, which are not signaled
  *     host wait ... within MILLISECONDS      of fences and timelines; a TIMEOUT takes that long
- *     host poll fence | TIMELINE=VALUE       the same by asking again and again
+ *     host poll fence | EVENT | TIMELINE=VALUE       the same by asking again and again
  *     host get fence | TIMELINE | EVENT | QUERIES         asks once
  *     host map NAME           maps the memory of a buffer
  *     host reset fence
@@ -147,6 +147,12 @@ static void poll_on_host(struct play *play, const char *what)
     uint64_t value = 0;
     if (play_is(what, "fence")) {
         while (play->vk.GetFenceStatus(play->device, play->fence) == VK_NOT_READY)
+            continue;
+        return;
+    }
+    if (what && what[0] == 'E') {
+        while (play->vk.GetEventStatus(play->device, play_object(play, what)->event) !=
+               VK_EVENT_SET)
             continue;
         return;
     }

@@ -25,7 +25,7 @@ void play_expect_number(struct play *play, const char *name, uint64_t found, uin
 
 /* ---- one message and one expectation */
 
-static bool ends_with(const char *text, const char *end)
+bool play_ends(const char *text, const char *end)
 {
     const size_t length = strlen(text), size = strlen(end);
     return length == size ? strcmp(text, end) == 0
@@ -75,7 +75,7 @@ static bool has_id(const struct message *message, const struct expectation *expe
     const struct rule_info *rule = play_rule(expected->id);
     const enum build_command command = play_command_of(expected->text);
     if (!rule)
-        return ends_with(message->id, expected->id);
+        return play_ends(message->id, expected->id);
     return command != COMMAND_COUNT && rule->vuid[command] != VUID_NONE &&
            strcmp(message->id, vuid_texts[rule->vuid[command]].id) == 0;
 }

@@ -6,6 +6,7 @@
  *                              about all
  *     create NAME at PLACE [micromap]     a structure, by vkCreateAccelerationStructure2KHR; or an
  *                              opacity micromap
+ *     create NAME of BYTES     a buffer
  *     create NAME scratch build | update STRUCTURE SHAPE       a buffer, for the scratch of a build
  *     create NAME [generic | sparse | fitting SHAPE | compacted [less BYTES]]      a structure, in
  *                              its old buffer or a sparse one; SHAPE is the words of a build, and
@@ -16,6 +17,8 @@
  *     renew NAME               destroys and creates a buffer with its memory, an operation, or a
  *                              pool of queries, which nothing has reset
  *     event NAME               only the device can set it
+ *     crowd PLACE COUNT        structures without names, one behind the other
+ *     disperse                 destroys them
  *     label NAME               insert NAME       unlabel           in the command buffer */
 #include "play.h"
 
@@ -53,16 +56,21 @@ static void create_sparse_buffer(struct play *play, struct play_object *object)
                                     (VkDeviceSize)PLAY_PAGES * PLAY_PAGE_SIZE);
 }
 
+static void enlarge(struct play *play, struct play_object *object, VkDeviceSize size)
+{
+    const VkBufferCreateInfo info = play_buffer_info(play, size);
+    buffer_destroy(&play->vk, play->device, &object->buffer);
+    object->buffer = (struct device_buffer){.size = 0}; /* if the creation fails */
+    object->buffer = buffer_create(&play->vk, play->device, play->memory_type, &info);
+}
+
 static void create_scratch(struct play *play, char **words)
 {
     struct play_object *object = play_object(play, words[1]);
     const VkAccelerationStructureBuildSizesInfoKHR sizes =
         play_build_sizes(play, words + 4, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR);
-    const VkBufferCreateInfo info = play_buffer_info(
-        play, play_is(words[3], "update") ? sizes.updateScratchSize : sizes.buildScratchSize);
-    buffer_destroy(&play->vk, play->device, &object->buffer);
-    object->buffer = (struct device_buffer){.size = 0}; /* if the creation fails */
-    object->buffer = buffer_create(&play->vk, play->device, play->memory_type, &info);
+    enlarge(play, object,
+            play_is(words[3], "update") ? sizes.updateScratchSize : sizes.buildScratchSize);
 }
 
 /* create NAME at PLACE [micromap] */
@@ -82,8 +90,9 @@ static void create_at(struct play *play, char **words)
 static void create(struct play *play, char **words)
 {
     VkDeviceSize size = PLAY_STRUCTURE_SIZE;
-    VkAccelerationStructureTypeKHR type = play->bottom_type;
     struct play_object *object = play_object(play, words[1]);
+    VkAccelerationStructureTypeKHR type =
+        object->name[0] == 'T' ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR : play->bottom_type;
     play_destroy_object(play, object);
     if (play->is_nv) {
         play->vk.FreeMemory(play->device, object->buffer.memory, NULL);
@@ -99,12 +108,39 @@ static void create(struct play *play, char **words)
         words[2] = words[1];
         size = play_build_sizes(play, words + 2, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR)
                    .accelerationStructureSize;
+        if (size > object->buffer.size)
+            enlarge(play, object, size);
     } else if (play_is(words[2], "compacted")) {
         size = play->compacted - (words[3] ? (VkDeviceSize)atoi(words[4]) : 0);
     } else {
         PLAY_REQUIRE(play, !words[2]);
     }
     play_create_structure(play, object, object->buffer.handle, 0, size, type);
+}
+
+/* crowd PLACE COUNT */
+static void gather(struct play *play, char **words)
+{
+    enum { SMALL = 256 };
+    VkDeviceSize offset;
+    const struct play_object *object = play_place(play, words[1], &offset);
+    const uint64_t count = play_number(play, words[2]);
+    PLAY_REQUIRE(play, play->crowd_count + count <= PLAY_CROWD);
+    for (uint64_t i = 0; i < count; i++) {
+        const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = object->buffer.handle,
+                     .offset = offset + i * SMALL, .size = SMALL,
+                     .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+        GET(play->vk.CreateAccelerationStructureKHR(play->device, &info, NULL,
+                                                    &play->crowd[play->crowd_count]));
+        play->crowd_count++;
+    }
+}
+
+void play_disperse(struct play *play)
+{
+    while (play->crowd_count > 0)
+        play->vk.DestroyAccelerationStructureKHR(play->device, play->crowd[--play->crowd_count],
+                                                 NULL);
 }
 
 /* As far as calls succeed. */
@@ -197,6 +233,8 @@ bool play_life(struct play *play, char **words)
         choose_structures(play, words);
     else if (play_is(words[0], "create") && play_is(words[2], "scratch"))
         create_scratch(play, words);
+    else if (play_is(words[0], "create") && play_is(words[2], "of"))
+        enlarge(play, play_object(play, words[1]), play_number(play, words[3]));
     else if (play_is(words[0], "create") && play_is(words[2], "at"))
         create_at(play, words);
     else if (play_is(words[0], "create"))
@@ -210,6 +248,10 @@ bool play_life(struct play *play, char **words)
         free_memory(play, play_object(play, words[1]));
     else if (play_is(words[0], "renew"))
         renew(play, play_object(play, words[1]));
+    else if (play_is(words[0], "crowd"))
+        gather(play, words);
+    else if (play_is(words[0], "disperse"))
+        play_disperse(play);
     else if (play_is(words[0], "event"))
         create_event(play, words[1]);
     else if (play_is(words[0], "label"))

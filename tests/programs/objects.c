@@ -237,20 +237,78 @@ VkDeviceAddress play_address(struct play *play, const char *word)
 
 /* ---- other places */
 
+/* What `alias` says of a buffer. */
+struct alias {
+    VkBufferCreateInfo info;
+    VkDeviceSize bound; /* bytes of a sparse buffer */
+    bool is_sparse, is_unbound;
+};
+
+static struct alias read_alias(struct play *play, char **words, VkDeviceSize size)
+{
+    static const VkExternalMemoryBufferCreateInfo imported = {
+        .sType = VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO,
+        .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT};
+    struct alias alias = {.info = play_buffer_info(play, size)};
+    for (; *words; words++) {
+        if (play_is(*words, "protected")) {
+            alias.info.flags = VK_BUFFER_CREATE_PROTECTED_BIT;
+        } else if (play_is(*words, "replayed")) {
+            alias.info.flags = VK_BUFFER_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT;
+        } else if (play_is(*words, "imported")) {
+            alias.info.pNext = &imported;
+        } else if (play_is(*words, "plain")) {
+            alias.info.usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR;
+        } else if (play_is(*words, "unbound")) {
+            alias.is_unbound = true;
+        } else if (play_is(*words, "sparse")) {
+            alias.info.flags =
+                VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT;
+            alias.is_sparse = true;
+            alias.bound = play_number(play, *++words);
+        } else {
+            alias.info.size = play_number(play, *words);
+        }
+    }
+    return alias;
+}
+
+static void bind_pages(struct play *play, VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize size)
+{
+    const VkSparseMemoryBind bind = {.size = size, .memory = memory};
+    const VkSparseBufferMemoryBindInfo binds = {buffer, 1, &bind};
+    const STRUCT(VkBindSparseInfo, info, .bufferBindCount = 1, .pBufferBinds = &binds);
+    GET(play->vk.QueueBindSparse(play->queues[0], 1, &info, VK_NULL_HANDLE));
+    GET(play->vk.QueueWaitIdle(play->queues[0]));
+}
+
 void play_alias(struct play *play, char **words)
 {
     VkDeviceSize offset;
     const struct play_object *other = play_place(play, words[2], &offset);
-    const VkBufferCreateInfo info =
-        play_buffer_info(play, words[3] ? strtoull(words[3], NULL, 0) : PLAY_BUFFER_SIZE - offset);
+    const struct alias alias = read_alias(play, words + 3, PLAY_BUFFER_SIZE - offset);
     PLAY_REQUIRE(play, !find(play, words[1]));
-    struct device_buffer buffer = {.size = info.size, .bytes = other->buffer.bytes + offset};
-    GET(play->vk.CreateBuffer(play->device, &info, NULL, &buffer.handle));
-    GET(play->vk.BindBufferMemory(play->device, buffer.handle, other->buffer.memory, offset));
-    buffer.address = buffer_address(&play->vk, play->device, buffer.handle);
+    struct device_buffer buffer = {.size = alias.info.size, .bytes = other->buffer.bytes + offset};
+    GET(play->vk.CreateBuffer(play->device, &alias.info, NULL, &buffer.handle));
+    if (alias.is_sparse)
+        bind_pages(play, buffer.handle, other->buffer.memory, alias.bound);
+    else if (!alias.is_unbound)
+        GET(play->vk.BindBufferMemory(play->device, buffer.handle, other->buffer.memory, offset));
+    if (!alias.is_unbound && alias.info.usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT)
+        buffer.address = buffer_address(&play->vk, play->device, buffer.handle);
     struct play_object *object = add(play, words[1]);
     object->buffer = buffer;
     name_object(play, VK_OBJECT_TYPE_BUFFER, (uint64_t)buffer.handle, object->name);
+}
+
+/* back NAME PLACE */
+void play_back(struct play *play, char **words)
+{
+    VkDeviceSize offset;
+    const struct play_object *memory = play_place(play, words[2], &offset);
+    struct device_buffer *buffer = &play_object(play, words[1])->buffer;
+    GET(play->vk.BindBufferMemory(play->device, buffer->handle, memory->buffer.memory, offset));
+    buffer->address = buffer_address(&play->vk, play->device, buffer->handle);
 }
 
 void play_put(struct play *play, char **words)
@@ -310,6 +368,16 @@ void play_write(struct play *play, const char *place, const void *bytes, size_t 
     memcpy(play_bytes(play, place), bytes, size);
 }
 
+uint64_t play_reference_to(const struct play *play, const struct play_object *object)
+{
+    uint64_t handle;
+    if (!play->is_nv)
+        return structure_address(&play->vk, play->device, object->structure);
+    GET(play->vk.GetAccelerationStructureHandleNV(play->device, object->nv, sizeof(handle),
+                                                  &handle));
+    return handle;
+}
+
 void play_init(struct play *play, char **words)
 {
     static const VkTransformMatrixKHR identity = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
@@ -345,9 +413,10 @@ void play_init(struct play *play, char **words)
         play_write(play, words[1], &(uint64_t){play_address(play, words[3])}, sizeof(uint64_t));
     else if (play_is(words[2], "structure"))
         play_write(play, words[1],
-                   &(uint64_t){structure_address(&play->vk, play->device,
-                                                 play_object(play, words[3])->structure)},
+                   &(uint64_t){play_reference_to(play, play_object(play, words[3]))},
                    sizeof(uint64_t));
+    else if (play_is(words[2], "stranger"))
+        play_write(play, words[1], &(uint64_t){play_stranger(play)}, sizeof(uint64_t));
     else if (play_is(words[2], "handle"))
         play_write(play, words[1], &(uint64_t){(uint64_t)play_object(play, words[3])->structure},
                    sizeof(uint64_t));
@@ -414,7 +483,7 @@ void play_create_objects(struct play *play)
             GET(play->vk.CreateCommandPool(play->device, &pool, NULL, &play->pools[i]));
     }
     play->fence = fence_create(&play->vk, play->device);
-    play->object_count = 0;
+    play->object_count = play->crowd_count = 0;
     play->scratch_used = play->instances_used = 0;
     play->ended_count = play->batch_count = 0;
     play->primary = play->secondary = play->executed = VK_NULL_HANDLE;
@@ -437,6 +506,7 @@ void play_destroy_objects(struct play *play)
     vk->DestroyFramebuffer(play->device, play->framebuffer, NULL);
     vk->DestroyRenderPass(play->device, play->render_pass, NULL);
     vk->DestroyFence(play->device, play->fence, NULL);
+    play_disperse(play);
     for (unsigned i = play->object_count; i-- > 0;)
         play_destroy_object(play, &play->objects[i]);
     for (unsigned i = play->object_count; i-- > 0;) {

@@ -120,6 +120,8 @@ static void play_command(struct play *play, char **words)
 {
     if (play_is(words[0], "alias"))
         play_alias(play, words);
+    else if (play_is(words[0], "back"))
+        play_back(play, words);
     else if (play_is(words[0], "place"))
         play_put(play, words);
     else if (play_is(words[0], "init"))
@@ -127,11 +129,11 @@ static void play_command(struct play *play, char **words)
     else if (play_is(words[0], "close"))
         close_all(play, words);
     else if (!play_fault(play, words) && !play_foreign(play, words) && !play_host(play, words) &&
-             !play_label(play, words) && !play_wild(play, words) &&
+             !play_label(play, words) && !play_messenger(play, words) && !play_wild(play, words) &&
              !play_command_buffer(play, words) && !play_life(play, words) &&
              !play_records(play, words) && !play_submit(play, words) && !play_sync(play, words) &&
              !play_shader(play, words) && !play_cpu(play, words) && !play_copy(play, words) &&
-             !play_build(play, words))
+             !play_reference(play, words) && !play_build(play, words))
         play_fail(play, "unknown command");
 }
 
@@ -146,11 +148,24 @@ static void judge_result(struct play *play, const struct program_line *line, boo
     play->outcome = OUTCOME_FAILED;
 }
 
-static void play_commands_of(struct play *play, const struct program_line *line)
+/* Those behind `repeat COUNT` are executed so often; another `repeat` may be among them. */
+void play_words(struct play *play, char *const *line)
 {
     char *words[PROGRAM_WORDS + 1];
-    memcpy(words, line->words, sizeof(words));
+    size_t count = 0;
+    while (line[count])
+        count++;
+    memcpy(words, line, (count + 1) * sizeof(words[0]));
     for (char **word = words; *word;) {
+        if (play_is(word[0], "repeat")) {
+            for (uint64_t i = play_number(play, word[1]); i > 0; i--)
+                play_words(play, word + 2);
+            return;
+        }
+        if (play_is(word[0], "when")) {
+            play_await(play);
+            return;
+        }
         char **end = word;
         while (*end && !play_is(*end, ";"))
             end++;
@@ -181,7 +196,7 @@ static void play_unjudged(struct play *play, const struct program_line *line)
     get_fails = leave_line;
     play->fixture.messages.answer = play->answer;
     if (setjmp(play->next_line) == 0) {
-        play_commands_of(play, line);
+        play_words(play, line->words);
     } else {
         play->recording = NULL;
         play->secondary = VK_NULL_HANDLE;
@@ -204,7 +219,7 @@ bool play_line(struct play *play, unsigned line)
         play_unjudged(play, played);
     } else {
         play->fixture.messages.answer = is_mistake;
-        play_commands_of(play, played);
+        play_words(play, played->words);
         play->fixture.messages.answer = VK_FALSE;
         judge_result(play, played, is_mistake);
     }
@@ -254,6 +269,7 @@ bool play_begin(struct play *play, const struct program *program)
     messages_clear(&play->fixture.messages);
     play->is_closed = false;
     play_create_objects(play);
+    play_note_references(play);
     if (!play->is_unjudged)
         play_skip_records(play);
     return true;
@@ -267,10 +283,7 @@ void play_end(struct play *play)
     if (play->was_lost || play->is_unjudged || program_find(play->program, "alone", NULL) ||
         program_find(play->program, "fault", NULL))
         play_close_device(play);
-    if (play->hang_messenger)
-        play->fixture.vk.DestroyDebugUtilsMessengerEXT(play->fixture.instance, play->hang_messenger,
-                                                       NULL);
-    play->hang_messenger = VK_NULL_HANDLE;
+    play_destroy_messenger(play);
     if (play->platform->is_null)
         play->platform->null_driver.reset();
 }

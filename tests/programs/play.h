@@ -28,6 +28,7 @@ enum {
     PLAY_ITEMS = BATCH_ITEMS, /* of anything that a line or a submission lists */
     PLAY_BUFFER_SIZE = 128 * 1024,
     PLAY_LARGE_SIZE = 2 * 1024 * 1024,
+    PLAY_CROWD = 1500,
     PLAY_PAGES = 4, /* of sparse buffers; each takes a structure */
     PLAY_PAGE_SIZE = 64 * 1024,
     PLAY_STRUCTURE_SIZE = 32 * 1024, /* serialized, it fits into a buffer */
@@ -112,8 +113,10 @@ struct play {
     bool is_nv;                                 /* new structures are those of VK_NV_ray_tracing */
     VkGeometryTypeKHR nv_type;                  /* that they are built of */
     uint32_t nv_geometries;                     /* of each of them, all alike */
-    VkDeviceMemory pages;                       /* of sparse buffers, or null */
-    VkDeviceSize compacted;                     /* the size that the host got last */
+    VkAccelerationStructureKHR crowd[PLAY_CROWD]; /* without names */
+    unsigned crowd_count;
+    VkDeviceMemory pages;   /* of sparse buffers, or null */
+    VkDeviceSize compacted; /* the size that the host got last */
 
     const struct play_object *recording; /* a command buffer with a name, or NULL */
     VkCommandBuffer primary, secondary;  /* others that record, or null */
@@ -127,9 +130,11 @@ struct play {
     VkFramebuffer framebuffer;
     struct play_shader shaders[PLAY_SHADERS];
 
-    bool is_closed;                          /* the program has no objects and no device any more */
-    VkDebugUtilsMessengerEXT hang_messenger; /* ends a hang, or null */
-    const char *counted;                     /* calls of the null driver, with | between them */
+    bool is_closed;                    /* the program has no objects and no device any more */
+    VkDebugUtilsMessengerEXT listener; /* of `when`, or null */
+    const char *awaited;               /* the end of a message's id */
+    char *const *reaction;             /* what is done then; NULL: nothing */
+    const char *counted;               /* calls of the null driver, with | between them */
     uint64_t count_before;
     AssayCounters counters; /* of the last `costs` */
 
@@ -190,6 +195,9 @@ void play_note_result(struct play *play, VkResult result);
         play_note_result(play, note_result);                                                       \
     } while (0)
 
+/* Executes commands with ";" between them. */
+void play_words(struct play *play, char *const *words);
+
 /* ---- what is there (device.c) */
 
 /* Opens the instance and the device that the program needs. Returns NULL, or what is missing. */
@@ -221,6 +229,8 @@ void play_judge(struct play *play, int line);
 bool play_judges_whole(const struct play *play);
 /* Whether a line expects a mistake: the messenger asks to skip the call. */
 bool play_expects_mistake(const struct play *play, int line);
+/* Whether it is the end of a message's id. */
+bool play_ends(const char *id, const char *end);
 /* `size` is what the host got last. */
 uint64_t play_number(const struct play *play, const char *word);
 void play_expect_number(struct play *play, const char *name, uint64_t found, uint64_t wanted);
@@ -257,14 +267,24 @@ VkBufferCreateInfo play_buffer_info(const struct play *play, VkDeviceSize size);
 /* Writes to a place by the host. */
 void play_write(struct play *play, const char *place, const void *bytes, size_t size);
 /* lives.c */
+void play_disperse(struct play *play);
 bool play_life(struct play *play, char **words);
-/* alias NAME PLACE [SIZE]: a buffer in the memory of another one.
- * place NAME PLACE: a structure in a buffer. */
+/* alias NAME PLACE [SIZE] [KIND]: a buffer in the memory of another one. KIND: `protected`,
+ * `imported`, `replayed`; `plain`: nobody can ask for its address; `sparse BYTES`: only these are
+ * bound; `unbound`: nothing is, until `back NAME PLACE`. place NAME PLACE: a structure in a buffer.
+ */
 void play_alias(struct play *play, char **words);
+void play_back(struct play *play, char **words);
 void play_put(struct play *play, char **words);
 /* init PLACE transform | ranges | box (upside down) | triangles (of a micromap) | triangle FORMAT
  * LEVEL (the first of these) | instances NAME...: the host writes, before all submissions */
 void play_init(struct play *play, char **words);
+/* references.c: has the null driver note what builds read, if the program asks for it. */
+void play_note_references(struct play *play);
+bool play_reference(struct play *play, char **words);
+uint64_t play_stranger(struct play *play);
+/* What an instance has as its reference to a structure. */
+uint64_t play_reference_to(const struct play *play, const struct play_object *object);
 /* inputs.c: other inputs of builds. Returns false if the words are others. */
 bool play_init_input(struct play *play, char **words);
 /* The references of a host build are handles. */
@@ -320,6 +340,11 @@ bool play_fault(struct play *play, char **words);
 VkResult play_result_named(const struct play *play, const char *name);
 const char *play_name_of(VkResult result);
 unsigned play_queue_of(const struct play *play, const char *word);
+/* messengers.c */
+bool play_messenger(struct play *play, char **words);
+/* When ID COMMAND; COMMAND... */
+void play_await(struct play *play);
+void play_destroy_messenger(struct play *play);
 /* labels.c */
 bool play_label(struct play *play, char **words);
 /* wild.c */

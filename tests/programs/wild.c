@@ -8,7 +8,7 @@
  *     out                        ends that
  *     bare begin | end | reset NAME | @NUMBER [once | simultaneous]         the call alone
  *     carve NAME PLACE SIZE TYPE           a structure somewhere in a buffer, or behind it
- *     queries NAME TYPE COUNT              a pool of other queries; TYPE is a number
+ *     queries NAME TYPE COUNT [STATISTICS] a pool of other queries; TYPE and STATISTICS are numbers
  *     write NAME NAME > POOL TYPE FIRST    the properties of two structures; `host write`
  *     transfer PLACE > PLACE SIZE          vkCmdCopyBuffer, of any bytes
  *     unmap NAME
@@ -92,9 +92,11 @@ static void make_queries(struct play *play, char **words)
     struct play_object *object = play_object(play, words[1]);
     play_destroy_object(play, object);
     object->is_ghost = false;
-    object->queries =
-        query_pool_create(&play->vk, play->device, (VkQueryType)play_number(play, words[2]),
-                          (uint32_t)play_number(play, words[3]));
+    const STRUCT(VkQueryPoolCreateInfo, info, .queryType = (VkQueryType)play_number(play, words[2]),
+                 .queryCount = (uint32_t)play_number(play, words[3]),
+                 .pipelineStatistics =
+                     words[4] ? (VkQueryPipelineStatisticFlags)play_number(play, words[4]) : 0);
+    GET(play->vk.CreateQueryPool(play->device, &info, NULL, &object->queries));
 }
 
 /* write NAME NAME > POOL TYPE FIRST */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The instance and the device of the application, its ears, and its objects. */
+/* The instance and the device of the application, its messengers, and its objects. */
 #include "application_parts.h"
 #include "tests/fixture/make.h"
 #include "tests/fixture/messenger.h"

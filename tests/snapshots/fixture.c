@@ -7,21 +7,15 @@
 void fixture_open_with(struct fixture *fixture, const struct platform *platform,
                        const struct instance_settings *settings, void *chain, const char *extension)
 {
-    const bool has_more = platform->is_null && settings->guard;
     const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                      VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
-                                      extension ? extension : VK_NV_RAY_TRACING_EXTENSION_NAME,
-                                      VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME};
+                                      VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME, extension};
     const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures, .pNext = chain,
-                 .accelerationStructure = VK_TRUE, .accelerationStructureIndirectBuild = has_more,
+                 .accelerationStructure = VK_TRUE,
                  .accelerationStructureHostCommands = platform->is_cpu);
     memset(fixture, 0, sizeof(*fixture));
     instance_fixture_create(&fixture->instance, platform, settings);
     GET(instance_fixture_create_device(&fixture->instance, &structures, extensions,
-                                       has_more    ? ARRAY_COUNT(extensions)
-                                       : extension ? 3
-                                                   : 2,
-                                       &fixture->device, &fixture->vk));
+                                       extension ? 3 : 2, &fixture->device, &fixture->vk));
     fixture->memory_type = instance_fixture_memory_type(&fixture->instance);
     fixture->vk.GetDeviceQueue(fixture->device, 0, 0, &fixture->queue);
     fixture->pool = command_pool_create(&fixture->vk, fixture->device);
@@ -54,15 +48,6 @@ struct device_buffer fixture_buffer(struct fixture *fixture, VkDeviceSize size,
     assert_true(fixture->buffer_count < FIXTURE_OBJECTS);
     return fixture->buffers[fixture->buffer_count++] =
                buffer_create(&fixture->vk, fixture->device, fixture->memory_type, &info);
-}
-
-void fixture_destroy_buffer(struct fixture *fixture, struct device_buffer *buffer)
-{
-    uint32_t i = 0;
-    while (fixture->buffers[i].handle != buffer->handle)
-        assert_true(++i < fixture->buffer_count);
-    fixture->buffers[i] = fixture->buffers[--fixture->buffer_count];
-    buffer_destroy(&fixture->vk, fixture->device, buffer);
 }
 
 VkAccelerationStructureKHR fixture_structure(struct fixture *fixture,
@@ -100,19 +85,6 @@ void fixture_finish(struct fixture *fixture, VkCommandBuffer commands)
     GET(fixture->vk.EndCommandBuffer(commands));
     commands_run(&fixture->vk, fixture->device, fixture->queue, commands);
     fixture->vk.FreeCommandBuffers(fixture->device, fixture->pool, 1, &commands);
-}
-
-void fixture_submit_waiting(struct fixture *fixture, VkCommandBuffer commands, VkSemaphore timeline,
-                            VkFence fence)
-{
-    static const VkPipelineStageFlags stages = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
-    const uint64_t value = 1;
-    const STRUCT(VkTimelineSemaphoreSubmitInfo, values, .waitSemaphoreValueCount = 1,
-                 .pWaitSemaphoreValues = &value);
-    const STRUCT(VkSubmitInfo, info, .pNext = &values, .waitSemaphoreCount = 1,
-                 .pWaitSemaphores = &timeline, .pWaitDstStageMask = &stages,
-                 .commandBufferCount = 1, .pCommandBuffers = &commands);
-    GET(fixture->vk.QueueSubmit(fixture->queue, 1, &info, fence));
 }
 
 void fixture_barrier(struct fixture *fixture, VkCommandBuffer commands)

@@ -30,10 +30,9 @@ void fixture_open_with(struct fixture *fixture, const struct platform *platform,
                        const char *extension);
 void fixture_close(struct fixture *fixture);
 
-/* Has a device address beside its other usage; may be destroyed before the fixture is closed. */
+/* Has a device address beside its other usage. */
 struct device_buffer fixture_buffer(struct fixture *fixture, VkDeviceSize size,
                                     VkBufferUsageFlags usage);
-void fixture_destroy_buffer(struct fixture *fixture, struct device_buffer *buffer);
 
 VkAccelerationStructureKHR fixture_structure(struct fixture *fixture,
                                              const struct device_buffer *buffer,
@@ -45,9 +44,6 @@ VkCommandBuffer fixture_begin_secondary(struct fixture *fixture, VkCommandBuffer
 /* Ends and submits it, and waits. */
 void fixture_finish(struct fixture *fixture, VkCommandBuffer commands);
 VkResult fixture_submit(struct fixture *fixture, VkCommandBuffer commands, VkFence fence);
-/* A submission that waits for value 1 of a timeline semaphore; `fence` may be null. */
-void fixture_submit_waiting(struct fixture *fixture, VkCommandBuffer commands, VkSemaphore timeline,
-                            VkFence fence);
 
 /* Makes all earlier writes visible to all later commands. */
 void fixture_barrier(struct fixture *fixture, VkCommandBuffer commands);

@@ -37,12 +37,6 @@ void scene_close(void)
     fixture_close(&fixture);
 }
 
-void scene_wait_and_close(void)
-{
-    GET(fixture.vk.DeviceWaitIdle(fixture.device));
-    scene_close();
-}
-
 struct device_buffer scene_input(VkDeviceSize size)
 {
     return fixture_buffer(&fixture, size,

@@ -25,7 +25,6 @@ struct scene_setup {
 void scene_open(const struct scene_setup *setup);
 #define SCENE_OPEN(...) scene_open(&(struct scene_setup){__VA_ARGS__})
 void scene_close(void);
-void scene_wait_and_close(void); /* for the device */
 
 /* Plans a fault of the null driver. */
 #define PLAN_FAULT(...) platform.null_driver.plan_fault(&(struct null_driver_fault){__VA_ARGS__})

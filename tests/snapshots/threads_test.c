@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Threads that record, submit and wait at once at level content on backend driver, each with
  * command buffers and data of its own, for thread sanitizers; a device that is lost meanwhile; and
- * a secondary that two threads submit.
- */
+ * a secondary that two threads submit. */
 #include "tests/snapshots/scene.h"
 
 #include <pthread.h>
@@ -150,6 +149,45 @@ TEST(test_shared_secondary)
         if (!strstr(fixture.instance.messages.items[i].text, "submitted again before"))
             fail_msg("%s", fixture.instance.messages.items[i].text);
     fixture_close(&fixture);
+}
+
+/* If both threads submit at the same time, the order is unknown to one of them, which lets each
+ * live structure count as built for the guard. */
+TEST_IF(test_shared_guarded_secondary, platform.is_null)
+{
+    pthread_t thread;
+    uint64_t read[4 * ROUNDS];
+    SCENE_OPEN(.settings = {.guard = "references", .queue_count = 2}, .boxes_size = DATA_SIZE,
+               .structure_size = STRUCTURE_SIZE, .has_tlas = true);
+    fixture_finish(&fixture, scene_record_boxes(0, 1));
+    for (uint32_t i = 0; i < 2; i++) {
+        open_worker(&workers[i]);
+        fixture.vk.GetDeviceQueue(fixture.device, 0, i, &workers[i].own.queue);
+    }
+    struct device_buffer instances = scene_input(2 * sizeof(VkAccelerationStructureInstanceKHR));
+    VkAccelerationStructureInstanceKHR *instance = (void *)instances.bytes;
+    scene_write_instance(&instances, true);
+    instance[1] = instance[0];
+    instance[1].accelerationStructureReference =
+        structure_address(&fixture.vk, fixture.device, workers[0].blas); /* never built */
+    const struct fixture_build build = scene_describe_instances(instances.address, false, 2);
+    platform.null_driver.set_reads_instances(true);
+    secondary = fixture_begin_secondary(&fixture, VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
+    fixture_build(&fixture, secondary, &build);
+    GET(fixture.vk.EndCommandBuffer(secondary));
+    assert_int_equal(pthread_create(&thread, NULL, submit_secondary, &workers[1]), 0);
+    submit_secondary(&workers[0]);
+    pthread_join(thread, NULL);
+    assert_int_equal(platform.null_driver.take_references(read, 4 * ROUNDS), 4 * ROUNDS);
+    for (int i = 0; i < 4 * ROUNDS; i += 2) {
+        assert_int_equal(read[i], instance[0].accelerationStructureReference);
+        assert_true(read[i + 1] == instance[1].accelerationStructureReference || !read[i + 1]);
+    }
+    for (int i = 0; i < 2; i++)
+        close_worker(&workers[i]);
+    platform.null_driver.set_reads_instances(false);
+    messages_clear(&fixture.instance.messages); /* about the structure that is not built */
+    scene_close();
 }
 
 /* ---- a lost device */
