@@ -390,16 +390,16 @@ static bool lacks_nv(const struct program *program)
     return false;
 }
 
-/* Whether its last line about setting guard turns it off. The environment comes before that. */
-static bool wants_no_guard(const struct program *program)
+/* Whether its last line about a setting has this value. The environment comes before that. */
+static bool wants(const struct program *program, const char *setting, const char *value)
 {
-    bool is_off = false;
+    bool is_wanted = false;
     for (unsigned i = 0; i < program->line_count; i++) {
         char *const *words = program->lines[i].words;
-        if (play_is(words[0], "setting") && play_is(words[1], "guard"))
-            is_off = play_is(words[2], "off");
+        if (play_is(words[0], "setting") && play_is(words[1], setting))
+            is_wanted = play_is(words[2], value);
     }
-    return is_off;
+    return is_wanted;
 }
 
 static const char *missing_platform(const struct play *play)
@@ -413,7 +413,9 @@ static const char *missing_platform(const struct play *play)
         return "the null driver";
     if (play->platform->is_null && program_find(program, "only", "shaders"))
         return "shaders that execute";
-    if (play->platform->is_guarded && wants_no_guard(program))
+    if (getenv("VK_ASSAY_VALIDATION_LIMITS") && wants(program, "limits", "driver"))
+        return "limits of the driver";
+    if (play->platform->is_guarded && wants(program, "guard", "off"))
         return "builds without a guard";
     if (program_find(program, "only", "lavapipe") && strcmp(play->platform->name, "lavapipe") != 0)
         return "lavapipe";
@@ -467,6 +469,7 @@ static const char *missing(const struct play *play)
         {"sparse", "sparse buffers", play->has_sparse},
         {"group", "a device group", play->has_group},
         {"records", "level execution", play_sees_executions(play)},
+        {"when", "level execution", play_sees_executions(play)},
     };
     for (size_t i = 0; i < ARRAY_COUNT(extensions); i++)
         if (program_find(program, "with", extensions[i].name) && !has(play, &extensions[i]))

@@ -14,6 +14,8 @@ MESSENGER_CALLBACK(act)
     const struct play_object *recording = play->recording;
     const struct batch batch = play->batches[0];
     const uint32_t batch_count = play->batch_count;
+    const void *lent = play->lent, *lent_before = play->lent_before;
+    const size_t lent_size = play->lent_size;
     if (!play->listener) {
         play_say(play, "a messenger is called that was destroyed\n");
         play->outcome = OUTCOME_FAILED;
@@ -27,6 +29,9 @@ MESSENGER_CALLBACK(act)
     play->recording = recording;
     play->batches[0] = batch; /* which a submission is still reading */
     play->batch_count = batch_count;
+    play->lent = lent;
+    play->lent_before = lent_before;
+    play->lent_size = lent_size;
     return VK_FALSE;
 }
 
