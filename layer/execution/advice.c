@@ -175,7 +175,7 @@ static void note_entry(struct noting *noting, const struct journal_entry *entry)
     case JOURNAL_FILL:
         note_use(noting, entry->dst_id, USE_FILLED);
         note_tiny(noting, entry->dst_id, false);
-        note_top(noting, true); /* perhaps, with references that nobody reads */
+        note_top(noting, true); /* it may be one, and its instances are not read */
         break;
     case JOURNAL_READ:
         note_read(noting, entry);

@@ -7,11 +7,15 @@
  *     init PLACE soup COUNT [SEED]     triangles anywhere in a cube, three vertices each
  *     init PLACE row COUNT STEP NAME [host]    instances of a structure along x, whose custom
  *                                      indices begin with 100; `host`: for builds of the host
- *     init PLACE moving NAME [host]    instances of a structure at y = 0, 2 and 4, with custom
- * indices 100 to 102, of motion types 0 to 2: the second one moves by 8 along x, the third by 16.
- * They are 160 bytes apart init PLACE blocks COUNT          dense geometry:
- * tests/rules/dense_blocks.h init PLACE zeros BYTES init PLACE floats NUMBER... init PLACE numbers
- * NUMBER...     of 32 bits */
+ *     init PLACE moving NAME [host]    three instances of a structure, 160 bytes apart: one that
+ *                                      rests, one that moves by 8 along x, one by 16
+ *     init PLACE blocks COUNT          dense geometry: tests/rules/dense_blocks.h
+ *     init PLACE zeros BYTES
+ *     init PLACE floats NUMBER...
+ *     init PLACE numbers NUMBER...     of 32 bits
+ *
+ * The instances that `moving` writes have y = 0, 2 and 4, custom indices 100 to 102 and the motion
+ * types 0 to 2. */
 #include "play.h"
 #include "tests/rules/dense_blocks.h"
 

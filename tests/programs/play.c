@@ -148,7 +148,7 @@ static void judge_result(struct play *play, const struct program_line *line, boo
     play->outcome = OUTCOME_FAILED;
 }
 
-/* Those behind `repeat COUNT` are executed so often; another `repeat` may be among them. */
+/* `repeat COUNT` executes the commands behind it COUNT times; these may have another `repeat`. */
 void play_words(struct play *play, char *const *line)
 {
     char *words[PROGRAM_WORDS + 1];

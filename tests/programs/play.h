@@ -53,7 +53,7 @@ struct play_object {
     VkCommandPool pool; /* of a command buffer alone */
     unsigned queue;     /* that a command buffer is for */
     bool is_secondary;
-    bool is_nv; /* a structure is one of VK_NV_ray_tracing; the buffer's size is what it asks for */
+    bool is_nv;    /* a structure of VK_NV_ray_tracing; its buffer has the size that it needs */
     bool is_ghost; /* the handle is that of an object that is destroyed, or was never there */
     bool is_freed; /* the memory is, so that the host must not write there */
 };
@@ -231,8 +231,9 @@ bool play_judges_whole(const struct play *play);
 bool play_expects_mistake(const struct play *play, int line);
 /* Whether it is the end of a message's id. */
 bool play_ends(const char *id, const char *end);
-/* `size` is what the host got last. */
+/* The word `size` stands for the size that the host got last. */
 uint64_t play_number(const struct play *play, const char *word);
+/* Fails the program if the numbers differ. */
 void play_expect_number(struct play *play, const char *name, uint64_t found, uint64_t wanted);
 __attribute__((format(printf, 2, 3))) void play_say(struct play *play, const char *format, ...);
 
@@ -270,8 +271,9 @@ void play_write(struct play *play, const char *place, const void *bytes, size_t 
 void play_disperse(struct play *play);
 bool play_life(struct play *play, char **words);
 /* alias NAME PLACE [SIZE] [KIND]: a buffer in the memory of another one. KIND: `protected`,
- * `imported`, `replayed`; `plain`: nobody can ask for its address; `sparse BYTES`: only these are
- * bound; `unbound`: nothing is, until `back NAME PLACE`. place NAME PLACE: a structure in a buffer.
+ * `imported`, `replayed`; `plain`: without VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
+ * `sparse BYTES`: memory is bound to the first BYTES; `unbound`: to none, until `back NAME PLACE`.
+ * place NAME PLACE: a structure in a buffer.
  */
 void play_alias(struct play *play, char **words);
 void play_back(struct play *play, char **words);

@@ -20,7 +20,8 @@ void play_note_references(struct play *play)
     play->platform->null_driver.take_references(none, 0);
 }
 
-/* Of the last of some structures, so that no structure of this device has its address. */
+/* Another device creates some structures. The last one has an address that no structure of the
+ * program's device has. */
 uint64_t play_stranger(struct play *play)
 {
     struct play *other = calloc(1, sizeof(*other));

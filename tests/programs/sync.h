@@ -19,7 +19,7 @@ struct dependencies {
     VkTensorDependencyInfoARM tensors;
     VkTensorMemoryBarrierARM tensor;
     VkBaseInStructure unknown;
-    /* Of render passes. */
+    /* The dependencies of a render pass. */
     VkSubpassDependency of_subpasses[DEPENDENCIES_MAX];
     VkSubpassDependency2 of_subpasses_2[DEPENDENCIES_MAX];
     /* As the older commands take them: with one pair of stage masks for all. */

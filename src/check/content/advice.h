@@ -31,7 +31,7 @@ struct content_advice {
         struct figure_box box;
     } * boxes;
     uint32_t box_count, box_capacity;
-    /* Of the largest geometry that an update has moved. The samples are NULL if there is none. */
+    /* The samples of the largest geometry that the build updates; NULL if there is none. */
     struct refit {
         uint32_t geometry;
         struct triangle_sample *built, *now;
