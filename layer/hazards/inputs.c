@@ -29,6 +29,13 @@ static void add_in_buffer(struct hazard_recording *recording, const struct hazar
                          &bytes);
 }
 
+/* NULL if an offset that no memory can have leads past the last address. */
+static const void *host_bytes_at(const void *host, uint64_t offset)
+{
+    const uintptr_t begin = (uintptr_t)host;
+    return offset <= UINTPTR_MAX - begin ? (const void *)(begin + (uintptr_t)offset) : NULL;
+}
+
 static void add_bytes(struct hazard_recording *recording, const struct hazard_use *use,
                       const struct hazard_elements *from, uint64_t begin, uint64_t end)
 {
@@ -37,7 +44,7 @@ static void add_bytes(struct hazard_recording *recording, const struct hazard_us
     if (from->memory_id)
         add_in_buffer(recording, use, from, begin, end);
     else if (from->host)
-        hazards_add_host(recording, use, (const char *)from->host + begin, end - begin);
+        hazards_add_host(recording, use, host_bytes_at(from->host, begin), end - begin);
     else
         hazard_recording_add_address(recording, use, from->facts, begin, end);
 }
@@ -332,11 +339,11 @@ enum { MOTION_INSTANCE_STRIDE = 160, MOTION_INSTANCE_HEADER = 8 };
 static void add_host_references(const struct input *input, const void *data)
 {
     const size_t size = sizeof(VkAccelerationStructureInstanceKHR);
-    const char *first = (const char *)data + input->range->primitiveOffset;
+    const char *first = data ? host_bytes_at(data, input->range->primitiveOffset) : NULL;
     const struct hazard_use use = {
         .kind = ACCESS_HOST_READ, .role = HAZARD_REFERENCE, .info = input->geometry->build->index};
     uint64_t last = 0;
-    if (!data || !readable(readable_cache_of_thread(), first, input->range->primitiveCount * size))
+    if (!first || !readable(readable_cache_of_thread(), first, input->range->primitiveCount * size))
         return;
     for (uint32_t i = 0; i < input->range->primitiveCount; i++) {
         VkAccelerationStructureInstanceKHR instance;

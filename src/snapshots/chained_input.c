@@ -144,7 +144,7 @@ VkResult micromap_usages_copy(struct readable_cache *cache, uint32_t count, cons
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     copy->usage_count = count;
     for (uint32_t i = 0; i < count; i++) {
-        const void *usage = (const char *)usages + size * i;
+        const void *usage = usages ? (const char *)usages + size * i : NULL;
         if (!usages)
             memcpy(&usage, (const char *)pointers + sizeof(usage) * i, sizeof(usage));
         if (!usages && !readable(cache, usage, size))
