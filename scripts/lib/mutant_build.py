@@ -14,7 +14,7 @@ GIB = 1 << 30
 # A mutant may allocate or write without end. A limit of memory does not help alone, because a test
 # allocates more than 16 GiB that it never touches: choom makes the system end the mutant first.
 LIMITS = ["choom", "-n", "1000", "--", "prlimit", "--core=0", f"--fsize={GIB}"]
-ADDRESSES = f"--as={64 * GIB}"
+ADDRESSES = f"--as={512 * GIB}"  # programs with `driver gaps` reserve 16 GiB behind each memory
 # A test that hangs is ended by its processor time, which does not depend on how busy the machine is.
 # One that waits for ever, which is rare, by the clock.
 SHORTEST_TIMEOUT = 30  # seconds

@@ -165,7 +165,7 @@ static void query_on_host(struct play *play, char **words)
         words++;
     if (*words)
         play_expect_number(play, "the answer", found, play_number(play, words[1]));
-    play->compacted = found;
+    play->last_size = found;
 }
 
 static void expect_compatibility(struct play *play, char **words)
@@ -256,7 +256,7 @@ static void read_queries(struct play *play, char **words)
     if (*words)
         expect_results(play, words + 1, results, flags);
     else if (result == VK_SUCCESS)
-        play->compacted = result_at(results, 0, 0, flags);
+        play->last_size = result_at(results, 0, 0, flags);
 }
 
 static bool play_operation(struct play *play, char **words)

@@ -114,7 +114,7 @@ static void expect_costs(struct play *play, char **words)
 
 static void get_sizes(struct play *play, char **words)
 {
-    const VkDeviceSize before = play->compacted;
+    const VkDeviceSize before = play->last_size;
     const bool is_more = play_is(words[0], "more"), is_scratch = play_is(words[is_more], "scratch");
     VkAccelerationStructureBuildSizesInfoKHR sizes[3];
     words += is_more + is_scratch;
@@ -124,8 +124,8 @@ static void get_sizes(struct play *play, char **words)
                        memcmp(&sizes[0], &sizes[1], sizeof(sizes[0])) != 0 ||
                            memcmp(&sizes[0], &sizes[2], sizeof(sizes[0])) != 0,
                        false);
-    play->compacted = is_scratch ? sizes[0].buildScratchSize : sizes[0].accelerationStructureSize;
-    play_expect_number(play, "the size is more", play->compacted > (is_more ? before : 0), true);
+    play->last_size = is_scratch ? sizes[0].buildScratchSize : sizes[0].accelerationStructureSize;
+    play_expect_number(play, "the size is more", play->last_size > (is_more ? before : 0), true);
     play_expect_number(play, "scratch of builds is more than that of updates",
                        sizes[0].buildScratchSize > sizes[0].updateScratchSize, true);
 }

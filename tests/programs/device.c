@@ -351,13 +351,25 @@ void play_close(struct play *play)
 
 /* ---- what the program needs */
 
-static bool has_word(const struct program *program, const char *word)
+/* `length`: of the part that is compared. */
+static bool has_part(const struct program *program, const char *word, size_t length)
 {
     for (unsigned i = 0; i < program->line_count; i++)
         for (char *const *at = program->lines[i].words; *at; at++)
-            if (strncmp(*at, word, strlen(word)) == 0)
+            if (strncmp(*at, word, length) == 0)
                 return true;
     return false;
+}
+
+/* A word that begins so: stages and accesses stand in one word. */
+static bool has_beginning(const struct program *program, const char *beginning)
+{
+    return has_part(program, beginning, strlen(beginning));
+}
+
+static bool has_word(const struct program *program, const char *word)
+{
+    return has_part(program, word, strlen(word) + 1);
 }
 
 /* Whether the host builds, copies or queries structures. */
@@ -376,7 +388,7 @@ static bool has_host_work(const struct program *program)
 /* Whether it has commands without a counterpart. */
 static bool lacks_nv(const struct program *program)
 {
-    static const char *const words[] = {"deserialize", "query",  "generic", "compacted", "fitting",
+    static const char *const words[] = {"deserialize", "query",  "generic", "last-size", "fitting",
                                         "sparse",      "buffer", "renew",   "host"};
     for (unsigned i = 0; i < program->line_count; i++)
         for (char *const *word = program->lines[i].words; *word; word++)
@@ -405,10 +417,11 @@ static bool wants(const struct program *program, const char *setting, const char
 static const char *missing_platform(const struct play *play)
 {
     const struct program *program = play->program;
-    const bool needs_null =
-        program_find(program, "only", "null") || program_find(program, "driver", NULL) ||
-        has_word(program, "fail") || has_word(program, "lose") || has_word(program, "count") ||
-        has_word(program, "fault") || has_word(program, "below") || has_word(program, "timestamp");
+    const bool needs_null = program_find(program, "only", "null") ||
+                            program_find(program, "driver", NULL) || has_word(program, "fail") ||
+                            has_word(program, "lose") || has_word(program, "count") ||
+                            has_word(program, "fault") || has_word(program, "below") ||
+                            has_beginning(program, "timestamp");
     if (needs_null && !play->platform->is_null)
         return "the null driver";
     if (play->platform->is_null && program_find(program, "only", "shaders"))
@@ -419,7 +432,7 @@ static const char *missing_platform(const struct play *play)
         return "builds without a guard";
     if (program_find(program, "only", "lavapipe") && strcmp(play->platform->name, "lavapipe") != 0)
         return "lavapipe";
-    if (has_word(program, "allocation") && !play->platform->fail_allocations)
+    if (has_beginning(program, "allocation") && !play->platform->fail_allocations)
         return "allocations that fail";
     if (play->platform->is_cpu && program_find(program, "only", "driver"))
         return "builds by the driver";
@@ -475,7 +488,7 @@ static const char *missing(const struct play *play)
         if (program_find(program, "with", extensions[i].name) && !has(play, &extensions[i]))
             return extensions[i].name;
     for (size_t i = 0; i < ARRAY_COUNT(needs); i++)
-        if (!needs[i].is_there && has_word(program, needs[i].word))
+        if (!needs[i].is_there && has_beginning(program, needs[i].word))
             return needs[i].what;
     /* Backend cpu has one kind of structures, which the commands of KHR take, too. */
     if (!play->is_unjudged && !program_find(program, "only", "cpu") &&

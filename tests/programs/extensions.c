@@ -1,14 +1,22 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Geometries of extensions in builds:
+/* Geometries of extensions in builds, of NVIDIA:
  *
- *     [motion PLACE] [spheres PLACE] [swept PLACE] [list] [displaced MICROMAP]     of NVIDIA
- *     [biases PLACE] [vectors PLACE] [primitive-flags PLACE] [displaced-indices PLACE]
- *                              what a displaced build reads, instead of V0; the indices have 16
- * bits [dense PLACE] [triangles COUNT] [dense-vertices COUNT] [max-primitive INDEX] [max-geometry
- * INDEX] [size BYTES]           of VK_AMDX_dense_geometry_format [triangle-array PLACE] [opacity
- * STRUCTURE]      of VK_KHR_opacity_micromap: the structure is a micromap, and the triangles of a
- * structure have one [mixed]                  behind a micromap: with the usages of
- * play_mixed_usages() */
+ *     [motion PLACE] [spheres PLACE] [swept PLACE] [list] [displaced MICROMAP]
+ *     [biases PLACE] [vectors PLACE] [primitive-flags PLACE]
+ *                              what a displaced build reads, instead of V0
+ *     [displaced-indices PLACE]                               likewise; they have 16 bits
+ *
+ * of VK_AMDX_dense_geometry_format:
+ *
+ *     [dense PLACE] [triangles COUNT] [dense-vertices COUNT] [max-primitive INDEX]
+ *     [max-geometry INDEX] [size BYTES]
+ *
+ * and of VK_KHR_opacity_micromap:
+ *
+ *     [triangle-array PLACE]   the structure is a micromap
+ *     [opacity STRUCTURE]      which the triangles of a structure have
+ *
+ * `mixed`, behind a micromap: with the usages of play_mixed_usages(). */
 #include "builds.h"
 
 #include <stdlib.h>

@@ -8,17 +8,17 @@
  *                              opacity micromap
  *     create NAME of BYTES     a buffer
  *     create NAME scratch build | update STRUCTURE SHAPE       a buffer, for the scratch of a build
- *     create NAME [generic | sparse | fitting SHAPE | compacted [less BYTES]]      a structure, in
+ *     create NAME [generic | sparse | fitting SHAPE | last-size [less BYTES]]      a structure, in
  *                              its old buffer or a sparse one; SHAPE is the words of a build, and
- *                              `compacted` the size that the host read last
+ *                              `last-size`: the size that the host read last
  *     have NAME...             creates what is not there yet
  *     destroy NAME             destroy buffer NAME: of a structure
  *     free NAME                its memory
  *     renew NAME               destroys and creates a buffer with its memory, an operation, or a
  *                              pool of queries, which nothing has reset
  *     event NAME               only the device can set it
- *     crowd PLACE COUNT        structures without names, one behind the other
- *     disperse                 destroys them
+ *     create nameless PLACE COUNT      structures without names, one behind the other
+ *     destroy nameless
  *     label NAME               insert NAME       unlabel           in the command buffer */
 #include "play.h"
 
@@ -96,7 +96,7 @@ static void create(struct play *play, char **words)
     play_destroy_object(play, object);
     if (play->is_nv) {
         play->vk.FreeMemory(play->device, object->buffer.memory, NULL);
-        play_create_nv(play, object, play_is(words[2], "compacted") ? play->compacted : 0);
+        play_create_nv(play, object, play_is(words[2], "last-size") ? play->last_size : 0);
         return;
     }
     if (play_is(words[2], "generic")) {
@@ -110,37 +110,36 @@ static void create(struct play *play, char **words)
                    .accelerationStructureSize;
         if (size > object->buffer.size)
             enlarge(play, object, size);
-    } else if (play_is(words[2], "compacted")) {
-        size = play->compacted - (words[3] ? (VkDeviceSize)atoi(words[4]) : 0);
+    } else if (play_is(words[2], "last-size")) {
+        size = play->last_size - (words[3] ? (VkDeviceSize)atoi(words[4]) : 0);
     } else {
         PLAY_REQUIRE(play, !words[2]);
     }
     play_create_structure(play, object, object->buffer.handle, 0, size, type);
 }
 
-/* crowd PLACE COUNT */
-static void gather(struct play *play, char **words)
+static void create_nameless(struct play *play, char **words)
 {
     enum { SMALL = 256 };
     VkDeviceSize offset;
-    const struct play_object *object = play_place(play, words[1], &offset);
-    const uint64_t count = play_number(play, words[2]);
-    PLAY_REQUIRE(play, play->crowd_count + count <= PLAY_CROWD);
+    const struct play_object *object = play_place(play, words[0], &offset);
+    const uint64_t count = play_number(play, words[1]);
+    PLAY_REQUIRE(play, play->nameless_count + count <= PLAY_NAMELESS);
     for (uint64_t i = 0; i < count; i++) {
         const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = object->buffer.handle,
                      .offset = offset + i * SMALL, .size = SMALL,
                      .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
         GET(play->vk.CreateAccelerationStructureKHR(play->device, &info, NULL,
-                                                    &play->crowd[play->crowd_count]));
-        play->crowd_count++;
+                                                    &play->nameless[play->nameless_count]));
+        play->nameless_count++;
     }
 }
 
-void play_disperse(struct play *play)
+void play_destroy_nameless(struct play *play)
 {
-    while (play->crowd_count > 0)
-        play->vk.DestroyAccelerationStructureKHR(play->device, play->crowd[--play->crowd_count],
-                                                 NULL);
+    while (play->nameless_count > 0)
+        play->vk.DestroyAccelerationStructureKHR(play->device,
+                                                 play->nameless[--play->nameless_count], NULL);
 }
 
 /* As far as calls succeed. */
@@ -231,6 +230,10 @@ bool play_life(struct play *play, char **words)
 {
     if (play_is(words[0], "structures"))
         choose_structures(play, words);
+    else if (play_is(words[0], "create") && play_is(words[1], "nameless"))
+        create_nameless(play, words + 2);
+    else if (play_is(words[0], "destroy") && play_is(words[1], "nameless"))
+        play_destroy_nameless(play);
     else if (play_is(words[0], "create") && play_is(words[2], "scratch"))
         create_scratch(play, words);
     else if (play_is(words[0], "create") && play_is(words[2], "of"))
@@ -248,10 +251,6 @@ bool play_life(struct play *play, char **words)
         free_memory(play, play_object(play, words[1]));
     else if (play_is(words[0], "renew"))
         renew(play, play_object(play, words[1]));
-    else if (play_is(words[0], "crowd"))
-        gather(play, words);
-    else if (play_is(words[0], "disperse"))
-        play_disperse(play);
     else if (play_is(words[0], "event"))
         create_event(play, words[1]);
     else if (play_is(words[0], "label"))

@@ -103,6 +103,8 @@ bool build_read_wild(struct build_line *line, struct one_build *build, const cha
         build->are_null = true;
     } else if (play_is(option, "astray") && play_is(word, "geometries")) {
         build->are_astray = true;
+    } else if (play_is(option, "astray") && play_is(word, "usages")) {
+        build->micromap.pUsageCounts = build->displaced.pUsageCounts = BUILD_NOWHERE;
     } else if (play_is(option, "astray") && play_is(word, "own-ranges")) {
         build->lose_ranges = true;
     } else if (play_is(option, "null")) {

@@ -2,7 +2,8 @@
 /* Structures of VK_NV_ray_tracing, which `structures nv` asks for: builds have the flags and the
  * source of their line, inputs V0, I0 and X0, or A0, or N0, and each a part of scratch S0. `count
  * NUMBER` and `offset NUMBER`: of vertices and indices, boxes or instances; `bare`: without indices
- * and a transform; `opaque`; `null`: without the build's info.
+ * and a transform; `short-indices`: of 16 bits; `translated`: by 2, 3 and 4; `opaque`; `null`:
+ * without the build's info.
  * `wrong WHAT`: a member that leads nowhere or means nothing, see set_wrong().
  *
  *     query NAME > POOL          the compacted size; the pool's name begins with PN */
@@ -158,6 +159,11 @@ static char **build(struct play *play, char **words)
             triangles->indexData = triangles->transformData = VK_NULL_HANDLE;
             triangles->indexCount = 0;
         }
+        if (play_is(*words, "short-indices"))
+            triangles->indexType = VK_INDEX_TYPE_UINT16;
+        if (play_is(*words, "translated"))
+            play_init(play, (char *[]){"", "X0", "floats", "1", "0", "0", "2", "0", "1", "0", "3",
+                                       "0", "0", "1", "4", NULL});
         if (play_is(*words, "wrong"))
             set_wrong(play, &input, words[1]);
         is_there &= !play_is(*words, "null");

@@ -24,7 +24,7 @@ static const VkExtent3D image_extent = {4, 4, 1};
 uint64_t play_number(const struct play *play, const char *word)
 {
     PLAY_REQUIRE(play, word != NULL);
-    return play_is(word, "size") ? play->compacted : strtoull(word, NULL, 0);
+    return play_is(word, "size") ? play->last_size : strtoull(word, NULL, 0);
 }
 
 /* ---- creation */
@@ -483,7 +483,7 @@ void play_create_objects(struct play *play)
             GET(play->vk.CreateCommandPool(play->device, &pool, NULL, &play->pools[i]));
     }
     play->fence = fence_create(&play->vk, play->device);
-    play->object_count = play->crowd_count = 0;
+    play->object_count = play->nameless_count = 0;
     play->scratch_used = play->instances_used = 0;
     play->ended_count = play->batch_count = 0;
     play->primary = play->secondary = play->executed = VK_NULL_HANDLE;
@@ -506,7 +506,7 @@ void play_destroy_objects(struct play *play)
     vk->DestroyFramebuffer(play->device, play->framebuffer, NULL);
     vk->DestroyRenderPass(play->device, play->render_pass, NULL);
     vk->DestroyFence(play->device, play->fence, NULL);
-    play_disperse(play);
+    play_destroy_nameless(play);
     for (unsigned i = play->object_count; i-- > 0;)
         play_destroy_object(play, &play->objects[i]);
     for (unsigned i = play->object_count; i-- > 0;) {

@@ -252,7 +252,7 @@ bool play_begin(struct play *play, const struct program *program)
     play->is_unjudged = program_find(program, "unjudged", NULL);
     play->keeps_blocks = false;
     play->answer = VK_FALSE;
-    play->compacted = 0;
+    play->last_size = 0;
     play->at = 0;
     const char *unknown = play_unknown_extension(program);
     if (unknown) {

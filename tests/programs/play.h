@@ -28,7 +28,7 @@ enum {
     PLAY_ITEMS = BATCH_ITEMS, /* of anything that a line or a submission lists */
     PLAY_BUFFER_SIZE = 128 * 1024,
     PLAY_LARGE_SIZE = 2 * 1024 * 1024,
-    PLAY_CROWD = 1500,
+    PLAY_NAMELESS = 1500,
     PLAY_PAGES = 4, /* of sparse buffers; each takes a structure */
     PLAY_PAGE_SIZE = 64 * 1024,
     PLAY_STRUCTURE_SIZE = 32 * 1024, /* serialized, it fits into a buffer */
@@ -113,10 +113,10 @@ struct play {
     bool is_nv;                                 /* new structures are those of VK_NV_ray_tracing */
     VkGeometryTypeKHR nv_type;                  /* that they are built of */
     uint32_t nv_geometries;                     /* of each of them, all alike */
-    VkAccelerationStructureKHR crowd[PLAY_CROWD]; /* without names */
-    unsigned crowd_count;
+    VkAccelerationStructureKHR nameless[PLAY_NAMELESS]; /* without names */
+    unsigned nameless_count;
     VkDeviceMemory pages;   /* of sparse buffers, or null */
-    VkDeviceSize compacted; /* the size that the host got last */
+    VkDeviceSize last_size; /* the size that the host got last */
 
     const struct play_object *recording; /* a command buffer with a name, or NULL */
     VkCommandBuffer primary, secondary;  /* others that record, or null */
@@ -268,7 +268,7 @@ VkBufferCreateInfo play_buffer_info(const struct play *play, VkDeviceSize size);
 /* Writes to a place by the host. */
 void play_write(struct play *play, const char *place, const void *bytes, size_t size);
 /* lives.c */
-void play_disperse(struct play *play);
+void play_destroy_nameless(struct play *play);
 bool play_life(struct play *play, char **words);
 /* alias NAME PLACE [SIZE] [KIND]: a buffer in the memory of another one. KIND: `protected`,
  * `imported`, `replayed`; `plain`: without VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;

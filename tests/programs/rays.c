@@ -13,21 +13,24 @@
 #include "play.h"
 #include "tests/fixture/trace.h"
 
+#include <float.h>
+#include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum {
-    RAYS = 2,
-    TOLERANCE = 10000, /* numbers are equal if they differ by less than 1 / TOLERANCE */
-};
+enum { RAYS = 2 };
+
+/* Numbers are equal if they differ by less than four roundings of the larger one, or of 1. */
+static const float tolerance = 4 * FLT_EPSILON;
 
 struct probe {
     AssayRay ray;
     size_t ray_size;
     bool has_candidates, stops;
     float ignored, entered;
-    unsigned wrong_rays; /* candidates of a ray that was not given */
+    bool is_stopped[RAYS];
+    unsigned wrong_rays; /* candidates of a ray that was not given, or has ended */
 };
 
 static float number_of(const struct play *play, const char *word)
@@ -72,11 +75,15 @@ static char **read_word(const struct play *play, char **words, struct probe *pro
 static AssayAnswer answer(void *data, uint32_t ray, AssayHit *candidate)
 {
     struct probe *probe = data;
-    probe->wrong_rays += ray >= RAYS;
+    if (ray >= RAYS || probe->is_stopped[ray]) {
+        probe->wrong_rays++;
+        return ASSAY_ANSWER_IGNORE;
+    }
     if (candidate->t < probe->ignored)
         return ASSAY_ANSWER_IGNORE;
     if (candidate->isAabb)
         candidate->t += probe->entered;
+    probe->is_stopped[ray] = probe->stops;
     return probe->stops ? ASSAY_ANSWER_STOP : ASSAY_ANSWER_ACCEPT;
 }
 
@@ -101,10 +108,11 @@ static void expect_member(struct play *play, const AssayHit *hit, const char *na
     while (i < ARRAY_COUNT(all) && !play_is(name, all[i].name))
         i++;
     PLAY_REQUIRE(play, i < ARRAY_COUNT(all));
-    const float difference = all[i].found - number_of(play, number);
-    if (difference * TOLERANCE < 1 && difference * TOLERANCE > -1)
+    const float expected = number_of(play, number);
+    const float size = fabsf(expected) > 1 ? fabsf(expected) : 1;
+    if (fabsf(all[i].found - expected) < tolerance * size)
         return;
-    play_say(play, "%s of the hit: %g instead of %s\n", name, (double)all[i].found, number);
+    play_say(play, "%s of the hit: %.9g instead of %s\n", name, (double)all[i].found, number);
     play->outcome = OUTCOME_FAILED;
 }
 

@@ -129,7 +129,7 @@ static void append_line(const struct play *play, char *text, const char *line)
         append_submission(play, text, line);
     else if (strncmp(type, "CompactedSize", 13) == 0)
         append(text, "size %s %s", name_of(play, number(line, "dst"), "BT"),
-               number(line, "compacted_size") == play->compacted ? "as read" : "wrong");
+               number(line, "compacted_size") == play->last_size ? "as read" : "wrong");
     else if (strncmp(type, "Instances", 9) == 0)
         append_instances(play, text, line);
     else if (strncmp(type, "Destroyed", 9) == 0)
