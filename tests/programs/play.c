@@ -33,7 +33,7 @@ void *play_block(struct play *play, size_t size)
 
 const void *play_copy_for_call(struct play *play, const void *array, size_t size)
 {
-    return play->is_unjudged ? memcpy(play_block(play, size), array, size) : array;
+    return memcpy(play_block(play, size), array, size);
 }
 
 void play_lend(struct play *play, const void *array, size_t size)

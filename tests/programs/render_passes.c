@@ -38,10 +38,11 @@ static void create_render_pass(struct play *play, struct dependencies *all)
                                   .dstStageMask = (VkPipelineStageFlags)all->memory[i].dstStageMask,
                                   .srcAccessMask = (VkAccessFlags)all->memory[i].srcAccessMask,
                                   .dstAccessMask = (VkAccessFlags)all->memory[i].dstAccessMask};
+    const size_t size = count_of(all) * sizeof(all->of_subpasses[0]);
     const STRUCT(VkRenderPassCreateInfo, info, .subpassCount = subpasses_of(all),
                  .pSubpasses = subpasses, .dependencyCount = count_of(all),
-                 .pDependencies = all->of_subpasses);
-    play_lend(play, all, sizeof(*all));
+                 .pDependencies = play_copy_for_call(play, all->of_subpasses, size));
+    play_lend(play, info.pDependencies, size);
     GET(play->vk.CreateRenderPass(play->device, &info, NULL, &play->render_pass));
     play_expect_unmodified(play);
 }
@@ -64,10 +65,14 @@ static void create_render_pass_2(struct play *play, struct dependencies *all, bo
         all->of_subpasses_2[i].srcAccessMask = (VkAccessFlags)masks->srcAccessMask;
         all->of_subpasses_2[i].dstAccessMask = (VkAccessFlags)masks->dstAccessMask;
     }
+    const size_t size = count_of(all) * sizeof(all->of_subpasses_2[0]);
     const STRUCT(VkRenderPassCreateInfo2, info, .subpassCount = subpasses_of(all),
                  .pSubpasses = subpasses, .dependencyCount = count_of(all),
-                 .pDependencies = all->of_subpasses_2);
-    play_lend(play, all, sizeof(*all));
+                 .pDependencies = play_copy_for_call(play, all->of_subpasses_2, size));
+    if (is_chained)
+        play_lend(play, all, sizeof(*all));
+    else
+        play_lend(play, info.pDependencies, size);
     GET((is_khr ? play->vk.CreateRenderPass2KHR
                 : play->vk.CreateRenderPass2)(play->device, &info, NULL, &play->render_pass));
     play_expect_unmodified(play);
