@@ -76,27 +76,89 @@ TEST(test_below_device_select)
     setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);
 }
 
+/* ---- the layer without a loader */
+
+static VkNegotiateLayerInterface interface;
+static void *library;
+
+static void negotiate_with_layer(void)
+{
+    library = dlopen(LAYER_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+    assert_non_null(library);
+    const PFN_vkNegotiateLoaderLayerInterfaceVersion negotiate =
+        (PFN_vkNegotiateLoaderLayerInterfaceVersion)dlsym(library,
+                                                          "vkNegotiateLoaderLayerInterfaceVersion");
+    interface = (VkNegotiateLayerInterface){.sType = LAYER_NEGOTIATE_INTERFACE_STRUCT,
+                                            .loaderLayerInterfaceVersion = 2};
+    assert_non_null(negotiate);
+    assert_int_equal(negotiate(&interface), VK_SUCCESS);
+}
+
+static void close_layer(void)
+{
+    dlclose(library);
+}
+
 /* All that is intercepted is answered without an instance, and nothing else. */
-TEST(test_names_without_an_instance)
+TEST_BETWEEN(test_names_without_an_instance, negotiate_with_layer, close_layer)
 {
 #define NAME(name) "vk" #name,
     static const char *const names[] = {ALWAYS_INTERCEPTED_COMMANDS(NAME)};
 #undef NAME
     static const char *const others[] = {"vkEnumeratePhysicalDevices", "vkCmdDraw", "vkNone", ""};
-    void *library = dlopen(LAYER_LIBRARY, RTLD_NOW | RTLD_LOCAL);
-    assert_non_null(library);
-    const PFN_vkNegotiateLoaderLayerInterfaceVersion negotiate =
-        (PFN_vkNegotiateLoaderLayerInterfaceVersion)dlsym(library,
-                                                          "vkNegotiateLoaderLayerInterfaceVersion");
-    VkNegotiateLayerInterface interface = {.sType = LAYER_NEGOTIATE_INTERFACE_STRUCT,
-                                           .loaderLayerInterfaceVersion = 2};
-    assert_non_null(negotiate);
-    assert_int_equal(negotiate(&interface), VK_SUCCESS);
     for (size_t i = 0; i < LENGTH(names); i++)
         if (!interface.pfnGetInstanceProcAddr(NULL, names[i]))
             fail_msg("%s is not answered", names[i]);
     for (size_t i = 0; i < LENGTH(others); i++)
         assert_null(interface.pfnGetInstanceProcAddr(NULL, others[i]));
     assert_null(interface.pfnGetDeviceProcAddr(NULL, "vkDestroyDevice"));
-    dlclose(library);
+}
+
+#define OF_LAYER(name) ((PFN_vk##name)interface.pfnGetInstanceProcAddr(NULL, "vk" #name))
+
+/* Also of a device, whose handle the layer does not look at. */
+TEST_BETWEEN(test_layers_that_the_layer_names, negotiate_with_layer, close_layer)
+{
+    for (uint32_t room = 0; room < 3; room++) {
+        VkLayerProperties layers[2][3] = {0};
+        uint32_t counts[2] = {room, room};
+        const VkResult results[2] = {
+            OF_LAYER(EnumerateInstanceLayerProperties)(&counts[0], layers[0]),
+            OF_LAYER(EnumerateDeviceLayerProperties)(VK_NULL_HANDLE, &counts[1], layers[1])};
+        for (int i = 0; i < 2; i++) {
+            assert_int_equal(results[i], room ? VK_SUCCESS : VK_INCOMPLETE);
+            assert_int_equal(counts[i], room ? 1 : 0);
+            assert_string_equal(layers[i][0].layerName, room ? LAYER_NAME : "");
+            assert_string_equal(layers[i][1].layerName, "");
+        }
+    }
+    uint32_t count = 0;
+    assert_int_equal(OF_LAYER(EnumerateInstanceLayerProperties)(&count, NULL), VK_SUCCESS);
+    assert_int_equal(count, 1);
+}
+
+TEST_BETWEEN(test_extensions_that_the_layer_names, negotiate_with_layer, close_layer)
+{
+    const PFN_vkEnumerateInstanceExtensionProperties of_instance =
+        OF_LAYER(EnumerateInstanceExtensionProperties);
+    const PFN_vkEnumerateDeviceExtensionProperties of_device =
+        OF_LAYER(EnumerateDeviceExtensionProperties);
+    VkExtensionProperties extensions[8];
+    uint32_t all = 0;
+    assert_int_equal(of_instance(LAYER_NAME, &all, NULL), VK_SUCCESS);
+    assert_in_range(all, 1, LENGTH(extensions) - 1);
+    for (uint32_t room = 0; room <= all + 1; room++) {
+        uint32_t count = room;
+        memset(extensions, 0, sizeof(extensions));
+        assert_int_equal(of_instance(LAYER_NAME, &count, extensions),
+                         room < all ? VK_INCOMPLETE : VK_SUCCESS);
+        assert_int_equal(count, room < all ? room : all);
+        for (uint32_t i = 0; i < LENGTH(extensions); i++)
+            assert_int_equal(extensions[i].extensionName[0] != '\0', i < count);
+    }
+    assert_int_equal(of_instance("VK_LAYER_other", &all, NULL), VK_ERROR_LAYER_NOT_PRESENT);
+    assert_int_equal(of_instance(NULL, &all, NULL), VK_ERROR_LAYER_NOT_PRESENT);
+    all = 1;
+    assert_int_equal(of_device(VK_NULL_HANDLE, LAYER_NAME, &all, NULL), VK_SUCCESS);
+    assert_int_equal(all, 0);
 }

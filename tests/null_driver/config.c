@@ -134,13 +134,15 @@ struct null_driver_config null_driver_default_config(void)
 #ifdef VK_NV_displacement_micromap
         .displacement_properties = {.maxDisplacementMicromapSubdivisionLevel = 5},
 #endif
-        .memory = {.memoryTypeCount = 6,
+        .memory = {.memoryTypeCount = 8,
                    .memoryTypes = {{LOCAL, 0},
                                    {HOST, 1},
                                    {HOST | VK_MEMORY_PROPERTY_HOST_CACHED_BIT, 1},
                                    {LOCAL | HOST, 2},
                                    {LOCAL | VK_MEMORY_PROPERTY_PROTECTED_BIT, 0},
-                                   {LOCAL | VK_MEMORY_PROPERTY_LAZILY_ALLOCATED_BIT, 0}},
+                                   {LOCAL | VK_MEMORY_PROPERTY_LAZILY_ALLOCATED_BIT, 0},
+                                   {LOCAL | VK_MEMORY_PROPERTY_DEVICE_COHERENT_BIT_AMD, 0},
+                                   {LOCAL | VK_MEMORY_PROPERTY_RDMA_CAPABLE_BIT_NV, 0}},
                    .memoryHeapCount = 3,
                    .memoryHeaps = {{64 * GIB, VK_MEMORY_HEAP_DEVICE_LOCAL_BIT |
                                                   VK_MEMORY_HEAP_MULTI_INSTANCE_BIT},
@@ -160,8 +162,9 @@ struct null_driver_config null_driver_default_config(void)
                     {VK_FORMAT_R16G16_SNORM, VERTICES},
                     {VK_FORMAT_R16G16B16A16_SNORM, VERTICES},
                     {VK_FORMAT_R32_SFLOAT, RADII},
-                    {VK_FORMAT_R16_SFLOAT, RADII}},
-        .format_count = 8,
+                    {VK_FORMAT_R16_SFLOAT, RADII},
+                    {VK_FORMAT_E5B9G9R9_UFLOAT_PACK32, RADII}}, /* which backend cpu lacks */
+        .format_count = 9,
         .sizes = {.structure = {4096, 64},
                   .build_scratch = {2048, 32},
                   .update_scratch = {1024, 16},

@@ -62,6 +62,18 @@ static void repeat_geometry(const struct play *play, struct nv_input *input)
         input->all[i] = input->geometry;
 }
 
+/* None that is for one use, or needs a feature. */
+static void check_memory_types(const struct play *play, uint32_t types)
+{
+    const VkMemoryPropertyFlags special =
+        VK_MEMORY_PROPERTY_PROTECTED_BIT | VK_MEMORY_PROPERTY_LAZILY_ALLOCATED_BIT |
+        VK_MEMORY_PROPERTY_DEVICE_COHERENT_BIT_AMD | VK_MEMORY_PROPERTY_RDMA_CAPABLE_BIT_NV;
+    VkPhysicalDeviceMemoryProperties properties;
+    play->fixture.vk.GetPhysicalDeviceMemoryProperties(play->fixture.physical, &properties);
+    for (uint32_t i = 0; i < properties.memoryTypeCount; i++)
+        PLAY_REQUIRE(play, !(types >> i & 1 && properties.memoryTypes[i].propertyFlags & special));
+}
+
 void play_create_nv(struct play *play, struct play_object *object, VkDeviceSize compacted)
 {
     const VkuDeviceDispatchTable *vk = &play->vk;
@@ -78,6 +90,8 @@ void play_create_nv(struct play *play, struct play_object *object, VkDeviceSize 
     const STRUCT(VkAccelerationStructureMemoryRequirementsInfoNV, of,
                  .accelerationStructure = object->nv);
     vk->GetAccelerationStructureMemoryRequirementsNV(play->device, &of, &requirements);
+    if (play->platform->is_cpu)
+        check_memory_types(play, requirements.memoryRequirements.memoryTypeBits);
     object->buffer.size = requirements.memoryRequirements.size;
     const STRUCT(
         VkMemoryAllocateInfo, allocation, .allocationSize = requirements.memoryRequirements.size,
