@@ -12,9 +12,11 @@
 #include "src/state/commands/events.h"
 
 /* Called when the host may have observed a completion, and by each observer here as its last step.
- */
+ * Backend cpu writes results when it plays a batch, which another thread may be about to do. */
 static void end_observation(const struct layer_device *device)
 {
+    if (device->cpu)
+        execution_order_await_observed(device->order);
     execution_order_deliver(device->order);
 }
 

@@ -66,8 +66,6 @@ struct layer_device *layer_find_device(const void *dispatchable)
     return NULL;
 }
 
-void execution_order_await_observed(struct execution_order *order) {}
-
 void execution_order_host_clock(struct execution_order *order, struct execution_clock *clock) {}
 
 bool snapshots_queue_family(struct snapshots *snapshots, VkQueue queue, uint32_t *family)

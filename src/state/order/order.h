@@ -228,7 +228,8 @@ void execution_order_set_unknown(struct execution_order *order, enum order_unkno
 void execution_order_host_clock(struct execution_order *order, struct execution_clock *clock);
 /* Waits until all work has run that the host has observed to be complete: another thread may be
  * about to run it. Gives up after some seconds, so that a callback of the application in which that
- * thread is cannot cause a deadlock. Returns at once to a callback. */
+ * thread is cannot cause a deadlock. Returns at once to a callback. A submission may not call it:
+ * work behind the submission runs only after its call. */
 void execution_order_await_observed(struct execution_order *order);
 /* The host has read what commands wrote as they completed. Unlike execution_order_observe_unknown()
  * it orders nothing. */
