@@ -255,6 +255,10 @@ static struct alias read_alias(struct play *play, char **words, VkDeviceSize siz
             alias.info.flags = VK_BUFFER_CREATE_PROTECTED_BIT;
         } else if (play_is(*words, "replayed")) {
             alias.info.flags = VK_BUFFER_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT;
+        } else if (play_is(*words, "described")) {
+            alias.info.flags = VK_BUFFER_CREATE_DESCRIPTOR_BUFFER_CAPTURE_REPLAY_BIT_EXT;
+        } else if (play_is(*words, "for-nv")) {
+            alias.info.usage = VK_BUFFER_USAGE_RAY_TRACING_BIT_NV;
         } else if (play_is(*words, "imported")) {
             alias.info.pNext = &imported;
         } else if (play_is(*words, "plain")) {
