@@ -271,7 +271,9 @@ void play_write(struct play *play, const char *place, const void *bytes, size_t 
 void play_destroy_nameless(struct play *play);
 bool play_life(struct play *play, char **words);
 /* alias NAME PLACE [SIZE] [KIND]: a buffer in the memory of another one. KIND: `protected`,
- * `imported`, `replayed`; `plain`: without VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
+ * `imported`, `replayed`; `described`: by captured descriptors; `for-nv`: with
+ * VK_BUFFER_USAGE_RAY_TRACING_BIT_NV alone; `plain`: without
+ * VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
  * `sparse BYTES`: memory is bound to the first BYTES; `unbound`: to none, until `back NAME PLACE`.
  * place NAME PLACE: a structure in a buffer.
  */
