@@ -77,6 +77,25 @@ COMMAND(CmdPushConstants)
         memcpy(compute->constants + offset, pValues, size);
 }
 
+COMMAND(CmdBeginConditionalRenderingEXT)
+{
+    struct object *commands = OBJECT(commandBuffer);
+    struct dispatch *compute = &commands->command_buffer.compute;
+    if (commands->type != VK_OBJECT_TYPE_COMMAND_BUFFER)
+        return;
+    compute->condition.buffer = pConditionalRenderingBegin->buffer;
+    compute->condition.offset = pConditionalRenderingBegin->offset;
+    compute->condition.is_inverted =
+        pConditionalRenderingBegin->flags & VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT;
+}
+
+COMMAND(CmdEndConditionalRenderingEXT)
+{
+    struct object *commands = OBJECT(commandBuffer);
+    if (commands->type == VK_OBJECT_TYPE_COMMAND_BUFFER)
+        commands->command_buffer.compute.condition.buffer = VK_NULL_HANDLE;
+}
+
 COMMAND(CmdDispatch)
 {
     if (OBJECT(commandBuffer)->type != VK_OBJECT_TYPE_COMMAND_BUFFER)
@@ -228,8 +247,23 @@ static void shade(const struct dispatch *dispatch)
         address_write(constants.address + i * sizeof(float), &constants.number, sizeof(float));
 }
 
+static bool condition_is_met(const struct dispatch *dispatch)
+{
+    uint32_t word = 1;
+    VkDeviceSize size = sizeof(word);
+    const unsigned char *bytes =
+        dispatch->condition.buffer
+            ? buffer_bytes(dispatch->condition.buffer, dispatch->condition.offset, &size)
+            : NULL;
+    if (bytes != NULL && size == sizeof(word))
+        memcpy(&word, bytes, sizeof(word));
+    return (word != 0) != dispatch->condition.is_inverted || !dispatch->condition.buffer;
+}
+
 void dispatch_execute(const struct dispatch *dispatch)
 {
+    if (!condition_is_met(dispatch))
+        return;
     if (dispatch->shader == SHADER_COPY)
         copy(dispatch);
     if (dispatch->shader == SHADER_GATHER)

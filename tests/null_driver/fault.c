@@ -212,7 +212,7 @@ COMMAND(GetDeviceFaultInfoEXT)
     if (pFaultInfo != NULL && pFaultCounts->addressInfoCount >= count && count > 0) {
         strcpy(pFaultInfo->description, "a page is missing");
         pFaultInfo->pAddressInfos[0] = (VkDeviceFaultAddressInfoEXT){
-            .addressType = VK_DEVICE_FAULT_ADDRESS_TYPE_READ_INVALID_EXT,
+            .addressType = fault.address_type,
             .reportedAddress = fault.address,
             .addressPrecision = fault.precision,
         };

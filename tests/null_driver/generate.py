@@ -16,9 +16,8 @@ INSTANCE_EXTENSIONS = """
     KHR_external_memory_capabilities KHR_external_semaphore_capabilities
     KHR_get_physical_device_properties2"""
 DEVICE_EXTENSIONS = """
-    AMDX_dense_geometry_format AMD_buffer_marker EXT_buffer_device_address EXT_descriptor_buffer
-    EXT_descriptor_indexing
-    EXT_device_fault
+    AMDX_dense_geometry_format AMD_buffer_marker EXT_buffer_device_address EXT_conditional_rendering
+    EXT_descriptor_buffer EXT_descriptor_indexing EXT_device_fault
     EXT_external_memory_host EXT_host_query_reset EXT_index_type_uint8 EXT_opacity_micromap EXT_robustness2
     EXT_private_data EXT_scalar_block_layout KHR_16bit_storage KHR_8bit_storage
     KHR_acceleration_structure KHR_bind_memory2 KHR_buffer_device_address KHR_copy_commands2

@@ -87,6 +87,11 @@ enum shader { SHADER_NONE, SHADER_COPY, SHADER_GATHER, SHADER_GUARD, SHADER_SHAD
 struct dispatch {
     enum shader shader;
     uint32_t groups;
+    struct {
+        VkBuffer buffer; /* null: there is no condition */
+        VkDeviceSize offset;
+        bool is_inverted;
+    } condition; /* of VK_EXT_conditional_rendering, without that of a primary command buffer */
     unsigned char constants[64];
 };
 

@@ -163,6 +163,7 @@ struct null_driver_fault {
     /* If the address is not 0, vkGetDeviceFaultInfoEXT returns these after a loss. */
     VkDeviceAddress address;
     VkDeviceSize precision;
+    VkDeviceFaultAddressTypeEXT address_type;
     int signal; /* of a crash; 0: SIGSEGV, by writing to an address without memory */
     /* What each wait does while the device hangs, before it times out. */
     enum null_driver_progress {

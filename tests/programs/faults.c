@@ -7,11 +7,12 @@
  *                              in the one of this number
  *     lose device              until `find device`, submissions and waits return DEVICE_LOST
  *     fault lose|hang at submit|wait|build [NUMBER] [early] [at-once] [computes|signals]
- *                              [address PLACE|NUMBER]
+ *                              [address PLACE|NUMBER [type NUMBER]]
  *                              the device is lost or hangs at the next call or build, or at the one
  *                              of this number. `early`: before the copies in front of the build;
  *                              `at-once`: the submission returns the loss; `computes`, `signals`:
- *                              progress during the hang; `address`: of VK_EXT_device_fault
+ *                              progress during the hang; `address`: of VK_EXT_device_fault;
+ *                              `type`: a VkDeviceFaultAddressTypeEXT instead of READ_INVALID
  *     mock on | off            submissions complete, and nothing in them is executed
  *     end hang                 executes what was submitted
  *
@@ -74,7 +75,8 @@ static bool is_number(const char *word)
 /* fault KIND at PLACE OPTIONS */
 static void plan(struct play *play, char **words)
 {
-    struct null_driver_fault fault = {.precision = 64};
+    struct null_driver_fault fault = {
+        .precision = 64, .address_type = VK_DEVICE_FAULT_ADDRESS_TYPE_READ_INVALID_EXT};
     PLAY_REQUIRE(play, (play_is(words[1], "lose") || play_is(words[1], "hang")) &&
                            play_is(words[2], "at"));
     fault.kind = play_is(words[1], "lose") ? NULL_DRIVER_LOSE : NULL_DRIVER_HANG;
@@ -90,6 +92,8 @@ static void plan(struct play *play, char **words)
             fault.progress = NULL_DRIVER_COMPUTES;
         else if (play_is(*words, "signals"))
             fault.progress = NULL_DRIVER_SIGNALS;
+        else if (play_is(*words, "type") && words[1])
+            fault.address_type = (VkDeviceFaultAddressTypeEXT)atoi(*++words);
         else if (play_is(*words, "address") && words[1])
             fault.address =
                 is_number(*++words) ? strtoull(*words, NULL, 0) : play_address(play, *words);
