@@ -3,8 +3,13 @@
  * own over one BLAS that all of them share, for thread sanitizers: over the null driver, which
  * copies nothing, so that boxes are points at the origin. */
 #include "device_fixture.h"
+#include "src/platform/clock.h"
+#include "tests/fixture/make.h"
+#include "tests/fixture/messenger.h"
 
 #include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
 
 enum { THREADS = 4, ROUNDS = 40 };
 
@@ -106,4 +111,76 @@ SILENT_TEST(test_threads)
     unit_test_run_threads(THREADS, work, workers, sizeof(workers[0]));
     for (int i = 0; i < THREADS; i++)
         assert_int_equal(workers[i].failures, 0);
+}
+
+/* ---- a thread that waits for work behind that of another one, which is still being checked */
+
+static atomic_bool is_checking, is_waiting;
+
+MESSENGER_CALLBACK(pause_in_message)
+{
+    atomic_store(&is_checking, true);
+    while (!atomic_load(&is_waiting))
+        clock_yield();
+    clock_sleep(20000000);
+    return VK_FALSE;
+}
+
+static void *submit_mistake(void *commands)
+{
+    if (commands_submit(&vk, queue, commands, VK_NULL_HANDLE) != VK_SUCCESS)
+        abort();
+    return NULL;
+}
+
+/* An update of a structure that was never built. */
+static VkCommandBuffer record_mistake(void)
+{
+    static struct fixture_build build;
+    static struct device_build triangles;
+    fixture_triangles(&build, 4, UPDATABLE);
+    const VkAccelerationStructureKHR unbuilt = fixture_create_for(&build).handle;
+    device_build_create(&build, &triangles);
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    device_build(commands, &triangles, unbuilt, unbuilt);
+    device_end(commands);
+    return commands;
+}
+
+NOISY_TEST(test_results_behind_work_of_another_thread)
+{
+    struct fixture_build build;
+    fixture_triangles(&build, 4, 0);
+    const struct fixture_structure blas = fixture_create_for(&build);
+    const VkQueryPool queries = query_pool_create(&vk, device, SERIALIZATION_SIZE, 1);
+    const VkFence fence = fence_create(&vk, device);
+    const STRUCT(VkDebugUtilsMessengerCreateInfoEXT, info,
+                 .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+                 .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+                 .pfnUserCallback = pause_in_message);
+    VkDebugUtilsMessengerEXT messenger;
+    uint64_t size = 0;
+    pthread_t thread;
+    OWN(DestroyQueryPool, queries);
+    OWN(DestroyFence, fence);
+    GET(host_build(&build, blas.handle, VK_NULL_HANDLE));
+    VkCommandBuffer mistake = record_mistake(), commands = device_begin(PRIMARY);
+    vk.CmdResetQueryPool(commands, queries, 0, 1);
+    vk.CmdWriteAccelerationStructuresPropertiesKHR(commands, 1, &blas.handle, SERIALIZATION_SIZE,
+                                                   queries, 0);
+    device_end(commands);
+    GET(instance.vk.CreateDebugUtilsMessengerEXT(instance.instance, &info, NULL, &messenger));
+    assert_int_equal(pthread_create(&thread, NULL, submit_mistake, mistake), 0);
+    while (!atomic_load(&is_checking))
+        clock_yield();
+    GET(commands_submit(&vk, second_queue, commands, fence));
+    atomic_store(&is_waiting, true);
+    GET(vk.WaitForFences(device, 1, &fence, VK_TRUE, UINT64_MAX));
+    GET(vk.GetQueryPoolResults(device, queries, 0, 1, sizeof(size), &size, sizeof(size),
+                               VK_QUERY_RESULT_64_BIT));
+    assert_true(size > 0);
+    pthread_join(thread, NULL);
+    instance.vk.DestroyDebugUtilsMessengerEXT(instance.instance, messenger, NULL);
+    GET(vk.DeviceWaitIdle(device));
+    vk.FreeCommandBuffers(device, command_pool, 2, (VkCommandBuffer[]){mistake, commands});
 }

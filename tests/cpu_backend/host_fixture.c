@@ -16,7 +16,7 @@ VkuDeviceDispatchTable vk;
 PFN_vkTraceRaysASSAY trace_rays;
 static PFN_vkGetCountersASSAY get_counters;
 uint32_t host_memory_type;
-VkQueue queue;
+VkQueue queue, second_queue;
 VkCommandPool command_pool;
 
 void fixture_use_device(VkDevice other, const VkuDeviceDispatchTable *other_vk)
@@ -37,11 +37,14 @@ const char *unit_test_open(const char *name)
     if (reason)
         return reason;
     instance_fixture_open(&instance, &platform, &setup);
+    instance.queue_count = platform.is_null ? 2 : 1;
     VkuDeviceDispatchTable table;
     VkDevice opened = instance_fixture_open_device(&instance, &table);
     fixture_use_device(opened, &table);
     host_memory_type = instance_fixture_memory_type(&instance);
     vk.GetDeviceQueue(device, 0, 0, &queue);
+    if (platform.is_null)
+        vk.GetDeviceQueue(device, 0, 1, &second_queue);
     command_pool = command_pool_create(&vk, device);
     return NULL;
 }

@@ -32,7 +32,7 @@ extern VkDevice device;
 extern VkuDeviceDispatchTable vk;
 extern PFN_vkTraceRaysASSAY trace_rays;
 extern uint32_t host_memory_type;
-extern VkQueue queue;
+extern VkQueue queue, second_queue; /* the second one on the null driver alone */
 extern VkCommandPool command_pool;
 
 /* Makes another device the program's. */
