@@ -276,8 +276,6 @@ VkResult layer_collect_device_facts(struct layer_device *device,
 {
     const VkDeviceGroupDeviceCreateInfo *group =
         chain_find(create_info->pNext, VK_STRUCTURE_TYPE_DEVICE_GROUP_DEVICE_CREATE_INFO);
-    device->physical_device_count =
-        group && group->physicalDeviceCount ? group->physicalDeviceCount : 1;
     device->is_on_processor = is_on_processor(device);
     device->facts.handle = device->handle;
     device->facts.api_version =
@@ -287,7 +285,7 @@ VkResult layer_collect_device_facts(struct layer_device *device,
     device->facts.has_other_builders = has_other_builders(&device->facts, create_info);
     collect_features(&device->facts, create_info->pNext);
     collect_address_and_descriptor_features(&device->facts, create_info->pNext);
-    device->facts.is_group = device->physical_device_count > 1;
+    device->facts.is_group = group && group->physicalDeviceCount > 1;
     device->may_query_structures =
         device->facts.acceleration_structure &&
         (!device->facts.is_group || device->facts.buffer_device_address_multi_device);

@@ -93,9 +93,8 @@ struct layer_device {
     bool notes_figures;                          /* the same, or setting advice */
     const struct build_recorder *build_recorder; /* for journals; NULL below level EXECUTION */
     VkPhysicalDeviceMemoryProperties memory;
-    uint32_t physical_device_count; /* number in the device's group */
-    bool is_on_processor;           /* VK_PHYSICAL_DEVICE_TYPE_CPU */
-    bool may_query_structures;      /* sizes and addresses of acceleration structures */
+    bool is_on_processor;      /* VK_PHYSICAL_DEVICE_TYPE_CPU */
+    bool may_query_structures; /* sizes and addresses of acceleration structures */
     VkQueueFamilyProperties *queue_families;
     uint32_t queue_family_count;
 

@@ -36,7 +36,7 @@ static bool is_spread(const struct layer_device *device, const VkSubmitInfo *inf
 {
     const VkDeviceGroupSubmitInfo *group =
         chain_find(info->pNext, VK_STRUCTURE_TYPE_DEVICE_GROUP_SUBMIT_INFO);
-    if (!group || device->physical_device_count < 2)
+    if (!group || !device->facts.is_group)
         return false;
     for (uint32_t i = 0; i < group->commandBufferCount; i++)
         if (group->pCommandBufferDeviceMasks[i] != 1)
@@ -53,7 +53,7 @@ static bool is_spread(const struct layer_device *device, const VkSubmitInfo *inf
 /* A device mask of 0 means all devices. */
 static bool is_spread2(const struct layer_device *device, const VkSubmitInfo2 *info)
 {
-    if (device->physical_device_count < 2)
+    if (!device->facts.is_group)
         return false;
     for (uint32_t i = 0; i < info->commandBufferInfoCount; i++)
         if (info->pCommandBufferInfos[i].deviceMask != 1)

@@ -36,7 +36,7 @@ static bool has_instances(const struct layer_device *device,
     if (flags && (flags->flags & VK_MEMORY_ALLOCATE_DEVICE_MASK_BIT))
         return bits_in(flags->deviceMask) > 1;
     uint32_t type = allocate_info->memoryTypeIndex;
-    if (type >= device->memory.memoryTypeCount || device->physical_device_count < 2)
+    if (type >= device->memory.memoryTypeCount || !device->facts.is_group)
         return false;
     uint32_t heap = device->memory.memoryTypes[type].heapIndex;
     return device->memory.memoryHeaps[heap].flags & VK_MEMORY_HEAP_MULTI_INSTANCE_BIT;

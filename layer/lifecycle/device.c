@@ -29,7 +29,7 @@ static void apply_settings(struct layer_device *device)
 {
     const struct settings *settings = reporter_settings(device->instance->reporter);
     device->level = settings->level;
-    device->finds_hazards = settings->hazards && device->physical_device_count == 1;
+    device->finds_hazards = settings->hazards && !device->facts.is_group;
     device->records_builds = settings->record_builds;
     device->notes_figures = settings->record_builds || settings->advice;
     if (device->level >= LEVEL_EXECUTION)

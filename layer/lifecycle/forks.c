@@ -44,7 +44,6 @@ static bool copy_constants(struct layer_device *device, const struct layer_devic
     device->link.key = old->link.key;
     device->handle = old->handle;
     device->physical_device = old->physical_device;
-    device->physical_device_count = old->physical_device_count;
     device->instance = instance;
     device->vk = *next_of(old);
     device->harsh = old->harsh;

@@ -21,14 +21,17 @@ static VkBufferUsageFlags2 usage_of(const VkBufferCreateInfo *info)
     return flags2 ? flags2->usage : info->usage;
 }
 
+/* Whether the layer copies from a buffer that has the usage for it. */
+static bool may_copy(const VkBufferCreateInfo *info)
+{
+    return !(info->flags & (VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_PROTECTED_BIT));
+}
+
 /* Whether the layer may change a buffer's usage. External memory is shared with other processes,
- * and capture and replay need the same usage. Sparse and protected buffers are not copied, so they
- * need no usage. */
+ * and capture and replay need the same usage. */
 static bool may_change_usage(const VkBufferCreateInfo *info)
 {
-    const VkBufferCreateFlags special = VK_BUFFER_CREATE_SPARSE_BINDING_BIT |
-                                        VK_BUFFER_CREATE_PROTECTED_BIT |
-                                        VK_BUFFER_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT |
+    const VkBufferCreateFlags special = VK_BUFFER_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT |
                                         VK_BUFFER_CREATE_DESCRIPTOR_BUFFER_CAPTURE_REPLAY_BIT_EXT;
     const VkExternalMemoryBufferCreateInfo *external =
         chain_find(info->pNext, VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO);
@@ -44,8 +47,8 @@ static bool is_nv_input(const struct layer_device *device, VkBufferUsageFlags2 u
 static bool needs_usage(const struct layer_device *device, const VkBufferCreateInfo *info)
 {
     VkBufferUsageFlags2 usage = usage_of(info);
-    return !(usage & VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT) && may_change_usage(info) &&
-           is_nv_input(device, usage);
+    return !(usage & VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT) && may_copy(info) &&
+           may_change_usage(info) && is_nv_input(device, usage);
 }
 
 /* Copies the creation parameters and adds the usage. The caller ends the copy of the chain. Returns
@@ -91,9 +94,7 @@ bool snapshots_can_copy(struct snapshots *snapshots, VkBuffer buffer)
 
 static bool can_copy(const VkBufferCreateInfo *info)
 {
-    const VkBufferCreateFlags special =
-        VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_PROTECTED_BIT;
-    return (usage_of(info) & VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT) && !(info->flags & special);
+    return (usage_of(info) & VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT) && may_copy(info);
 }
 
 VkResult snapshots_create_buffer(struct layer_device *device, PFN_vkCreateBuffer create,

@@ -42,11 +42,11 @@ static bool level_needs_snapshots(const struct layer_device *device)
         device->facts.extension.acceleration_structure || device->facts.extension.ray_tracing_nv;
     if (device->level < LEVEL_CONTENT || !builds)
         return false;
-    if (device->physical_device_count > 1)
+    if (device->facts.is_group)
         reporter_warn(device->instance->reporter,
                       "assay_validation.level = content does not check the input data of device "
                       "builds on a group of physical devices.");
-    return device->physical_device_count < 2;
+    return !device->facts.is_group;
 }
 
 VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo *create_info,
