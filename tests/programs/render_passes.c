@@ -76,6 +76,7 @@ static void create_render_pass_2(struct play *play, struct dependencies *all, bo
     GET((is_khr ? play->vk.CreateRenderPass2KHR
                 : play->vk.CreateRenderPass2)(play->device, &info, NULL, &play->render_pass));
     play_expect_unmodified(play);
+    PLAY_REQUIRE(play, memcmp(info.pDependencies, all->of_subpasses_2, size) == 0);
 }
 
 /* The fourth dependency is a barrier in the second subpass. */
