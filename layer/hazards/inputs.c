@@ -29,11 +29,11 @@ static void add_in_buffer(struct hazard_recording *recording, const struct hazar
                          &bytes);
 }
 
-/* NULL if an offset that no memory can have leads past the last address. */
+/* NULL if there are none, or if the offset leads past the last address. */
 static const void *host_bytes_at(const void *host, uint64_t offset)
 {
     const uintptr_t begin = (uintptr_t)host;
-    return offset <= UINTPTR_MAX - begin ? (const void *)(begin + (uintptr_t)offset) : NULL;
+    return host && offset <= UINTPTR_MAX - begin ? (const void *)(begin + (uintptr_t)offset) : NULL;
 }
 
 static void add_bytes(struct hazard_recording *recording, const struct hazard_use *use,
@@ -339,7 +339,7 @@ enum { MOTION_INSTANCE_STRIDE = 160, MOTION_INSTANCE_HEADER = 8 };
 static void add_host_references(const struct input *input, const void *data)
 {
     const size_t size = sizeof(VkAccelerationStructureInstanceKHR);
-    const char *first = data ? host_bytes_at(data, input->range->primitiveOffset) : NULL;
+    const char *first = host_bytes_at(data, input->range->primitiveOffset);
     const struct hazard_use use = {
         .kind = ACCESS_HOST_READ, .role = HAZARD_REFERENCE, .info = input->geometry->build->index};
     uint64_t last = 0;

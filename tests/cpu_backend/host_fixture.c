@@ -43,7 +43,7 @@ const char *unit_test_open(const char *name)
     fixture_use_device(opened, &table);
     host_memory_type = instance_fixture_memory_type(&instance);
     vk.GetDeviceQueue(device, 0, 0, &queue);
-    if (platform.is_null)
+    if (instance.queue_count > 1)
         vk.GetDeviceQueue(device, 0, 1, &second_queue);
     command_pool = command_pool_create(&vk, device);
     return NULL;

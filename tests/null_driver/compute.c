@@ -251,13 +251,13 @@ static bool condition_is_met(const struct dispatch *dispatch)
 {
     uint32_t word = 1;
     VkDeviceSize size = sizeof(word);
+    if (!dispatch->condition.buffer)
+        return true;
     const unsigned char *bytes =
-        dispatch->condition.buffer
-            ? buffer_bytes(dispatch->condition.buffer, dispatch->condition.offset, &size)
-            : NULL;
+        buffer_bytes(dispatch->condition.buffer, dispatch->condition.offset, &size);
     if (bytes != NULL && size == sizeof(word))
         memcpy(&word, bytes, sizeof(word));
-    return (word != 0) != dispatch->condition.is_inverted || !dispatch->condition.buffer;
+    return (word != 0) != dispatch->condition.is_inverted;
 }
 
 void dispatch_execute(const struct dispatch *dispatch)

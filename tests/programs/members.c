@@ -137,8 +137,8 @@ void build_point_to_geometries(struct play *play, struct one_build *build)
         pointers[i] = build->have_hole && i == 0 ? NULL : &info->pGeometries[i];
     if (build->are_pointers) {
         info->pGeometries = NULL;
-        info->ppGeometries = memcpy(play_block(play, info->geometryCount * sizeof(pointers[0])),
-                                    pointers, info->geometryCount * sizeof(pointers[0]));
+        info->ppGeometries =
+            play_copy_for_call(play, pointers, info->geometryCount * sizeof(pointers[0]));
     }
     if (build->are_null)
         info->pGeometries = NULL;

@@ -40,7 +40,7 @@ void play_lend(struct play *play, const void *array, size_t size)
 {
     play->lent = array;
     play->lent_size = size;
-    play->lent_before = memcpy(play_block(play, size), array, size);
+    play->lent_before = play_copy_for_call(play, array, size);
 }
 
 void play_expect_unmodified(struct play *play)

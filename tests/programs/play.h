@@ -113,7 +113,7 @@ struct play {
     bool is_nv;                                 /* new structures are those of VK_NV_ray_tracing */
     VkGeometryTypeKHR nv_type;                  /* that they are built of */
     uint32_t nv_geometries;                     /* of each of them, all alike */
-    VkAccelerationStructureKHR nameless[PLAY_NAMELESS]; /* without names */
+    VkAccelerationStructureKHR nameless[PLAY_NAMELESS];
     unsigned nameless_count;
     VkDeviceMemory pages;   /* of sparse buffers, or null */
     VkDeviceSize last_size; /* the size that the host got last */
@@ -169,9 +169,8 @@ void play_end(struct play *play);
 __attribute__((format(printf, 3, 4))) void play_text(struct play *play, struct program *program,
                                                      const char *format, ...);
 
-/* Returns what a call gets as its array. In a program that is not judged, this is a copy in a block
- * of its own: a sanitizer reports who reads past its end, or after the line. In other programs it
- * is the array itself. */
+/* Returns what a call gets as its array, a copy in a block of its own: a sanitizer reports who
+ * reads past its end, or after the line. */
 const void *play_copy_for_call(struct play *play, const void *array, size_t size);
 /* Takes a block of zeros that lasts for the line, or to the end of the program if it keeps_blocks.
  */
@@ -271,10 +270,10 @@ void play_write(struct play *play, const char *place, const void *bytes, size_t 
 void play_destroy_nameless(struct play *play);
 bool play_life(struct play *play, char **words);
 /* alias NAME PLACE [SIZE] [KIND]: a buffer in the memory of another one. KIND: `protected`,
- * `imported`, `replayed`; `described`: by captured descriptors; `for-nv`: with
- * VK_BUFFER_USAGE_RAY_TRACING_BIT_NV alone; `plain`: without
- * VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
- * `sparse BYTES`: memory is bound to the first BYTES; `unbound`: to none, until `back NAME PLACE`.
+ * `imported`, `replayed`; `described`: whose descriptor can be captured and replayed; `for-nv`:
+ * with VK_BUFFER_USAGE_RAY_TRACING_BIT_NV alone; `plain`: without
+ * VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT; `sparse BYTES`: memory is bound to the first BYTES;
+ * `unbound`: to none, until `back NAME PLACE`.
  * place NAME PLACE: a structure in a buffer.
  */
 void play_alias(struct play *play, char **words);
