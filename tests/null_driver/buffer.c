@@ -80,6 +80,24 @@ unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *
     return memory_bytes(memory, binding->memory_offset + inside, size);
 }
 
+struct usage_at {
+    VkDeviceAddress address;
+    VkBufferUsageFlags2 usage;
+};
+
+static bool has_usage_at(const struct object *buffer, const void *wanted)
+{
+    const struct usage_at *at = wanted;
+    return at->usage == (buffer->buffer.usage & at->usage) && buffer->buffer.address != 0 &&
+           at->address >= buffer->buffer.address &&
+           at->address - buffer->buffer.address < buffer->buffer.size;
+}
+
+bool address_has_usage(VkDeviceAddress address, VkBufferUsageFlags2 usage)
+{
+    return object_any(VK_OBJECT_TYPE_BUFFER, has_usage_at, &(struct usage_at){address, usage});
+}
+
 static void bind(VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset)
 {
     struct object *to = FIND(BUFFER, buffer);

@@ -90,8 +90,11 @@ static VkDeviceSize reference_offset(uint32_t type)
 
 static void read_one(const struct instances *instances, VkDeviceAddress at)
 {
-    uint64_t reference = UINT64_MAX; /* where there is no memory */
+    uint64_t reference = UINT64_MAX; /* where there is no memory, or none for this use */
     uint32_t type = 0;
+    if (!address_has_usage(
+            at, VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR))
+        return note(reference);
     if (instances->are_pointers && !address_read(at, &at, sizeof(at)))
         return note(reference);
     if (instances->are_pointers && instances->have_motion) {
@@ -128,7 +131,8 @@ void instances_read(const struct instances *given)
         return;
     }
     if (instances.range != 0) {
-        if (!address_read(instances.range, &range, sizeof(range)))
+        if (!address_has_usage(instances.range, VK_BUFFER_USAGE_2_INDIRECT_BUFFER_BIT) ||
+            !address_read(instances.range, &range, sizeof(range)))
             return note(UINT64_MAX);
         instances.count = range.primitiveCount;
         instances.data += range.primitiveOffset;

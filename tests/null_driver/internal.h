@@ -182,6 +182,9 @@ void object_destroy_dispatchable(void *handle, VkObjectType type);
 void object_destroy_children(struct object *parent, VkObjectType type);
 /* The child of that number, counted from 0, in order of creation; else NULL. */
 struct object *object_child(struct object *parent, VkObjectType type, uint32_t number);
+/* Whether there is a live object of the type for which is_wanted(object, wanted). */
+bool object_any(VkObjectType type, bool (*is_wanted)(const struct object *, const void *),
+                const void *wanted);
 
 #define OBJECT(dispatchable) ((struct object *)(dispatchable))
 #define CONFIG(dispatchable) (OBJECT(dispatchable)->config)
@@ -234,6 +237,8 @@ void buffer_bind(struct object *buffer, const struct binding *binding);
 /* The bytes of live memory from an offset on, made when they are first asked for: at most *size of
  * them, which it cuts to how many there are. NULL where there are none. */
 unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDeviceSize *size);
+/* Whether a buffer with that usage has the address. */
+bool address_has_usage(VkDeviceAddress address, VkBufferUsageFlags2 usage);
 /* The same of a buffer, as it is bound: *size bytes that lie one behind the other. */
 unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *size);
 

@@ -220,3 +220,16 @@ struct object *object_child(struct object *parent, VkObjectType type, uint32_t n
     pthread_mutex_unlock(&lock);
     return found;
 }
+
+bool object_any(VkObjectType type, bool (*is_wanted)(const struct object *, const void *),
+                const void *wanted)
+{
+    bool found = false;
+    pthread_mutex_lock(&lock);
+    for (uint32_t i = 0; i < slot_count && !found; i++) {
+        const struct object *object = &chunks[i / CHUNK_SIZE][i % CHUNK_SIZE];
+        found = object->handle != 0 && object->type == type && is_wanted(object, wanted);
+    }
+    pthread_mutex_unlock(&lock);
+    return found;
+}
