@@ -85,6 +85,8 @@ void hazards_settle_failure(struct hazards *hazards)
     if (!hazards->has_failed)
         return;
     hazards->has_failed = false;
+    hazards_frontier(hazards,
+                     hazards->queue); /* without it, all that follows counts as unordered */
     drop_accesses(hazards);
     for (uint32_t i = 0; i < HAZARD_QUEUES; i++)
         hazards->queues[i].settled = hazards->number;

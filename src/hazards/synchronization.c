@@ -97,7 +97,6 @@ static void cross_barriers(struct hazards *hazards, const struct first_scope *sc
 {
     struct hazard_queue *queue = &hazards->queues[hazards->queue];
     struct crossing crossing = {*scope, barriers, count, 0, false};
-    hazards_frontier(hazards, hazards->queue); /* the batch may have begun without memory for it */
     for (uint32_t i = 0; i < count; i++)
         if (!cross_pieces(hazards, scope, &barriers[i], number))
             hazards->has_failed = true;

@@ -11,18 +11,26 @@
 #include <unistd.h>
 
 #include "injector.h"
+#include "tests/state/random.h"
 
 enum {
     MOST = 1 << 16,       /* allocations of a life */
     KNOWN_MOST = 1 << 18, /* stacks of all lives */
-    ENOUGH = 10,          /* lives that end badly */
+    ENOUGH = 10,          /* applications with a life that ends badly */
 };
 
 static uint64_t *stacks; /* of the allocations of a life, shared with its process; 0 ends them */
 static unsigned lives, bad;
+static unsigned long allocations; /* of lives that lack none */
+static unsigned one_of;           /* ASSAY_SCARCE_ONE_OF; 0: not set */
+static struct random chance;
 
 void lives_open(void)
 {
+    const char *more = getenv("ASSAY_SCARCE_ONE_OF");
+    one_of = more ? (unsigned)strtoul(more, NULL, 10) : 0;
+    if (one_of)
+        chance = random_of("scarce");
     stacks = mmap(NULL, MOST * sizeof(*stacks), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS,
                   -1, 0);
     if (stacks != MAP_FAILED && injector_watch(LAYER_LIBRARY))
@@ -127,8 +135,9 @@ static bool fails(unsigned i, unsigned application)
     const char *only = getenv("ASSAY_SCARCE_AT");
     if (only)
         return strtoul(only, NULL, 10) == i + 1;
-    return getenv("ASSAY_SCARCE_ALL") || (first_with(stacks[i], application) == application &&
-                                          (!repeats(i, -1) || !repeats(i, 1)));
+    const bool is_first = first_with(stacks[i], application) == application;
+    return (is_first && (!repeats(i, -1) || !repeats(i, 1))) ||
+           (one_of && random_one_in(&chance, one_of));
 }
 
 void lives_play(const char *name, const char *(*live)(bool is_scarce))
@@ -139,14 +148,15 @@ void lives_play(const char *name, const char *(*live)(bool is_scarce))
     injector_record_stacks(stacks, MOST - 1);
     const enum life_end end = live_in_a_process(name, live, 0);
     injector_record_stacks(NULL, 0);
-    bad += end == LIFE_BADLY;
-    for (unsigned i = 0; end == LIFE_WELL && stacks[i] && !lives_are_enough(); i++) {
+    bool is_bad = end == LIFE_BADLY;
+    for (unsigned i = 0; end == LIFE_WELL && stacks[i] && !is_bad; i++) {
+        allocations++;
         if (!fails(i, application))
             continue;
-        const enum life_end scarce = live_in_a_process(name, live, i + 1);
-        bad += scarce == LIFE_BADLY;
+        is_bad = live_in_a_process(name, live, i + 1) == LIFE_BADLY;
         lives++;
     }
+    bad += is_bad;
 }
 
 bool lives_are_enough(void)
@@ -156,6 +166,6 @@ bool lives_are_enough(void)
 
 int lives_close(unsigned least)
 {
-    printf("%u lives, of which %u ended badly\n", lives, bad);
+    printf("%u lives, for %lu allocations; %u ended badly\n", lives, allocations, bad);
     return bad || (lives < least && !getenv("ASSAY_SCARCE_AT"));
 }

@@ -4,8 +4,8 @@
  * not true.
  *
  * Where the same calls within the layer lead to several allocations, only the first and the last of
- * them fail, once for all applications. ASSAY_SCARCE_ALL, which scripts/test --all sets, fails each
- * of them; ASSAY_SCARCE_AT repeats one life.
+ * them fail, once for all applications. With ASSAY_SCARCE_ONE_OF=N, which scripts/test --all sets,
+ * one of N of the others fails too, by chance (ASSAY_TEST_SEED); ASSAY_SCARCE_AT repeats one life.
  *
  * Each life is a process, so that a crash tells which allocation it was. */
 #ifndef SCARCE_LIVES_H
@@ -19,9 +19,9 @@ enum life_end { LIFE_WELL, LIFE_SKIPPED, LIFE_BADLY };
 /* Watches the layer. Ends the process if it cannot. */
 void lives_open(void);
 
-/* Has an application live: first without a failure, then again and again. `live` returns what was
- * wrong: "" for nothing, or NULL if the application cannot live here. `is_scarce`: memory may run
- * out. If a life goes badly, `live` may print a message and exit. */
+/* Has an application live: first without a failure, then again and again, until a life ends badly.
+ * `live` returns what was wrong: "" for nothing, or NULL if the application cannot live here.
+ * `is_scarce`: memory may run out. If a life goes badly, `live` may print a message and exit. */
 void lives_play(const char *name, const char *(*live)(bool is_scarce));
 
 /* Whether so many lives have ended badly that others need not begin. */

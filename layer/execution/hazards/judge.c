@@ -35,6 +35,7 @@ static void start_over(struct hazard_judge *judge)
     uint64_t all[HAZARD_QUEUES];
     memset(all, 0xff, sizeof(all));
     judge->shaders.lacks_tops = true;
+    shader_judge_forget_inputs(&judge->shaders);
     judge_forget_all_written(judge);
     while (judge->judged_count)
         forget_first(judge);

@@ -192,7 +192,7 @@ static void memory_inputs_free(void *record)
     free(inputs);
 }
 
-static void forget_inputs(struct shader_judge *judge)
+void shader_judge_forget_inputs(struct shader_judge *judge)
 {
     handle_table_drop(&judge->inputs, memory_inputs_free);
     judge->input_count = 0;
@@ -269,7 +269,7 @@ bool shader_judge_read(struct shader_judge *judge, enum access_kind kind,
 {
     const struct hazard_access read = {kind, data->bytes};
     if (judge->input_count >= INPUTS_KEPT)
-        forget_inputs(judge);
+        shader_judge_forget_inputs(judge);
     if (!judge->first_open)
         judge->first_open = hazards_first_open_write(judge->hazards, kind);
     struct input_read *input = input_at(judge, &data->bytes);
@@ -312,5 +312,5 @@ void shader_judge_end(struct shader_judge *judge)
 {
     while (judge->top_count)
         remove_top(judge, 0);
-    forget_inputs(judge);
+    shader_judge_forget_inputs(judge);
 }

@@ -119,5 +119,7 @@ void shader_judge_write(struct shader_judge *judge, const struct hazard_bytes *b
 bool shader_judge_read(struct shader_judge *judge, enum access_kind kind,
                        const struct data_read *data, struct hazard *hazard);
 void shader_judge_forget_memory(struct shader_judge *judge, uint64_t memory);
+/* Forgets all that builds have read. */
+void shader_judge_forget_inputs(struct shader_judge *judge);
 
 #endif
