@@ -42,8 +42,13 @@ static struct entry *add_blas_reference(struct blas_references *references, uint
     return entry;
 }
 
+/* A lazy TLAS adds the trees that are about to change, and so holds none that is newer than itself:
+ * such a tree might be an update of it, and hold it in turn. Where an older one could not be added,
+ * no newer one takes its place. */
 static struct entry *find_or_add_blas(struct blas_references *references, uint64_t reference)
 {
+    if (references->out_of_memory)
+        return NULL;
     struct entry *entry = handle_table_find(&references->references, reference);
     return entry || reference == 0 ? entry : add_blas_reference(references, reference);
 }
