@@ -92,8 +92,8 @@ static void read_one(const struct instances *instances, VkDeviceAddress at)
 {
     uint64_t reference = UINT64_MAX; /* where there is no memory, or none for this use */
     uint32_t type = 0;
-    if (!address_has_usage(
-            at, VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR))
+    if (!address_has_usage(at,
+                           VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR))
         return note(reference);
     if (instances->are_pointers && !address_read(at, &at, sizeof(at)))
         return note(reference);

@@ -135,9 +135,9 @@ static bool fails(unsigned i, unsigned application)
     const char *only = getenv("ASSAY_SCARCE_AT");
     if (only)
         return strtoul(only, NULL, 10) == i + 1;
-    const bool is_first = first_with(stacks[i], application) == application;
-    return (is_first && (!repeats(i, -1) || !repeats(i, 1))) ||
-           (one_of && random_one_in(&chance, one_of));
+    const bool is_new = first_with(stacks[i], application) == application;
+    const bool is_end = !repeats(i, -1) || (one_of && !repeats(i, 1));
+    return (is_new && is_end) || (one_of && random_one_in(&chance, one_of));
 }
 
 void lives_play(const char *name, const char *(*live)(bool is_scarce))
