@@ -192,8 +192,10 @@ static void chain_other_properties(const struct device_facts *facts, void **chai
                                    struct other_properties *properties)
 {
     *properties = (struct other_properties){
-        .descriptors = {VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DESCRIPTOR_BUFFER_PROPERTIES_EXT},
-        .protected_memory = {VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROTECTED_MEMORY_PROPERTIES}};
+        .descriptors = {.sType =
+                            VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DESCRIPTOR_BUFFER_PROPERTIES_EXT},
+        .protected_memory = {.sType =
+                                 VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROTECTED_MEMORY_PROPERTIES}};
     if (facts->descriptor_buffer_capture_replay) {
         properties->descriptors.pNext = *chain;
         *chain = &properties->descriptors;

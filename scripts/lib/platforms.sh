@@ -103,10 +103,13 @@ platform_musl() {
     local library=/usr/lib/x86_64-linux-gnu headers=$folder-root/usr/include objects
     tools_ensure musl-tools
     unpack amd64 linux-libc-dev
+    # Its folder has headers of glibc, too, which must not come before those of musl.
+    install -D -m 644 "$headers/x86_64-linux-gnu/gmp.h" "$folder-root/gmp/gmp.h"
     toolchain_write x86_64 musl-gcc "set(CMAKE_LIBRARY_PATH $library)" \
         "set(CMAKE_C_FLAGS_INIT \"-idirafter $headers -idirafter $headers/x86_64-linux-gnu\")" \
         "set(CMAKE_EXE_LINKER_FLAGS_INIT -Wl,--defsym=__fprintf_chk=0) # GMP calls it only to end a program" \
         "set(ASSAY_GMP $folder-root$library/libgmp.a CACHE FILEPATH \"\")" \
+        "set(ASSAY_gmp_h_DIR $folder-root/gmp CACHE PATH \"\")" \
         "set(VulkanUtilityLibraries_DIR $folder-root$library/cmake/VulkanUtilityLibraries)"
     pkgconfig=$folder-root$library/pkgconfig
     configure -DCMAKE_TOOLCHAIN_FILE="$folder.cmake"

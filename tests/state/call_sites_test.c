@@ -235,7 +235,7 @@ TEST(modules_have_paths_and_kinds)
     dlclose(library);
     assert_false(module_find(address, &place));
     assert_int_equal(chdir("/"), 0);
-    library = open_library(LAYER_LIKE + 1, "vkNegotiateLoaderLayerInterfaceVersion", &address);
+    library = open_library(&LAYER_LIKE[1], "vkNegotiateLoaderLayerInterfaceVersion", &address);
     assert_true(module_find(address, &place));
     assert_string_equal(place.path, LAYER_LIKE);
     dlclose(library);
