@@ -232,7 +232,7 @@ static void leave_device_behind(void)
 
 TEST(test_device_that_is_left_behind)
 {
-    int status;
+    int status = -1;
     const pid_t child = fork();
     if (!child)
         leave_device_behind();
