@@ -89,9 +89,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("root", type=pathlib.Path, help="the repository")
     root = parser.parse_args().root
-    path = root / "build/deps/usr/share/vulkan/registry/vk.xml"
+    # scripts/setup unpacks it only if the system's is too old.
+    places = [root / "build/deps/usr/share/vulkan/registry/vk.xml",
+              pathlib.Path("/usr/share/vulkan/registry/vk.xml")]
+    path = next(filter(pathlib.Path.exists, places), places[0])
     if not path.exists():
-        sys.exit("commands: there is no registry in build/deps: run scripts/setup first")
+        sys.exit("commands: there is no registry of Vulkan: run scripts/setup first")
     sys.path += [str(root / "vuid-tables"), str(root / "layer/commands")]
     import rows
     import signatures
