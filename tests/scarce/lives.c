@@ -136,8 +136,8 @@ static bool fails(unsigned i, unsigned application)
     if (only)
         return strtoul(only, NULL, 10) == i + 1;
     const bool is_new = first_with(stacks[i], application) == application;
-    const bool is_end = !repeats(i, -1) || (one_of && !repeats(i, 1));
-    return (is_new && is_end) || (one_of && random_one_in(&chance, one_of));
+    return (is_new && (!repeats(i, -1) || !repeats(i, 1))) ||
+           (one_of && random_one_in(&chance, one_of));
 }
 
 void lives_play(const char *name, const char *(*live)(bool is_scarce))
@@ -166,6 +166,6 @@ bool lives_are_enough(void)
 
 int lives_close(unsigned least)
 {
-    printf("%u lives, for %lu allocations; %u ended badly\n", lives, allocations, bad);
+    printf("%u lives, for %lu allocations; %u applications ended badly\n", lives, allocations, bad);
     return bad || (lives < least && !getenv("ASSAY_SCARCE_AT"));
 }

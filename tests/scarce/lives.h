@@ -3,9 +3,9 @@
  * allocations. Whatever was lost, nothing crashes, nothing leaks, and no message goes out that is
  * not true.
  *
- * Where the same calls within the layer lead to several allocations, only the first of them fails,
- * once for all applications. With ASSAY_SCARCE_ONE_OF=N, which scripts/test --all sets, the last
- * one fails, too, and by chance one of N of all (ASSAY_TEST_SEED). ASSAY_SCARCE_AT repeats one
+ * Where the same calls within the layer lead to several allocations, only the first and the last of
+ * them fail, once for all applications. With ASSAY_SCARCE_ONE_OF=N, which scripts/test --all sets,
+ * one of N of all allocations fails, too, by chance (ASSAY_TEST_SEED). ASSAY_SCARCE_AT repeats one
  * life.
  *
  * Each life is a process, so that a crash tells which allocation it was. */
