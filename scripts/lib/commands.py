@@ -92,8 +92,8 @@ def main():
     # scripts/setup unpacks it only if the system's is too old.
     places = [root / "build/deps/usr/share/vulkan/registry/vk.xml",
               pathlib.Path("/usr/share/vulkan/registry/vk.xml")]
-    path = next(filter(pathlib.Path.exists, places), places[0])
-    if not path.exists():
+    path = next(filter(pathlib.Path.exists, places), None)
+    if not path:
         sys.exit("commands: there is no registry of Vulkan: run scripts/setup first")
     sys.path += [str(root / "vuid-tables"), str(root / "layer/commands")]
     import rows

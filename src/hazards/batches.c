@@ -85,8 +85,8 @@ void hazards_settle_failure(struct hazards *hazards)
     if (!hazards->has_failed)
         return;
     hazards->has_failed = false;
-    hazards_frontier(hazards,
-                     hazards->queue); /* without it, all that follows counts as unordered */
+    /* Without it, nothing that follows on this queue would count as ordered. */
+    hazards_frontier(hazards, hazards->queue);
     drop_accesses(hazards);
     for (uint32_t i = 0; i < HAZARD_QUEUES; i++)
         hazards->queues[i].settled = hazards->number;

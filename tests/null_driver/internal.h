@@ -237,10 +237,10 @@ void buffer_bind(struct object *buffer, const struct binding *binding);
 /* The bytes of live memory from an offset on, made when they are first asked for: at most *size of
  * them, which it cuts to how many there are. NULL where there are none. */
 unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDeviceSize *size);
-/* Whether a buffer with that usage has the address. */
-bool address_has_usage(VkDeviceAddress address, VkBufferUsageFlags2 usage);
 /* The same of a buffer, as it is bound: *size bytes that lie one behind the other. */
 unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *size);
+/* Whether a buffer with that usage has the address. */
+bool address_has_usage(VkDeviceAddress address, VkBufferUsageFlags2 usage);
 
 /* Records a dispatch of one of the layer's shaders; and carries it out. */
 /* Lets the device write bytes to an address. */

@@ -47,10 +47,10 @@ static struct entry *add_blas_reference(struct blas_references *references, uint
  * no newer one takes its place. */
 static struct entry *find_or_add_blas(struct blas_references *references, uint64_t reference)
 {
-    if (references->out_of_memory)
-        return NULL;
     struct entry *entry = handle_table_find(&references->references, reference);
-    return entry || reference == 0 ? entry : add_blas_reference(references, reference);
+    return entry || reference == 0 || references->out_of_memory
+               ? entry
+               : add_blas_reference(references, reference);
 }
 
 static void before_change(struct cpu_watcher *watcher, uint64_t handle)
