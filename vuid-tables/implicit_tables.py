@@ -11,10 +11,6 @@ Id = namedtuple("Id", "tail level kind members")
 UNDECIDABLE = {"ADDRESS": "undecidable: a replayed address comes from another run of the application"}
 
 
-def article(name):
-    return f"{'an' if name[2] in 'AEIOU' else 'a'} {name}"
-
-
 def hint(scope, id_):
     member = id_.members[0] if id_.members else None
     if id_.kind == "LENGTH":
@@ -27,12 +23,12 @@ def hint(scope, id_):
             "CHAIN": "Chain only structures that the specification lists for this one, and enable "
                      "their extensions.",
             "UNIQUE": "Chain each structure once.",
-            "ENUM": f"Set {member and member.name} to {member and article(member.type)} value, and "
+            "ENUM": f"Set {member and member.name} to a {member and member.type} value, and "
                     "enable its extension.",
             "FLAGS": "Clear these bits, or enable the extension that defines them.",
             "ZERO": f"Set {member and member.name} to 0.",
             "POINTER": f"Point {member and member.name} to memory that has all that it leads to.",
-            "HANDLE": f"Pass {member and article(member.type)} that was created and is not "
+            "HANDLE": f"Pass a {member and member.type} that was created and is not "
                       "destroyed.",
             "EMBEDDED": f"Fill in {member and member.name}, its sType included.",
             "PARENT": "Use objects that were created from the VkDevice that executes the command.",

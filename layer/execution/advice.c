@@ -303,7 +303,8 @@ struct batch_consumer advice_consumer(struct device_advice *advice)
 static struct advice_report report_about(const struct device_advice *advice, enum advice id,
                                          VkObjectType type, uint64_t object)
 {
-    struct advice_report report = {.advice = id, .type = type, .object = object};
+    struct advice_report report = {
+        .advice = id, .type = type, .object = object, .names = advice->device->names};
     object_names_get(advice->device->names, type, object, report.name, sizeof(report.name));
     return report;
 }

@@ -215,7 +215,8 @@ static void refers_to_destroyed(void *user, uint32_t build, uint32_t instance, u
         return;
     const struct pending_instance refers = {call->command, instance, reference};
     const struct destroyed_view view = {
-        .object = {.object_type = object.type, .handle = object.handle}, .instance = &refers};
+        .object = {.object_type = object.type, .handle = object.handle, .id = object.id},
+        .instance = &refers};
     const struct location location = {
         .command = destroys, .subject = SUBJECT_ARGUMENT, .build = build};
     if (!destroyed_object_is_not_in_use(&view, &finding))

@@ -186,8 +186,8 @@ void forget_operation(struct layer_device *device, VkDeferredOperationKHR operat
         return;
     deferred_operations_remove(device->deferred, operation);
     execution_order_run(device->order);
-    object_names_set(device->names, VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR,
-                     (uint64_t)(uintptr_t)operation, NULL);
+    object_names_end(device->names, VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR,
+                     (uint64_t)(uintptr_t)operation, 0);
 }
 
 /* A result that is available belongs to the work that the operation had before the call. */

@@ -15,10 +15,9 @@ void note_micromap(struct layer_device *device, VkMicromapEXT micromap,
 void forget_micromap(struct layer_device *device, VkMicromapEXT micromap)
 {
     build_records_add_destroyed(device, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)(uintptr_t)micromap);
-    structures_note_destroyed(device->structures,
-                              resources_remove_micromap(device->resources, micromap), 1);
-    object_names_set(device->names, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)(uintptr_t)micromap,
-                     NULL);
+    const uint64_t id = resources_remove_micromap(device->resources, micromap);
+    structures_note_destroyed(device->structures, id, 1);
+    object_names_end(device->names, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)(uintptr_t)micromap, id);
 }
 
 static uint64_t id_of(const struct layer_device *device, VkMicromapEXT micromap)

@@ -61,10 +61,10 @@ void forget_nv_accel(struct layer_device *device, VkAccelerationStructureNV acce
 {
     build_records_add_destroyed(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
                                 (uint64_t)(uintptr_t)accel);
-    structures_note_destroyed(device->structures,
-                              resources_remove_nv_accel(device->resources, accel), 1);
-    object_names_set(device->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
-                     (uint64_t)(uintptr_t)accel, NULL);
+    const uint64_t id = resources_remove_nv_accel(device->resources, accel);
+    structures_note_destroyed(device->structures, id, 1);
+    object_names_end(device->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
+                     (uint64_t)(uintptr_t)accel, id);
 }
 
 /* Whether instance i of the structure is bound to another instance of the memory than i. */

@@ -69,8 +69,7 @@ void forget_memory(struct layer_device *device, VkDeviceMemory memory)
         hazard_checks_forget(device->hazard_checks, MEMORY_FREED,
                              resources_find_memory_id(device->resources, memory));
     resources_remove_memory(device->resources, memory);
-    object_names_set(device->names, VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)memory,
-                     NULL);
+    object_names_end(device->names, VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)memory, 0);
 }
 
 void note_mapping(struct layer_device *device, VkDeviceMemory memory, VkDeviceSize offset,
@@ -86,12 +85,17 @@ void forget_mapping(struct layer_device *device, VkDeviceMemory memory)
 
 /* ---- destroyed objects */
 
-/* Remembers an object that is about to be destroyed, and forgets its name. Returns its number, or
- * 0 if it has none. */
+/* Remembers an object that is about to be destroyed, and its name. Returns its number, or 0 if it
+ * has none. */
 static uint64_t note_destroyed(struct layer_device *device, VkObjectType type, uint64_t handle,
                                bool is_reported)
 {
-    struct destroyed_object object = {.type = type, .handle = handle, .is_reported = is_reported};
+    const enum resource_kind kind =
+        type == VK_OBJECT_TYPE_BUFFER ? RESOURCE_BUFFER : RESOURCE_ACCEL;
+    struct destroyed_object object = {.type = type,
+                                      .handle = handle,
+                                      .id = resources_find_id(device->resources, kind, handle),
+                                      .is_reported = is_reported};
     struct resource_span span;
     uint64_t last = 0;
     if (resources_find_span(device->resources, type, handle, true, &span) && span.address) {
@@ -100,7 +104,7 @@ static uint64_t note_destroyed(struct layer_device *device, VkObjectType type, u
         object_names_get(device->names, type, handle, object.name, sizeof(object.name));
         last = destroyed_objects_add(device->destroyed, &object);
     }
-    object_names_set(device->names, type, handle, NULL);
+    object_names_end(device->names, type, handle, object.id);
     return last;
 }
 

@@ -60,7 +60,8 @@ function showSections() {
 const GROUPS = {
   id: finding => [finding.id],
   structure: finding => {
-    const found = finding.objects.filter(object => object.type.startsWith("VkAccelerationStructure"));
+    const found = [...finding.objects, ...finding.otherObjects]
+      .filter(object => object.type.startsWith("VkAccelerationStructure"));
     return found.length ? found.map(object => named(object.handle, object.name)) : ["no structure"];
   },
   submission: finding => [finding.reports[0].submission === null ? "no submission"
@@ -123,7 +124,8 @@ function groupElement(title, findings, structures, isById) {
 }
 
 function matchesText(finding, words) {
-  const objects = finding.objects.flatMap(({ type, handle, name }) => [type, handle, name]);
+  const objects = [...finding.objects, ...finding.otherObjects]
+    .flatMap(({ type, handle, name }) => [type, handle, name]);
   const all = [finding.id, ...finding.also, finding.message, finding.labels, finding.layers, ...objects,
     ...finding.place].join("\n").toLowerCase();
   return words.every(word => all.includes(word));

@@ -8,7 +8,7 @@ import pathlib
 import re
 
 from .call_sites import frames_of_application, place_of
-from .groups import Group, identity, repetition_lines
+from .groups import Group, identity, repetition_lines, subjects
 from .verdict import describe_exit, mistake_lines
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -24,6 +24,7 @@ MISSING = -1
 MOST_ROWS = 100_000  # about 8 MB
 RECORDED = ("Submission", "Build", "Copy", "CompactedSize", "Destroyed", "Instances")
 REFERENCES_SHOWN = 8
+OTHER_OBJECTS = 1000
 
 
 class Clock:
@@ -58,6 +59,19 @@ def place_data(finding, process, recorded, clock):
             "ms": clock.at(process, finding)}
 
 
+def object_data(item):
+    return {"type": item["type"], "handle": item["handle"], "name": item.get("name", "")}
+
+
+def other_objects(group):
+    """Returns the objects that only later findings of a group name, for the filters."""
+    items = {(item["type"], item["handle"], item.get("name", "")): item
+             for finding in group.findings for item in subjects(finding)}
+    for item in group.first.get("Objects", []):
+        items.pop((item["type"], item["handle"], item.get("name", "")), None)
+    return list(map(object_data, list(items.values())[:OTHER_OBJECTS]))
+
+
 def finding_data(group, processes, recorded, clock):
     """A mistake that was reported several times is one finding with several places."""
     finding = group.first
@@ -65,8 +79,8 @@ def finding_data(group, processes, recorded, clock):
             "message": finding["MainMessage"], "layers": group.layers, "spec": finding.get("SpecText", ""),
             "url": finding.get("SpecUrl", ""), "labels": finding.get("DebugRegion", ""),
             "also": finding.get("also", []),
-            "objects": [{"type": item["type"], "handle": item["handle"], "name": item.get("name", "")}
-                        for item in finding.get("Objects", [])],
+            "objects": list(map(object_data, finding.get("Objects", []))),
+            "otherObjects": other_objects(group),
             "place": list(map(place_of, frames_of_application(finding))),
             "repetition": repetition_lines(group),
             "reports": [place_data(one, processes[id(one)], recorded, clock) for one in group.findings]}

@@ -242,7 +242,7 @@ function findStructure(structures, handle, process) {
 function countFindings(structures) {
   for (const [list, member] of [[data.new, "findings"], [data.advice, "advice"]])
     for (const finding of list)
-      for (const one of new Set(finding.objects.map(
+      for (const one of new Set([...finding.objects, ...finding.otherObjects].map(
         object => findStructure(structures, object.handle, finding.reports[0].process))))
         if (one) one[member]++;
 }

@@ -11,7 +11,7 @@ import urllib.parse
 import xml.etree.ElementTree as ElementTree
 
 from .call_sites import first_place, frames_of_application, place_of
-from .groups import group_data, group_findings, repetition_lines, subject
+from .groups import group_data, group_findings, kind, place_in_command, repetition_lines
 from .verdict import call_site_lines, command_lines, describe_exit, mistake_lines
 
 # XML 1.0 allows no other control characters, escaped or not.
@@ -133,7 +133,8 @@ def fingerprint(finding):
     """Stays the same from run to run, also if the application was built again: handles, addresses and
     offsets are left out."""
     place = first_place(finding)
-    parts = subject(finding), place and (os.path.basename(place["file"]), place["function"])
+    parts = kind(finding), ((os.path.basename(place["file"]), place["function"]) if place
+                            else place_in_command(finding))
     return hashlib.sha256(repr(parts).encode("utf-8", "backslashreplace")).hexdigest()
 
 
@@ -142,8 +143,8 @@ def sarif_result(group, application, suppression=None):
     finding = group.first
     result = {"ruleId": finding["VUID"],
               "level": {"Error": "error", "Warning": "warning"}.get(finding["Severity"], "note"),
-              "message": {"text": marked_message(group)},
-              "partialFingerprints": {"assay/v2": fingerprint(finding)},
+              "message": {"text": "\n".join([marked_message(group), *repetition_lines(group)])},
+              "partialFingerprints": {"assay/v3": fingerprint(finding)},
               "occurrenceCount": group.count,
               "locations": [sarif_location(finding, application)]}
     if finding.get("call_site"):

@@ -77,7 +77,9 @@ struct message_subject message_subject_of(const struct call_origin *origin,
                                           const struct finding *finding)
 {
     for (uint32_t i = 0; i < finding->value_count; i++)
-        if (finding->values[i].kind == VALUE_OBJECT && finding->values[i].number)
+        if ((finding->values[i].kind == VALUE_OBJECT ||
+             finding->values[i].kind == VALUE_DESTROYED) &&
+            finding->values[i].number)
             return (struct message_subject){finding->values[i].object_type,
                                             finding->values[i].number};
     if (origin->command_buffer)
@@ -163,6 +165,10 @@ static void append_value(struct text_buffer *text, struct message *message,
         }
         message_append_object(text, message, value->object_type, value->number, names);
         return;
+    case VALUE_DESTROYED:
+        message_append_destroyed_object(text, message, value->object_type, value->number, value->id,
+                                        names);
+        return;
     case VALUE_BUILT:
         append_built(text, message, value, names);
         return;
@@ -179,23 +185,66 @@ static void append_more(struct text_buffer *text, const struct finding *finding)
     text_append(text, ")");
 }
 
-/* Appends the finding's sentence, with its values in place of {}. */
-static void append_statement(struct text_buffer *text, struct message *message,
-                             enum build_command command, const struct call_origin *origin,
-                             const struct finding *finding)
+/* Appends a sentence without its period, with values in place of {}. */
+static void append_sentence(struct text_buffer *text, struct message *message,
+                            enum build_command command, const struct call_origin *origin,
+                            const char *says, const struct value *values, uint32_t count)
 {
     uint32_t used = 0;
-    const char *rest = finding->says, *gap;
-    while (used < finding->value_count && (gap = strstr(rest, "{}"))) {
+    const char *rest = says, *gap;
+    while (used < count && (gap = strstr(rest, "{}"))) {
         text_append(text, "%.*s", (int)(gap - rest), rest);
-        append_value(text, message, &finding->values[used++], command, origin->names);
+        append_value(text, message, &values[used++], command, origin->names);
         rest = gap + 2;
     }
     size_t length = strlen(rest);
     length -= length && rest[length - 1] == '.';
     text_append(text, "%.*s", (int)length, rest);
+}
+
+static void append_statement(struct text_buffer *text, struct message *message,
+                             enum build_command command, const struct call_origin *origin,
+                             const struct finding *finding)
+{
+    append_sentence(text, message, command, origin, finding->says, finding->values,
+                    finding->value_count);
     append_more(text, finding);
     text_append(text, ".");
+}
+
+static void append_instance(struct text_buffer *text,
+                            const VkAccelerationStructureInstanceKHR *instance)
+{
+    text_append(text, " The instance has transform (");
+    for (uint32_t row = 0; row < 3; row++)
+        for (uint32_t column = 0; column < 4; column++)
+            text_append(text, "%s%.4g",
+                        column ? " "
+                        : row  ? ", "
+                               : "",
+                        (double)instance->transform.matrix[row][column]);
+    text_append(text,
+                "), instanceCustomIndex %" PRIu32 ", mask 0x%" PRIx32
+                ", instanceShaderBindingTableRecordOffset %" PRIu32 " and flags 0x%" PRIx32 ".",
+                (uint32_t)instance->instanceCustomIndex, (uint32_t)instance->mask,
+                (uint32_t)instance->instanceShaderBindingTableRecordOffset,
+                (uint32_t)instance->flags);
+}
+
+/* Appends what helps to find the cause. */
+static void append_remarks(struct text_buffer *text, struct message *message,
+                           enum build_command command, const struct call_origin *origin,
+                           const struct finding *finding)
+{
+    if (finding->has_instance)
+        append_instance(text, &finding->instance);
+    for (uint32_t i = 0; i < finding->remark_count; i++) {
+        const struct remark *remark = &finding->remarks[i];
+        text_append(text, " ");
+        append_sentence(text, message, command, origin, remark->says, remark->values,
+                        remark->value_count);
+        text_append(text, ".");
+    }
 }
 
 /* Names the ids that the same mistake violates, too. */
@@ -240,6 +289,7 @@ static void append_finding(struct text_buffer *text, struct message *message,
     append_statement(text, message, location->command, origin, finding);
     for (uint32_t i = 0; i < finding->value_count; i++)
         message_append_about_address(text, message, &finding->values[i]);
+    append_remarks(text, message, location->command, origin, finding);
     if (hint)
         text_append(text, " %s", hint);
     append_replaced(text, origin->replaced);
@@ -290,11 +340,11 @@ static void append_more_advice(struct text_buffer *text, uint32_t more)
     text_append(text, " with this advice (setting advice_limits, lines).");
 }
 
-/* Its objects may be destroyed by now, so it has no origin. */
+/* Its object may be destroyed by now, so it has no origin. */
 void message_of_advice(struct message *message, const struct advice_report *report,
                        const struct message_style *style)
 {
-    static const struct call_origin nowhere;
+    const struct call_origin nowhere = {.names = report->names};
     const struct advice_info *info = &advice_infos[report->advice];
     const struct message_subject subject = {report->type, report->object};
     struct text_buffer text;

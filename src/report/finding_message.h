@@ -31,7 +31,8 @@ struct advice_report {
     enum advice advice;
     VkObjectType type;
     uint64_t object;
-    char name[MESSAGE_NAME_SIZE]; /* debug name, when it was alive; "": none */
+    char name[MESSAGE_NAME_SIZE];     /* debug name, when it was alive; "": none */
+    const struct object_names *names; /* of the objects that `finding` names; or NULL */
     struct finding finding; /* `says` follows the object: "was built once and never compacted" */
     uint32_t more;          /* number of objects with this advice that are not listed */
 };

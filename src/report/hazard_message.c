@@ -115,10 +115,13 @@ static void append_member(struct text_buffer *text, const struct hazard_access_t
 static void append_object_of(struct text_buffer *text, struct message *message,
                              const struct hazard_access_text *access)
 {
-    if (access->object)
-        message_append_object(text, message, access->type, access->object, access->origin.names);
-    else
+    if (!access->object)
         text_append(text, "memory");
+    else if (access->object_is_destroyed)
+        message_append_destroyed_object(text, message, access->type, access->object, 0,
+                                        access->origin.names);
+    else
+        message_append_object(text, message, access->type, access->object, access->origin.names);
 }
 
 /* Reads and writes of the later access. Scratch is read, too. */
@@ -231,6 +234,9 @@ static void append_trace_of_destroyed(struct text_buffer *text, struct message *
                                       const struct hazard_report *report)
 {
     const char *how = report->is_freed ? "Its memory was freed" : "That was destroyed";
+    const char *remedy = report->later.object
+                             ? "Build the top-level structure without it first, or keep it"
+                             : "Update the descriptor set that still refers to it, or keep it";
     text_append(text, " traces rays in ");
     if (report->later.object) {
         append_object_of(text, message, &report->later);
@@ -243,10 +249,7 @@ static void append_trace_of_destroyed(struct text_buffer *text, struct message *
                     "Wait on the host until it is, for example for a fence, before that.",
                     how);
     else
-        text_append(text,
-                    ". %s before this command executed. Build the top-level structure without it "
-                    "first, or keep it.",
-                    how);
+        text_append(text, ". %s before this command executed. %s.", how, remedy);
 }
 
 static void append_accesses(struct text_buffer *text, struct message *message,

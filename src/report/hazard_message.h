@@ -16,7 +16,8 @@ struct hazard_access_text {
     enum access_kind kind;
     uint32_t info, geometry;
     VkObjectType type;
-    uint64_t object; /* the structure or buffer; 0: unknown */
+    uint64_t object;          /* the structure or buffer; 0: unknown */
+    bool object_is_destroyed; /* then another one may have its handle */
     struct call_origin origin;
 };
 

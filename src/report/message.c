@@ -169,30 +169,38 @@ enum { LAST_NOTICE_SIZE = 384, FRAMES_SHOWN = 4 };
 
 /* ---- objects and labels */
 
-/* Returns the entry of an object; adds it at the first mention. Returns NULL if there is no room.
- */
-static const VkDebugUtilsObjectNameInfoEXT *mention(struct message *message, VkObjectType type,
-                                                    uint64_t handle,
-                                                    const struct object_names *names)
+/* Returns the entry of an object of that name ("": none); adds it at the first mention. Returns
+ * NULL if there is no room. */
+static const VkDebugUtilsObjectNameInfoEXT *
+mention_named(struct message *message, VkObjectType type, uint64_t handle, const char *name)
 {
     for (uint32_t i = 0; i < message->object_count; i++)
-        if (message->objects[i].objectType == type && message->objects[i].objectHandle == handle)
+        if (message->objects[i].objectType == type && message->objects[i].objectHandle == handle &&
+            strcmp(message->names[i], name) == 0)
             return &message->objects[i];
     if (message->object_count == MESSAGE_OBJECTS)
         return NULL;
 
     uint32_t i = message->object_count++;
-    char *name = message->names[i];
-    name[0] = '\0';
-    if (names)
-        object_names_get(names, type, handle, name, MESSAGE_NAME_SIZE);
+    snprintf(message->names[i], MESSAGE_NAME_SIZE, "%s", name);
     message->objects[i] = (VkDebugUtilsObjectNameInfoEXT){
         .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
         .objectType = type,
         .objectHandle = handle,
-        .pObjectName = name[0] ? name : NULL,
+        .pObjectName = name[0] ? message->names[i] : NULL,
     };
     return &message->objects[i];
+}
+
+/* The same for a live object, or for one that messages never name. */
+static const VkDebugUtilsObjectNameInfoEXT *mention(struct message *message, VkObjectType type,
+                                                    uint64_t handle,
+                                                    const struct object_names *names)
+{
+    char name[MESSAGE_NAME_SIZE] = "";
+    if (names)
+        object_names_get(names, type, handle, name, sizeof(name));
+    return mention_named(message, type, handle, name);
 }
 
 /* Appends an object such as VkBuffer 0x12["vertices"]. */
@@ -240,14 +248,22 @@ void message_append_object(struct text_buffer *text, struct message *message, Vk
         append_object(text, object);
 }
 
-/* It is the first object that the message mentions. */
+void message_append_destroyed_object(struct text_buffer *text, struct message *message,
+                                     VkObjectType type, uint64_t handle, uint64_t id,
+                                     const struct object_names *names)
+{
+    char name[MESSAGE_NAME_SIZE] = "";
+    if (names)
+        object_names_get_past(names, type, handle, id, name, sizeof(name));
+    message_append_named_object(text, message, type, handle, name);
+}
+
 void message_append_named_object(struct text_buffer *text, struct message *message,
                                  VkObjectType type, uint64_t handle, const char *name)
 {
-    mention(message, type, handle, NULL);
-    snprintf(message->names[0], MESSAGE_NAME_SIZE, "%s", name);
-    message->objects[0].pObjectName = name[0] ? message->names[0] : NULL;
-    append_object(text, &message->objects[0]);
+    const VkDebugUtilsObjectNameInfoEXT *object = mention_named(message, type, handle, name);
+    if (object)
+        append_object(text, object);
 }
 
 static void append_submission(struct text_buffer *text, struct message *message,

@@ -129,8 +129,11 @@ void message_set_origin(struct message *message, const struct call_origin *origi
  * message has no room for one more object. */
 void message_append_object(struct text_buffer *text, struct message *message, VkObjectType type,
                            uint64_t handle, const struct object_names *names);
-/* The same for the first object of a message, which may be destroyed by now and had this name; "":
- * none. */
+/* The same for an object that is destroyed; see destroyed_object(). */
+void message_append_destroyed_object(struct text_buffer *text, struct message *message,
+                                     VkObjectType type, uint64_t handle, uint64_t id,
+                                     const struct object_names *names);
+/* The same for an object that has, or had, this name; "": none. */
 void message_append_named_object(struct text_buffer *text, struct message *message,
                                  VkObjectType type, uint64_t handle, const char *name);
 /* Appends the labels of a stack, outermost first, like a path. Accepts NULL. */

@@ -31,6 +31,12 @@ const char *input_field(enum input_role role);
  * builds use the host address. */
 const char *content_field(const struct geometry_view *geometry, enum input_role role);
 
+/* Returns the buffer of a structure without live memory. */
+static inline struct holding_buffer holding_buffer_of_accel(const struct accel_facts *accel)
+{
+    return holding_buffer_of(accel->buffer, accel->buffer_id, accel->buffer_is_destroyed);
+}
+
 /* ---- structures in a pNext chain whose sType is invalid there */
 
 /* Returns the rule that takes the invalid structure in a chain for a structure with a wrong sType.

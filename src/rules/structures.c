@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about the acceleration structures and the scratch memory of one build. */
 #include "src/rules/predicates.h"
+#include "src/rules/shared.h"
 #include "src/state/builds/build_info.h"
 #include "src/view/names.h"
 
@@ -93,10 +94,10 @@ bool blas_dst_is_bottom_level_or_generic(const struct build_view *build, struct 
 
 static bool is_backed(const struct accel_facts *accel, struct finding *finding, const char *field)
 {
+    const struct holding_buffer held_by = holding_buffer_of_accel(accel);
     return accel->backed != NO ||
-           violated(finding, field, "{} lies in {}, which was destroyed or is not bound to memory",
-                    structure(accel->handle),
-                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)accel->buffer));
+           violated(finding, field, "{} lies in {}, {}", structure(accel->handle), held_by.value,
+                    text(held_by.lacks));
 }
 
 bool dst_is_backed_by_memory(const struct build_view *build, struct finding *finding)

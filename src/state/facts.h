@@ -88,6 +88,7 @@ struct accel_facts {
     bool by_address : 1;  /* created by vkCreateAccelerationStructure2KHR */
     bool fully_bound : 1; /* the same, with VK_ADDRESS_COMMAND_FULLY_BOUND_BIT_KHR */
     bool is_external : 1; /* its buffer may be bound to external memory, or is unknown */
+    bool buffer_is_destroyed : 1;
     VkAccelerationStructureKHR handle;
 };
 
@@ -223,8 +224,9 @@ struct micromap_facts {
     VkMicromapCreateFlagsEXT create_flags;
     VkDeviceSize size; /* bytes, VkMicromapCreateInfoEXT::size */
     VkBuffer buffer;
+    uint64_t buffer_id; /* of `buffer`; never reused; 0: unknown */
     enum tristate backed, host_visible, multi_instance;
-    bool is_sparse;
+    bool is_sparse, buffer_is_destroyed;
     struct memory_span span; /* its bytes; memory null: unknown */
 };
 

@@ -74,6 +74,18 @@ struct transform_view {
     VkTransformMatrixKHR matrix;
 };
 
+/* What the application seems to have written where a build reads instances. */
+struct data_look {
+    enum {
+        LOOKS_AS_ASKED,       /* what the build reads; or nothing that is known */
+        LOOKS_LIKE_INSTANCES, /* in an array of pointers */
+        LOOKS_LIKE_POINTERS,  /* in an array of instances */
+        LOOKS_STRIDED,        /* instances that are `stride` bytes apart */
+        LOOKS_UNWRITTEN,      /* nothing */
+    } kind;
+    uint32_t stride;
+};
+
 /* One VkAccelerationStructureInstanceKHR. */
 struct instance_view {
     const struct geometry_view *geometry;
@@ -86,6 +98,7 @@ struct instance_view {
     /* If there is none: the structure whose handle is the reference of a device build, or whose
      * address that of a host build; or NULL. */
     VkAccelerationStructureKHR confused;
+    struct data_look look; /* if there is none */
 };
 
 /* An instance of VK_NV_ray_tracing whose reference is not 0. */
@@ -102,6 +115,7 @@ struct instance_pointer_view {
     const struct geometry_view *geometry;
     uint32_t index;
     VkDeviceAddress address;
+    struct data_look look; /* if the address is not aligned */
 };
 
 /* A live structure that an instance of any kind references. */

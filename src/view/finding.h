@@ -17,30 +17,41 @@ enum value_kind {
     VALUE_HEX,     /* an address or a bit pattern: 0x1010 */
     VALUE_FLAGS, /* a bit pattern with the names of its bits: 0x5 (ALLOW_UPDATE | PREFER_FAST_TRACE)
                   */
-    VALUE_NUMBER, /* a number without a noun: 256 */
-    VALUE_COUNT,  /* a number with its noun: 1 byte, 2 bytes */
-    VALUE_REAL,   /* a number with a fraction: 0.5 */
-    VALUE_TEXT,   /* a string that outlives the report, such as an enumerant's spelling */
-    VALUE_OBJECT, /* a handle, shown with its type and debug name, and listed as an object */
-    VALUE_FIELD,  /* a field of another build of the call: pInfos[build].text */
-    VALUE_BUILT,  /* the command buffer or host call of an earlier build: see built_at() */
+    VALUE_NUMBER,    /* a number without a noun: 256 */
+    VALUE_COUNT,     /* a number with its noun: 1 byte, 2 bytes */
+    VALUE_REAL,      /* a number with a fraction: 0.5 */
+    VALUE_TEXT,      /* a string that outlives the report, such as an enumerant's spelling */
+    VALUE_OBJECT,    /* a handle, shown with its type and debug name, and listed as an object */
+    VALUE_DESTROYED, /* the same of an object that is destroyed; another one may have the handle */
+    VALUE_FIELD,     /* a field of another build of the call: pInfos[build].text */
+    VALUE_BUILT,     /* the command buffer or host call of an earlier build: see built_at() */
 };
 
 struct value {
     enum value_kind kind;
     uint32_t build;           /* VALUE_FIELD, VALUE_BUILT */
-    VkObjectType object_type; /* VALUE_OBJECT; VALUE_ADDRESS: what should have the address */
-    uint64_t number;          /* VALUE_ADDRESS, _HEX, _FLAGS, _NUMBER, _COUNT, _OBJECT, _BUILT */
+    VkObjectType object_type; /* VALUE_OBJECT, VALUE_DESTROYED; VALUE_ADDRESS: what should have it
+                               */
+    /* VALUE_ADDRESS, _HEX, _FLAGS, _NUMBER, _COUNT, _OBJECT, _DESTROYED, _BUILT */
+    uint64_t number;
     union {
         const char *text; /* VALUE_TEXT, VALUE_FIELD; VALUE_COUNT: the noun's singular */
         double real;      /* VALUE_REAL */
+        uint64_t id;      /* VALUE_DESTROYED: 0: the last object that had the handle */
         /* VALUE_FLAGS: returns the name of a bit from after the prefix of its type on, such as
          * ALLOW_UPDATE_BIT_KHR, or NULL if it has none. */
         const char *(*name_of_bit)(uint64_t bit);
     };
 };
 
-enum { FINDING_VALUES = 6, FINDING_ALSO = 2 };
+enum { FINDING_VALUES = 6, FINDING_ALSO = 2, FINDING_REMARKS = 3, REMARK_VALUES = 3 };
+
+/* A sentence behind the description of an error, which helps to find its cause. */
+struct remark {
+    const char *says; /* without its period; each {} stands for the next value */
+    uint32_t value_count;
+    struct value values[REMARK_VALUES];
+};
 
 struct finding {
     /* The field, relative to the subject, such as "scratchData.deviceAddress"; "" is the subject
@@ -50,6 +61,11 @@ struct finding {
     const char *says;
     uint32_t value_count;
     struct value values[FINDING_VALUES];
+    uint32_t remark_count;
+    struct remark remarks[FINDING_REMARKS];
+    /* An instance that the message shows as a whole. */
+    bool has_instance;
+    VkAccelerationStructureInstanceKHR instance;
     /* Other rules that the same mistake violates. The message names their ids. */
     uint32_t also_count;
     enum rule also[FINDING_ALSO];
@@ -99,6 +115,13 @@ static inline struct value object(VkObjectType type, uint64_t handle)
     return (struct value){.kind = VALUE_OBJECT, .object_type = type, .number = handle};
 }
 
+/* `id`: as resources_find_id() returned while the object was alive; 0: the last object that had the
+ * handle. */
+static inline struct value destroyed_object(VkObjectType type, uint64_t handle, uint64_t id)
+{
+    return (struct value){.kind = VALUE_DESTROYED, .object_type = type, .number = handle, .id = id};
+}
+
 static inline struct value field_of(uint32_t build, const char *field)
 {
     return (struct value){.kind = VALUE_FIELD, .build = build, .text = field};
@@ -110,6 +133,23 @@ static inline struct value built_at(VkCommandBuffer command_buffer, uint32_t bui
 {
     return (struct value){
         .kind = VALUE_BUILT, .number = (uint64_t)(uintptr_t)command_buffer, .build = build};
+}
+
+/* The buffer of a structure that lies in no live memory, and why: a phrase that follows its name.
+ */
+struct holding_buffer {
+    struct value value;
+    const char *lacks;
+};
+static inline struct holding_buffer holding_buffer_of(VkBuffer handle, uint64_t id,
+                                                      bool is_destroyed)
+{
+    const uint64_t number = (uint64_t)(uintptr_t)handle;
+    if (is_destroyed)
+        return (struct holding_buffer){destroyed_object(VK_OBJECT_TYPE_BUFFER, number, id),
+                                       "which was destroyed"};
+    return (struct holding_buffer){object(VK_OBJECT_TYPE_BUFFER, number),
+                                   "which is not bound to memory, or whose memory was freed"};
 }
 
 __attribute__((cold)) bool finding_fill(struct finding *finding, const char *field,
@@ -147,6 +187,29 @@ static inline bool also_violates(struct finding *finding, enum rule rule)
     return false;
 }
 
+/* Adds a remark, if there is room. Return false, too. */
+__attribute__((cold)) bool finding_add_remark(struct finding *finding, const char *says,
+                                              const struct value *values, uint32_t value_count);
+#define remarks(finding, says, ...)                                                                \
+    (finding_is_wanted(finding) &&                                                                 \
+     finding_add_remark((finding), (says), (const struct value[]){__VA_ARGS__},                    \
+                        sizeof((const struct value[]){__VA_ARGS__}) / sizeof(struct value)))
+static inline bool remarks_plainly(struct finding *finding, const char *says)
+{
+    return finding_is_wanted(finding) && finding_add_remark(finding, says, NULL, 0);
+}
+
+/* Lets the message show an instance. Returns false, too. */
+static inline bool shows_instance(struct finding *finding,
+                                  const VkAccelerationStructureInstanceKHR *instance)
+{
+    if (finding_is_wanted(finding)) {
+        finding->has_instance = true;
+        finding->instance = *instance;
+    }
+    return false;
+}
+
 /* Sets `reported_with`, and empties `also`. Returns false, too. */
 static inline bool is_reported_with(struct finding *finding, enum rule rule)
 {
@@ -166,6 +229,8 @@ static inline bool violated_by_handle(struct finding *finding, const char *field
         return false;
     if (!handle.number)
         return finding_fill(finding, field, "is VK_NULL_HANDLE", NULL, 0);
+    if (handle.kind == VALUE_OBJECT)
+        handle = destroyed_object(handle.object_type, handle.number, 0);
     return finding_says(finding, field, "{} is not {}: it was destroyed or never created", handle,
                         text(kind));
 }

@@ -25,6 +25,8 @@ struct life_object {
     VkFlags create_flags;   /* NV: VkAccelerationStructureInfoNV::flags */
     VkDeviceSize size;      /* bytes, of the create info; NV: that the next layer requires */
     VkBuffer buffer;
+    uint64_t buffer_id;                         /* of `buffer`; never reused */
+    bool buffer_is_destroyed;                   /* then another VkBuffer may have its handle */
     enum tristate backed;                       /* all its bytes lie in live memory */
     bool is_sparse;                             /* its buffer is sparse */
     enum tristate host_visible, multi_instance; /* see struct accel_facts */
@@ -35,6 +37,16 @@ struct life_object {
 static inline struct value life_object_value(const struct life_object *object_)
 {
     return object(object_->object_type, object_->handle);
+}
+
+/* Fills the finding for an object in a buffer without live memory. */
+static inline bool violated_by_buffer_of(const struct life_object *object_, struct finding *finding,
+                                         const char *field)
+{
+    const struct holding_buffer held_by =
+        holding_buffer_of(object_->buffer, object_->buffer_id, object_->buffer_is_destroyed);
+    return violated(finding, field, "{} lies in {}, {}", life_object_value(object_), held_by.value,
+                    text(held_by.lacks));
 }
 
 /* The micromaps that serialized data refer to, as far as they are known. */

@@ -173,6 +173,7 @@ def frame_finding(frame, **members):
         "MainMessage": f"pInfos[0].scratchData 0x7f00{frame:04x}10 of VkCommandBuffer "
                        f"0x5500{frame:04x}[\"frame {frame % 3}\"], submission {frame}, age {frame}, is "
                        "no multiple of 256.",
+        "Function": "vkCmdBuildAccelerationStructuresKHR",
         "Location": "pInfos[0].scratchData", "submission": frame, "queue": "0xabc123",
         "DebugRegion": f"frame {frame}",
         "Objects": [{"type": "VkCommandBuffer", "handle": f"0x5500{frame:04x}",
@@ -216,7 +217,7 @@ class Repetition(Runs):
         self.assertEqual(len(report["new"]), 20)
         self.assertEqual(report["mistakes"], [{
             "VUID": VUID, "count": 20, "first_submission": 0, "last_submission": 19,
-            "command_buffers": ["frame 0", "frame 1", "frame 2"]}])
+            "command_buffers": ["frame 0", "frame 1", "frame 2"], "objects": ["scratch"]}])
 
     def test_many_command_buffers(self):
         unnamed = [frame_finding(frame, Objects=[{"type": "VkCommandBuffer",
@@ -225,32 +226,63 @@ class Repetition(Runs):
         self.expect(self.merge(*unnamed), 99,
                     "in 5 command buffers: 0x55000000, 0x55000001, 0x55000002 and 2 more")
 
+    def test_one_mistake_about_20_objects(self):
+        """Streamed objects go through one line of code: of the same call site, or command and member."""
+        site = [{"module": "/app", "offset": "0x10"}]
+        for members in ({"call_site": site}, {}):
+            with self.subTest(members):
+                result = self.merge(*(frame_finding(
+                    i, Objects=[{"type": "VkAccelerationStructureKHR", "handle": "0x77000", "name": f"chunk{i}"}],
+                    Location=f"pInfos[{i}].scratchData", DebugRegion=f"frame {i}",
+                    MainMessage=f"pInfos[{i}].scratchData of build {i} writes bytes {i} to {i + 41271}.",
+                    **members) for i in range(20)))
+                self.expect(result, 99, "1 finding (reported 20 times)",
+                            "20 objects: chunk0, chunk1, chunk2 and 17 more")
+                self.assertNotIn("also:", result.err)
+                self.assertEqual(result.out.count("::error"), 1)
+                self.assertIn("20 objects: chunk0", result.out)
+                results = self.load("a.sarif")["runs"][0]["results"]
+                self.assertEqual([one["occurrenceCount"] for one in results], [20])
+                self.assertIn("20 objects: chunk0", results[0]["message"]["text"])
+                self.assertIn("20 objects: chunk0", self.read("a.xml"))
+                [mistake] = self.load("a.json")["mistakes"]
+                self.assertEqual(mistake["objects"], [f"chunk{i}" for i in range(20)])
+
+    def test_other_messages_of_a_mistake(self):
+        """One line of code may break a rule in two ways: the finding names both."""
+        site = [{"module": "/app", "offset": "0x10"}]
+        messages = [f"pInfos[{i}].{member} is wrong." for i in range(2)
+                    for member in ("scratchData", "dst", "src", "flags")]
+        self.expect(self.merge(*(frame_finding(0, MainMessage=text, Location=text.split()[0], call_site=site)
+                                 for text in messages)),
+                    99, "1 finding (reported 8 times)", "also: pInfos[0].dst is wrong.",
+                    "also: pInfos[0].src is wrong.", "and 1 other message of this id")
+
     def test_what_makes_two_mistakes(self):
-        other = [{"type": "VkBuffer", "handle": "0x66000000", "name": "other scratch"}]
         frame = {"module": "/app", "offset": "0x10"}
-        for members in ({"VUID": "VUID-other"}, {"Location": "pInfos[1].scratchData"},
-                        {"Objects": other}, {"call_site": [frame]}, {"MainMessage": "It is 12."},
-                        {"Severity": "Warning"}):
+        for members in ({"VUID": "VUID-other"}, {"Location": "pInfos[0].dstAccelerationStructure"},
+                        {"call_site": [frame]}, {"Severity": "Warning"}, {"Function": "vkCmdCopyBuffer"},
+                        {"DebugRegion": "terrain"}):
             with self.subTest(members):
                 result = self.merge(frame_finding(0), {**frame_finding(1), **members})
                 self.assertNotIn("2 times", result.err)
                 self.assertNotIn("reported 2 times", result.err)
 
-    def test_labels_count_without_names(self):
-        self.expect(self.merge(*(frame_finding(0, Objects=[], DebugRegion=label)
-                                 for label in ("terrain", "figure", "terrain"))),
-                    99, "2 findings (reported 3 times)")
-
-    def test_number_of_elements_does_not_count(self):
-        messages = [f"It leads to instance 0, which is wrong{more}." for more in (
-            "", " (and 1 more instance)", " (and 99 more instances)", " (and 12)")]
-        self.expect(self.merge(*(frame_finding(0, MainMessage=text) for text in messages)),
+    def test_two_lines_of_code(self):
+        self.expect(self.merge(*(frame_finding(i, call_site=[{"module": "/app", "offset": f"0x{i % 2}"}])
+                                 for i in range(4))),
                     99, "2 findings (reported 4 times)")
 
-    def test_values_count(self):
-        messages = [f"It is {value} bytes, more than 0x5." for value in (12, 16, 12)]
-        self.expect(self.merge(*(frame_finding(0, MainMessage=text) for text in messages)),
+    def test_labels_count_without_call_sites(self):
+        self.expect(self.merge(*(frame_finding(0, DebugRegion=label)
+                                 for label in ("frame 1::terrain", "frame 1::figure", "frame 2::terrain"))),
                     99, "2 findings (reported 3 times)")
+
+    def test_objects_of_advice_count(self):
+        advice = [finding("ASSAY-advice-worst", Severity="Warning", Objects=[
+            {"type": "VkAccelerationStructureKHR", "handle": "0x1", "name": name}]) for name in "aba"]
+        self.write_record(header(), *advice)
+        self.expect(self.run_words("--merge", "7.jsonl", "--advice-is-error"), 99, "2 findings (reported 3 times)")
 
 
 @unittest.skipUnless(shutil.which("cc") and shutil.which("addr2line"), "needs cc and addr2line")

@@ -53,6 +53,49 @@ static void name_traced(const struct hazard_judge *judge, uint64_t number,
         }
 }
 
+/* Finds where a live object lies. Returns false if that is unknown, or if no live object has the
+ * handle. */
+static bool find_bytes(struct resources *resources, const struct hazard_access_text *side,
+                       struct memory_bytes *bytes)
+{
+    struct accel_facts accel;
+    if (side->type == VK_OBJECT_TYPE_BUFFER)
+        return resources_find_buffer_bytes(resources, (VkBuffer)(uintptr_t)side->object, bytes);
+    if (side->type == VK_OBJECT_TYPE_MICROMAP_EXT)
+        return resources_find_micromap_bytes(resources, (VkMicromapEXT)(uintptr_t)side->object,
+                                             bytes);
+    if (side->type != VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR)
+        return false;
+    resources_look_up_accel(resources, (VkAccelerationStructureKHR)(uintptr_t)side->object, &accel);
+    *bytes = (struct memory_bytes){resources_find_memory_id(resources, accel.memory), accel.begin,
+                                   accel.size};
+    return bytes->memory_id;
+}
+
+static enum resource_kind kind_of(VkObjectType type)
+{
+    return type == VK_OBJECT_TYPE_BUFFER                      ? RESOURCE_BUFFER
+           : type == VK_OBJECT_TYPE_MICROMAP_EXT              ? RESOURCE_MICROMAP
+           : type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV ? RESOURCE_ACCEL_NV
+                                                              : RESOURCE_ACCEL;
+}
+
+/* Entries have handles. An object that got the handle later lies elsewhere, in all likelihood. */
+static bool is_destroyed(const struct hazard_judge *judge, const struct hazard *hazard,
+                         const struct hazard_access_text *side)
+{
+    struct resources *resources = judge->device->resources;
+    const struct hazard_bytes *touched = &hazard->bytes;
+    struct memory_bytes bytes;
+    if (!side->object)
+        return false;
+    if (!resources_find_id(resources, kind_of(side->type), side->object))
+        return true;
+    return touched->memory && find_bytes(resources, side, &bytes) &&
+           (bytes.memory_id != touched->memory || bytes.begin >= touched->end ||
+            touched->begin >= bytes.begin + bytes.size);
+}
+
 static void report_kind(const struct hazard_judge *judge, const struct kind_of_hazard *kind)
 {
     const struct device_facts *facts = &judge->device->facts;
@@ -71,6 +114,8 @@ static void report_kind(const struct hazard_judge *judge, const struct kind_of_h
         report.later.type = report.earlier.type;
         report.later.object = report.earlier.object;
     }
+    report.later.object_is_destroyed = is_destroyed(judge, &kind->first, &report.later);
+    report.earlier.object_is_destroyed = is_destroyed(judge, &kind->first, &report.earlier);
     reporter_send_hazard(judge->device->instance->reporter, &report);
 }
 

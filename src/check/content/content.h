@@ -47,6 +47,11 @@ struct content {
         uint64_t count;
         struct kept_indices *same; /* those of the update's source, if they are equal */
     } indices;
+    /* The packed instances, or the pointers to instances, that the geometry reads; or NULL. */
+    struct content_elements {
+        const uint8_t *bytes;
+        uint64_t size;
+    } elements;
     bool has_gaps;   /* the data of some instance is unknown */
     bool has_strays; /* some instance refers to what is unknown */
     struct content_findings findings;
@@ -114,6 +119,12 @@ void content_check_transform(struct content *content, uint32_t index, uint64_t r
                              const VkTransformMatrixKHR *matrix);
 void content_check_instance(struct content *content, uint32_t index, bool has_motion,
                             const VkAccelerationStructureInstanceKHR *instance);
+
+/* What an array looks like one of whose pointers leads nowhere, or one of whose instances refers to
+ * nothing. */
+struct data_look content_look_of_pointers(const struct content *content);
+struct data_look content_look_of_instance(const struct content *content,
+                                          const VkAccelerationStructureInstanceKHR *instance);
 
 /* Store the inputs that later updates are compared with: of every geometry, which comes first, of
  * triangles and AABBs, and of one instance. */

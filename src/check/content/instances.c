@@ -176,8 +176,10 @@ static void check_flags_and_reference(struct content *content, uint32_t index, b
                                  .instance = *instance,
                                  .referenced = referenced};
     uint64_t reference = instance->accelerationStructureReference;
-    if (referenced->alive == NO)
+    if (referenced->alive == NO) {
         view.confused = find_confused(content, reference);
+        view.look = content_look_of_instance(content, instance);
+    }
     if (instance->flags & VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR)
         view.allows_disabling = find_disabling(content, referenced);
     content_walk_instance(content, &view);
@@ -255,9 +257,14 @@ static void read_pointed_instance(struct content *content, uint32_t index,
                                   VkDeviceOrHostAddressConstKHR to)
 {
     const uint8_t *bytes = NULL;
-    content_walk_instance_pointer(content, &(struct instance_pointer_view){
-                                               content->range->geometry, index, to.deviceAddress});
-    if (is_aligned_pointer(content, to.deviceAddress))
+    const bool is_aligned = is_aligned_pointer(content, to.deviceAddress);
+    const struct instance_pointer_view view = {
+        .geometry = content->range->geometry,
+        .index = index,
+        .address = to.deviceAddress,
+        .look = is_aligned ? (struct data_look){0} : content_look_of_pointers(content)};
+    content_walk_instance_pointer(content, &view);
+    if (is_aligned)
         bytes = content_find(content, to, 0, 1, 0, sizeof(VkAccelerationStructureInstanceKHR));
     if (bytes)
         read_instance(content, index, bytes);
@@ -287,6 +294,7 @@ static void read_array_of_pointers(struct content *content, VkDeviceOrHostAddres
     const uint8_t *next = content_find(content, data, range->primitiveOffset, range->primitiveCount,
                                        sizeof(to), sizeof(to));
     content->has_gaps |= !next;
+    content->elements = (struct content_elements){next, range->primitiveCount * sizeof(to)};
     for (uint32_t i = 0; next && i < range->primitiveCount; i++, next += sizeof(to)) {
         memcpy(&to, next, sizeof(to));
         read(content, i, to);
@@ -310,6 +318,7 @@ static void read_plain_instances(struct content *content, VkDeviceOrHostAddressC
     const uint8_t *next =
         content_find(content, data, range->primitiveOffset, range->primitiveCount, size, size);
     content->has_gaps |= !next;
+    content->elements = (struct content_elements){next, range->primitiveCount * size};
     for (uint32_t i = 0; next && i < range->primitiveCount; i++, next += size) {
         __builtin_prefetch(next + PREFETCHED * size); /* processors do not, across pages */
         read_instance(content, i, next);

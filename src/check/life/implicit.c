@@ -377,7 +377,7 @@ static void check_object(struct subject_of_check *subject, const struct implicit
         REPORT(subject, check, "{} was created from another VkDevice", object(type, handle));
     else
         REPORT(subject, check, "{} is not a {} of this device: it was destroyed or never created",
-               object(type, handle), text(check->type));
+               destroyed_object(type, handle, 0), text(check->type));
 }
 
 /* A command reports one of several objects that were created from another device. */

@@ -12,6 +12,8 @@
         (object)->create_flags = (facts)->create_flags;                                            \
         (object)->size = (facts)->size;                                                            \
         (object)->buffer = (facts)->buffer;                                                        \
+        (object)->buffer_id = (facts)->buffer_id;                                                  \
+        (object)->buffer_is_destroyed = (facts)->buffer_is_destroyed;                              \
         (object)->backed = (facts)->backed;                                                        \
         (object)->is_sparse = (facts)->is_sparse;                                                  \
         (object)->host_visible = (facts)->host_visible;                                            \

@@ -19,6 +19,7 @@ struct structure_rules {
 /* The facts that are checked of structures of either kind. */
 struct structure_state {
     enum tristate alive, backed;
+    bool buffer_is_destroyed;
     uint64_t id;
 };
 
@@ -36,7 +37,10 @@ static struct structure_state state_of(struct resources *resources, uint64_t han
 {
     struct accel_facts facts;
     resources_look_up_accel(resources, (VkAccelerationStructureKHR)(uintptr_t)handle, &facts);
-    return (struct structure_state){.alive = facts.alive, .backed = facts.backed, .id = facts.id};
+    return (struct structure_state){.alive = facts.alive,
+                                    .backed = facts.backed,
+                                    .buffer_is_destroyed = facts.buffer_is_destroyed,
+                                    .id = facts.id};
 }
 
 static bool is_in_place(const struct journal_entry *entry)
@@ -65,16 +69,18 @@ static void check_structure(struct replay *replay, const struct journal *journal
     bool memory_was_destroyed = state.alive == YES && was_backed && state.backed == NO;
     if (!is_destroyed && (!memory_was_destroyed || rules->backed == RULE_COUNT))
         return;
+    const VkObjectType type = is_nv ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
+                                    : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
     struct judge judge;
     struct finding finding;
     judge_begin_entry(&judge, replay, journal, entry);
     finding_says(&finding, rules->field,
                  is_destroyed ? "{} was destroyed after the build was recorded"
-                              : "{} lost its memory after the build was recorded: its VkBuffer was "
-                                "destroyed, or its VkDeviceMemory was freed",
-                 object(is_nv ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
-                              : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                        handle));
+                 : state.buffer_is_destroyed
+                     ? "{} lost its memory after the build was recorded: its VkBuffer was destroyed"
+                     : "{} lost its memory after the build was recorded: its VkDeviceMemory was "
+                       "freed",
+                 is_destroyed ? destroyed_object(type, handle, id) : object(type, handle));
     if (is_in_place(entry))
         relate(&finding, rules, is_destroyed ? rules->alive_of_other : rules->backed_of_other);
     judge_report(&judge, is_destroyed ? rules->alive : rules->backed, &finding);
@@ -165,11 +171,15 @@ static void check_input(struct replay *replay, const struct journal *journal,
     struct judge judge;
     struct finding finding;
     judge_begin(&judge, replay, journal, input->position, &location);
-    finding_says(&finding, input_field((enum input_role)input->role),
-                 facts.status == ADDRESS_NOWHERE
-                     ? "{} was in a buffer that was destroyed after the build was recorded"
-                     : "{} is in a buffer whose memory was freed after the build was recorded",
-                 hex(input->address));
+    const char *field = input_field((enum input_role)input->role);
+    if (facts.status == ADDRESS_NOWHERE)
+        finding_says(&finding, field,
+                     "{} was in a buffer that was destroyed after the build was recorded",
+                     address_of_missing(VK_OBJECT_TYPE_BUFFER, input->address));
+    else
+        finding_says(
+            &finding, field, "{} is in {}, whose memory was freed after the build was recorded",
+            hex(input->address), object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts.buffer));
     judge_report(&judge, rule_of_input(input, facts.status), &finding);
 }
 
@@ -208,7 +218,8 @@ static void check_nv_input(struct replay *replay, const struct journal *journal,
     judge_begin(&judge, replay, journal, input->position, &location);
     finding_says(&finding, nv_inputs[input->role].field,
                  "{} was destroyed after the build was recorded",
-                 object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)input->buffer));
+                 destroyed_object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)input->buffer,
+                                  input->buffer_id));
     judge_report(&judge, nv_inputs[input->role].rule, &finding);
 }
 

@@ -349,11 +349,11 @@ void replay_destroyed_micromap(struct replay *replay, const struct journal *jour
     struct judge judge;
     struct finding finding;
     judge_begin_entry(&judge, replay, journal, entry);
-    finding_says(
-        &finding, is_ext ? OPACITY_EXT_DATA "micromap" : OPACITY_DATA "micromap",
-        "{} was destroyed after the build was recorded",
-        object(is_ext ? VK_OBJECT_TYPE_MICROMAP_EXT : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-               entry->src));
+    finding_says(&finding, is_ext ? OPACITY_EXT_DATA "micromap" : OPACITY_DATA "micromap",
+                 "{} was destroyed after the build was recorded",
+                 destroyed_object(is_ext ? VK_OBJECT_TYPE_MICROMAP_EXT
+                                         : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                                  entry->src, entry->src_id));
     judge_report(&judge,
                  is_ext ? RULE_ext_opacity_micromap_is_valid : RULE_opacity_micromap_is_valid,
                  &finding);

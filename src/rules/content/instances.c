@@ -11,6 +11,33 @@ static const struct device_facts *device_of(const struct instance_view *view)
     return view->geometry->build->call->device;
 }
 
+/* Says what the data looks like, if it is not what the build reads. */
+static bool remarks_on_look(struct finding *finding, const struct data_look *look)
+{
+    switch (look->kind) {
+    case LOOKS_LIKE_INSTANCES:
+        return remarks_plainly(finding,
+                               "These bytes look like instances, not like pointers to them: "
+                               "arrayOfPointers is VK_TRUE");
+    case LOOKS_LIKE_POINTERS:
+        return remarks_plainly(finding,
+                               "These bytes look like pointers to instances, not like "
+                               "instances: arrayOfPointers is VK_FALSE");
+    case LOOKS_STRIDED:
+        return remarks(finding,
+                       "These bytes look like instances that are {} apart; a build reads instances "
+                       "that are 64 bytes apart",
+                       count_of(look->stride, "byte"));
+    case LOOKS_UNWRITTEN:
+        return remarks_plainly(finding,
+                               "The buffer does not look written there: write all "
+                               "instances that primitiveCount counts");
+    case LOOKS_AS_ASKED:
+        break;
+    }
+    return false;
+}
+
 /* Instances with motion have their own rule about flags, and so have the flag bits of micromaps. */
 bool instance_flags_are_valid(const struct instance_view *instance, struct finding *finding)
 {
@@ -22,7 +49,8 @@ bool instance_flags_are_valid(const struct instance_view *instance, struct findi
            violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose flags {} have bits {}, which "
                     "VkGeometryInstanceFlagBitsKHR does not define",
-                    number(instance->index), instance_flags(flags), hex(unknown));
+                    number(instance->index), instance_flags(flags), hex(unknown)) ||
+           remarks_on_look(finding, &instance->look);
 }
 
 bool instance_micromap_flags_have_their_feature(const struct instance_view *instance,
@@ -69,6 +97,12 @@ static struct value accel(VkAccelerationStructureKHR handle)
     return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)handle);
 }
 
+static bool shows_what_was_written(const struct instance_view *instance, struct finding *finding)
+{
+    return shows_instance(finding, &instance->instance) ||
+           remarks_on_look(finding, &instance->look);
+}
+
 /* An instance without a structure is valid and inactive. Instances with motion have their own
  * rule. */
 bool instance_references_are_valid_handles(const struct instance_view *instance,
@@ -86,7 +120,8 @@ bool instance_references_are_valid_handles(const struct instance_view *instance,
     return violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose accelerationStructureReference {} is not an "
                     "acceleration structure of this device",
-                    number(instance->index), reference);
+                    number(instance->index), reference) ||
+           shows_what_was_written(instance, finding);
 }
 
 /* An instance with reference 0 is inactive. */
@@ -149,7 +184,8 @@ bool instance_references_are_zero_or_a_blas(const struct instance_view *instance
                     "leads to instance {}, whose accelerationStructureReference {} is not the "
                     "address of an acceleration structure of this device",
                     number(instance->index),
-                    address_of_missing(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, reference));
+                    address_of_missing(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, reference)) ||
+           shows_what_was_written(instance, finding);
 }
 
 /* ---- pointers to instances */
@@ -160,7 +196,8 @@ bool instances_behind_pointers_are_aligned(const struct instance_pointer_view *i
     return instance_pointer->address % 16 == 0 ||
            violated(finding, content_field(instance_pointer->geometry, INPUT_INSTANCES),
                     "leads to pointer {}, whose value {} is not a multiple of 16",
-                    number(instance_pointer->index), hex(instance_pointer->address));
+                    number(instance_pointer->index), hex(instance_pointer->address)) ||
+           remarks_on_look(finding, &instance_pointer->look);
 }
 
 /* ---- structures that instances refer to */
@@ -180,10 +217,11 @@ static struct value buffer(const struct reference_view *reference)
 
 bool instances_are_backed_by_memory(const struct reference_view *reference, struct finding *finding)
 {
+    const struct holding_buffer held_by = holding_buffer_of_accel(reference->referenced);
     return reference->referenced->backed != NO ||
            violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
-                    REFERS_TO "whose {} is not bound to memory, or whose memory was freed",
-                    number(reference->instance), structure(reference), buffer(reference));
+                    REFERS_TO "which lies in {}, {}", number(reference->instance),
+                    structure(reference), held_by.value, text(held_by.lacks));
 }
 
 bool instances_are_host_visible(const struct reference_view *reference, struct finding *finding)

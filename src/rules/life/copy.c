@@ -106,10 +106,7 @@ static bool is_backed(const struct life_object *accel, struct finding *finding, 
     if (!accel->buffer)
         return violated(finding, field, "{} is not bound to memory, or its memory was freed",
                         life_object_value(accel));
-    return violated(finding, field,
-                    "{} lies in {}, which is not bound to memory, or was destroyed, or whose "
-                    "memory was freed",
-                    life_object_value(accel), buffer_of(accel));
+    return violated_by_buffer_of(accel, finding, field);
 }
 
 bool copy_src_is_backed(const struct copy_view *copy, struct finding *finding)

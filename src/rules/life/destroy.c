@@ -44,8 +44,9 @@ static bool no_instance_referred_to_it(const struct destroyed_view *destroyed,
                finding, "accelerationStructure",
                "{} was destroyed while instance {} of {} referred to it by {}, and that build "
                "had not completed as far as the application had observed",
-               life_object_value(&destroyed->object), number(instance->index),
-               text(build_command_name(instance->command)),
+               destroyed_object(destroyed->object.object_type, destroyed->object.handle,
+                                destroyed->object.id),
+               number(instance->index), text(build_command_name(instance->command)),
                address_of_missing(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, instance->reference));
 }
 

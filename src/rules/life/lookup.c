@@ -72,10 +72,7 @@ bool address_of_structure_needs_bound_buffer(const struct lookup_view *lookup,
                                              struct finding *finding)
 {
     return lookup->object.backed != NO ||
-           violated(finding, "accelerationStructure",
-                    "{} lies in {}, which is not bound to memory, or was destroyed, or whose "
-                    "memory was freed",
-                    life_object_value(&lookup->object), buffer_of(lookup));
+           violated_by_buffer_of(&lookup->object, finding, "accelerationStructure");
 }
 
 bool address_of_structure_needs_buffer_usage(const struct lookup_view *lookup,

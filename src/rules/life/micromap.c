@@ -129,11 +129,7 @@ bool built_micromap_is_backed(const struct built_micromap_view *built_micromap,
                               struct finding *finding)
 {
     const struct life_object *dst = &built_micromap->dst;
-    return dst->backed != NO ||
-           violated(finding, "dstMicromap",
-                    "{} lies in {}, which is not bound to memory, or was destroyed, or whose "
-                    "memory was freed",
-                    life_object_value(dst), buffer_of(dst));
+    return dst->backed != NO || violated_by_buffer_of(dst, finding, "dstMicromap");
 }
 
 bool built_micromap_is_host_visible(const struct built_micromap_view *built_micromap,

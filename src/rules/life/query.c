@@ -207,10 +207,7 @@ static bool is_backed(const struct life_object *object, struct finding *finding)
     if (!object->buffer)
         return violated(finding, "", "{} is not bound to memory, or its memory was freed",
                         life_object_value(object));
-    return violated(finding, "",
-                    "{} lies in {}, which is not bound to memory, or was destroyed, or whose "
-                    "memory was freed",
-                    life_object_value(object), buffer_of(object));
+    return violated_by_buffer_of(object, finding, "");
 }
 
 bool queried_structure_is_backed(const struct queried_view *queried, struct finding *finding)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A table of names by handle. Objects of different types may have equal handles; their names form a
- * chain. */
+/* A table of names by handle. Objects of different types may have equal handles, and objects that
+ * were destroyed may have had them; their names form a chain. */
 #include "src/state/commands/object_names.h"
 
 #include <stdlib.h>
@@ -11,15 +11,21 @@
 #include "src/platform/threads.h"
 
 struct object_name {
-    struct object_name *next; /* same handle, other type */
+    struct object_name *next; /* same handle */
     VkObjectType type;
+    uint64_t handle;
+    bool is_past; /* the object is destroyed */
+    bool is_old;  /* and so is a later object that had the handle */
+    uint64_t id;  /* of a destroyed object; 0: none */
     char text[];
 };
 
-/* `lock` guards `table`. Each record of the table is a chain of at least one name. */
+/* `lock` guards the rest. Each record of the table is a chain of at least one name. */
 struct object_names {
     pthread_mutex_t lock;
     struct handle_table table;
+    struct object_name *past[OBJECT_NAMES_PAST]; /* a ring; they are in the table, too */
+    uint64_t past_count;                         /* of all that were added */
 };
 
 const char *object_type_name(VkObjectType type)
@@ -77,19 +83,27 @@ void object_names_destroy(struct object_names *names)
     free(names);
 }
 
-static void remove_name(struct handle_table *table, VkObjectType type, uint64_t handle)
+/* Removes a name that is in the table, and frees it. */
+static void remove_name(struct handle_table *table, struct object_name *name)
 {
-    struct object_name *first = handle_table_find(table, handle), **link = &first;
-    while (*link && (*link)->type != type)
+    struct object_name *first = handle_table_find(table, name->handle), **link = &first;
+    while (*link != name)
         link = &(*link)->next;
-    struct object_name *name = *link;
-    if (!name)
-        return;
     *link = name->next;
-    free(name);
-    handle_table_remove(table, handle);
+    handle_table_remove(table, name->handle);
     if (first)
-        handle_table_set(table, handle, first); /* reuses the removed slot, so it succeeds */
+        handle_table_set(table, name->handle, first); /* reuses the removed slot, so it succeeds */
+    free(name);
+}
+
+/* Returns NULL if the live object has no name. */
+static struct object_name *find_live_name(const struct object_names *names, VkObjectType type,
+                                          uint64_t handle)
+{
+    struct object_name *name = handle_table_find(&names->table, handle);
+    while (name && (name->type != type || name->is_past))
+        name = name->next;
+    return name;
 }
 
 static void add_name(struct handle_table *table, uint64_t handle, struct object_name *name)
@@ -110,24 +124,59 @@ void object_names_set(struct object_names *names, VkObjectType type, uint64_t ha
         size_t size = strlen(name) + 1;
         added = malloc(sizeof(*added) + size);
         if (added) {
-            added->type = type;
+            *added = (struct object_name){.type = type, .handle = handle};
             memcpy(added->text, name, size);
         }
     }
     pthread_mutex_lock(&names->lock);
-    remove_name(&names->table, type, handle);
+    struct object_name *before = find_live_name(names, type, handle);
+    if (before)
+        remove_name(&names->table, before);
     if (added)
         add_name(&names->table, handle, added);
     pthread_mutex_unlock(&names->lock);
 }
 
-/* Called with the lock held. */
-static size_t copy_name(const struct object_names *names, VkObjectType type, uint64_t handle,
-                        char *buffer, size_t size)
+/* ---- destroyed objects */
+
+/* Keeps the name in place of the oldest one. */
+static void keep_past_name(struct object_names *names, struct object_name *name)
+{
+    struct object_name **slot = &names->past[names->past_count++ % OBJECT_NAMES_PAST];
+    if (*slot)
+        remove_name(&names->table, *slot);
+    *slot = name;
+}
+
+void object_names_end(struct object_names *names, VkObjectType type, uint64_t handle, uint64_t id)
+{
+    pthread_mutex_lock(&names->lock);
+    struct object_name *live = find_live_name(names, type, handle);
+    struct object_name *name = handle_table_find(&names->table, handle);
+    for (; name; name = name->next)
+        name->is_old |= name->is_past && name->type == type;
+    if (live) {
+        live->is_past = true;
+        live->id = id;
+        keep_past_name(names, live);
+    }
+    pthread_mutex_unlock(&names->lock);
+}
+
+static const struct object_name *find_past_name(const struct object_names *names, VkObjectType type,
+                                                uint64_t handle, uint64_t id)
 {
     const struct object_name *name = handle_table_find(&names->table, handle);
-    while (name && name->type != type)
+    while (name && (name->type != type || !name->is_past || (id ? name->id != id : name->is_old)))
         name = name->next;
+    return name;
+}
+
+/* ---- look-ups */
+
+/* Accepts NULL. */
+static size_t copy_name(const struct object_name *name, char *buffer, size_t size)
+{
     if (!name || !size)
         return 0;
     size_t length = strlen(name->text);
@@ -142,7 +191,19 @@ size_t object_names_get(const struct object_names *names, VkObjectType type, uin
 {
     pthread_mutex_t *lock = (pthread_mutex_t *)&names->lock;
     pthread_mutex_lock(lock);
-    size_t length = copy_name(names, type, handle, buffer, size);
+    size_t length = copy_name(find_live_name(names, type, handle), buffer, size);
+    pthread_mutex_unlock(lock);
+    if (size)
+        buffer[length] = '\0';
+    return length;
+}
+
+size_t object_names_get_past(const struct object_names *names, VkObjectType type, uint64_t handle,
+                             uint64_t id, char *buffer, size_t size)
+{
+    pthread_mutex_t *lock = (pthread_mutex_t *)&names->lock;
+    pthread_mutex_lock(lock);
+    size_t length = copy_name(find_past_name(names, type, handle, id), buffer, size);
     pthread_mutex_unlock(lock);
     if (size)
         buffer[length] = '\0';
@@ -155,7 +216,7 @@ size_t object_names_try_get(const struct object_names *names, VkObjectType type,
     pthread_mutex_t *lock = (pthread_mutex_t *)&names->lock;
     size_t length = 0;
     if (pthread_mutex_trylock(lock) == 0) {
-        length = copy_name(names, type, handle, buffer, size);
+        length = copy_name(find_live_name(names, type, handle), buffer, size);
         pthread_mutex_unlock(lock);
     }
     if (size)

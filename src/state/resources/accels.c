@@ -266,6 +266,7 @@ static void find_memory(const struct resources *resources, const struct micromap
     const struct buffer_record *buffer = resources_buffer(resources, micromap->buffer);
     if (!buffer || buffer->where.buffer_id != micromap->buffer_id) {
         facts->backed = tristate_of(micromap->buffer_id && !resources->incomplete, false);
+        facts->buffer_is_destroyed = facts->backed == NO;
         return;
     }
     facts->is_sparse = buffer->where.is_sparse;
@@ -294,6 +295,7 @@ void resources_find_micromap(struct resources *resources, VkMicromapEXT handle,
         facts->create_flags = micromap->create_flags;
         facts->size = micromap->size;
         facts->buffer = micromap->buffer;
+        facts->buffer_id = micromap->buffer_id;
         find_memory(resources, micromap, facts);
     } else {
         facts->alive = resources->incomplete ? UNKNOWN : NO;

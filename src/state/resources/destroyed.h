@@ -11,12 +11,12 @@
 enum { DESTROYED_MAX = 256, DESTROYED_NAME_SIZE = 64 };
 
 struct destroyed_object {
-    VkObjectType type; /* VK_OBJECT_TYPE_BUFFER or VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR */
-    uint64_t handle;
-    uint64_t address, size;         /* address 0: it had none */
-    uint64_t submissions;           /* calls that had submitted work when it was destroyed */
-    uint64_t number;                /* 1 for the first object that was added */
-    bool is_reported;               /* it was in use when it was destroyed, as is reported */
+    VkObjectType type;      /* VK_OBJECT_TYPE_BUFFER or VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR */
+    uint64_t handle, id;    /* as resources_find_id() returned */
+    uint64_t address, size; /* address 0: it had none */
+    uint64_t submissions;   /* calls that had submitted work when it was destroyed */
+    uint64_t number;        /* 1 for the first object that was added */
+    bool is_reported;       /* it was in use when it was destroyed, as is reported */
     char name[DESTROYED_NAME_SIZE]; /* debug name; "" if it had none */
 };
 

@@ -54,6 +54,7 @@ void resources_refresh_accel(struct accel_record *accel)
     facts->memory = buffer->where.memory;
     facts->begin = buffer->where.begin + accel->offset;
     facts->is_external = buffer->is_external;
+    facts->buffer_is_destroyed = !buffer->alive;
     facts->is_sparse = buffer->where.is_sparse && buffer->alive;
     /* Whether a sparse buffer is backed depends on the execution point: see
      * resources_sparse_backing(). */
