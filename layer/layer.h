@@ -23,6 +23,7 @@
 #include "src/base/reader_lock.h"
 #include "src/check/call/check.h"
 #include "src/report/reporter.h"
+#include "src/report/told_queries.h"
 #include "src/state/builds/size_cache.h"
 #include "src/state/builds/structures.h"
 #include "src/state/commands/command_buffers.h"
@@ -122,6 +123,7 @@ struct layer_device {
     struct host_writes *host_writes;           /* the same */
     struct device_advice *advice;              /* NULL if setting advice is off */
     struct hazard_objects *hazard_objects; /* NULL if setting hazards is off, and without memory */
+    struct told_queries told_queries;      /* findings about queries of sizes */
     /* From where build commands are called; NULL if setting call_sites is off, and without memory.
      */
     struct call_sites *call_sites;

@@ -133,6 +133,18 @@ enum tristate layer_radius_format_supported(struct layer_device *device, VkForma
 
 /* ---- queries the sizes of builds, through the size cache */
 
+/* The query ignores these members, and a layer below may still find them invalid: mode and source
+ * of a micromap, or a structure that was destroyed. */
+static VkAccelerationStructureBuildGeometryInfoKHR
+without_ignored(const VkAccelerationStructureBuildGeometryInfoKHR *info)
+{
+    VkAccelerationStructureBuildGeometryInfoKHR query = *info;
+    query.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
+    query.srcAccelerationStructure = query.dstAccelerationStructure = VK_NULL_HANDLE;
+    query.scratchData = (VkDeviceOrHostAddressKHR){.deviceAddress = 0};
+    return query;
+}
+
 ON_RECORDING_PATH void
 layer_find_build_sizes(struct layer_device *device,
                        const VkAccelerationStructureBuildGeometryInfoKHR *info,
@@ -147,8 +159,9 @@ layer_find_build_sizes(struct layer_device *device,
         return;
     VkAccelerationStructureBuildSizesInfoKHR answer = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    const VkAccelerationStructureBuildGeometryInfoKHR query = without_ignored(info);
     bool is_micromap = info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
-    device->vk.GetAccelerationStructureBuildSizesKHR(device->handle, build_type, info,
+    device->vk.GetAccelerationStructureBuildSizesKHR(device->handle, build_type, &query,
                                                      is_micromap ? NULL : counts, &answer);
     *sizes = (struct size_facts){.known = true,
                                  .acceleration_structure = answer.accelerationStructureSize,

@@ -91,9 +91,14 @@ static bool is_bottom(const struct journal_entry *entry)
     return entry->built.type == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR;
 }
 
-static void note_top(struct noting *noting, bool is_top)
+static bool is_top(const struct journal_entry *entry)
 {
-    atomic_fetch_add(&noting->advice->tops, is_top);
+    return entry->built.type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
+}
+
+static void note_top(struct noting *noting, bool may_be_top)
+{
+    atomic_fetch_add(&noting->advice->tops, may_be_top);
 }
 
 static void note_tiny(struct noting *noting, uint64_t id, bool is_tiny)
@@ -110,7 +115,7 @@ static void note_build(struct noting *noting, const struct journal_entry *entry)
         structures_note_build(noting->structures, entry->dst_id, noting->advice->submissions,
                               entry->built.flags, noting->needed_size);
     note_tiny(noting, entry->dst_id, noting->is_tiny && is_bottom(entry));
-    note_top(noting, !is_bottom(entry));
+    note_top(noting, is_top(entry));
     noting->needed_size = 0;
     noting->is_tiny = false;
 }
@@ -162,7 +167,7 @@ static void note_entry(struct noting *noting, const struct journal_entry *entry)
         noting->is_tiny = false;
         note_use(noting, entry->dst_id, USE_UPDATED);
         note_use(noting, entry->src_id, USE_UPDATE_SOURCE);
-        note_top(noting, !is_bottom(entry));
+        note_top(noting, is_top(entry));
         break;
     case JOURNAL_COPY:
         note_use(noting, entry->src_id, USE_COPIED);
@@ -175,7 +180,8 @@ static void note_entry(struct noting *noting, const struct journal_entry *entry)
     case JOURNAL_FILL:
         note_use(noting, entry->dst_id, USE_FILLED);
         note_tiny(noting, entry->dst_id, false);
-        note_top(noting, true); /* it may be one, and its instances are not read */
+        /* A structure may be a top-level one, whose instances are not read. */
+        note_top(noting, entry->info == FILL_READS_ACCEL);
         break;
     case JOURNAL_READ:
         note_read(noting, entry);

@@ -205,11 +205,11 @@ static void add_triangles(struct hazard_recording *recording, const struct hazar
     add_bytes(recording, use, info->triangleArray, is_host, stride == size ? count * size : size);
 }
 
-/* The layer's own call needs the feature and a structure that can be read, as the application's. */
+/* The layer's own call needs the feature and a valid structure, as the application's. */
 static bool can_query_sizes(const struct layer_device *device, const VkMicromapBuildInfoEXT *info)
 {
     return device->facts.micromap.ext && info->sType == VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT &&
-           count_triangles(info);
+           !check_has_found() && count_triangles(info);
 }
 
 static void add_build(struct hazard_recording *recording, uint32_t index,

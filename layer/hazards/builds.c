@@ -37,21 +37,19 @@ static VkDeviceSize size_in_structure(const struct build_view *build)
     return build->sizes.known ? build->sizes.acceleration_structure : 1;
 }
 
-/* An update in place writes what it reads. */
+/* The read comes first, so that the write of an update in place does not hide an earlier one. */
 static void add_structures(struct hazard_recording *recording, const struct build_view *build)
 {
-    struct hazard_use use = {
-        .kind = is_host(build) ? ACCESS_HOST_WRITE : ACCESS_BUILD_ACCEL_WRITE,
-        .role = build->info->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR ? HAZARD_TOP_DST
-                                                                                  : HAZARD_DST,
-        .info = build->index};
-    VkDeviceSize size = size_in_structure(build);
+    const VkDeviceSize size = size_in_structure(build);
+    struct hazard_use use = {.kind = is_host(build) ? ACCESS_HOST_READ : ACCESS_BUILD_ACCEL_READ,
+                             .role = HAZARD_SRC,
+                             .info = build->index};
+    if (build_is_update(build->info))
+        hazard_recording_add_accel(recording, &use, &build->src, size);
+    use.kind = is_host(build) ? ACCESS_HOST_WRITE : ACCESS_BUILD_ACCEL_WRITE;
+    use.role = build->info->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR ? HAZARD_TOP_DST
+                                                                                 : HAZARD_DST;
     hazard_recording_add_accel(recording, &use, &build->dst, size);
-    if (!build_is_update(build->info) || build_is_in_place(build->info))
-        return;
-    use.kind = is_host(build) ? ACCESS_HOST_READ : ACCESS_BUILD_ACCEL_READ;
-    use.role = HAZARD_SRC;
-    hazard_recording_add_accel(recording, &use, &build->src, size);
 }
 
 static void add_scratch(struct hazard_recording *recording, const struct build_view *build)
@@ -183,13 +181,12 @@ const struct build_recorder *hazards_build_recorder(void)
 
 static void add_nv_structures(struct hazard_recording *recording, const struct nv_call_view *view)
 {
-    struct hazard_use use = {.kind = ACCESS_BUILD_ACCEL_WRITE, .role = HAZARD_TOP_DST};
+    struct hazard_use use = {.kind = ACCESS_BUILD_ACCEL_READ, .role = HAZARD_SRC};
+    if (view->update)
+        hazard_recording_add_nv(recording, &use, &view->src_facts);
+    use.kind = ACCESS_BUILD_ACCEL_WRITE;
+    use.role = HAZARD_TOP_DST;
     hazard_recording_add_nv(recording, &use, &view->dst_facts);
-    if (!view->update || view->src == view->dst)
-        return;
-    use.kind = ACCESS_BUILD_ACCEL_READ;
-    use.role = HAZARD_SRC;
-    hazard_recording_add_nv(recording, &use, &view->src_facts);
 }
 
 static void add_nv_scratch(struct hazard_recording *recording, const struct nv_call_view *view)

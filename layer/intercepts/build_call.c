@@ -46,15 +46,37 @@ static struct call_origin origin_of(const struct build_call *call)
     };
 }
 
+/* Reports a finding. Returns whether a callback asks to skip the call. */
+static bool send_finding(const struct build_call *call, enum rule rule,
+                         const struct location *location, const struct finding *finding)
+{
+    const struct call_origin origin = origin_of(call);
+    return reporter_send(call->device->instance->reporter, rule, location, &origin, finding);
+}
+
+/* The same for a query of sizes. What was reported lately is not repeated. */
+static bool send_about_query(const struct build_call *call, enum rule rule,
+                             const struct location *location, const struct finding *finding)
+{
+    struct told_queries *told = &call->device->told_queries;
+    const uint64_t query = told_query(rule, location, finding, call_site_of_thread()),
+                   known = told_queries_find(told, query);
+    if (known)
+        return known & TOLD_SKIPS;
+    const bool skips = send_finding(call, rule, location, finding);
+    told_queries_add(told, query | (skips ? TOLD_SKIPS : 0));
+    return skips;
+}
+
 bool build_call_found(void *user, enum rule rule, const struct location *location,
                       const struct finding *finding)
 {
     struct build_call *call = user;
-    struct reporter *reporter = call->device->instance->reporter;
-    const struct call_origin origin = origin_of(call);
-    if (reporter_send(reporter, rule, location, &origin, finding))
-        call->skip = true;
-    return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
+    const bool is_query = location->command == COMMAND_GetAccelerationStructureBuildSizesKHR;
+    call->has_found = true;
+    call->skip |= (is_query ? send_about_query : send_finding)(call, rule, location, finding);
+    return reporter_wants(call->device->instance->reporter,
+                          rule_infos[rule].vuid[location->command]);
 }
 
 /* Evaluates one rule of the call alone. */

@@ -65,6 +65,18 @@ static void find_micromap_sizes(void *user, const VkMicromapBuildInfoEXT *info,
         .known = true, .micromap = found.micromapSize, .build_scratch = found.buildScratchSize};
 }
 
+/* Noinline, so that the thread-local variable is located once per call. */
+__attribute__((noinline)) static bool *found_by_thread(void)
+{
+    static _Thread_local bool has_found;
+    return &has_found;
+}
+
+bool check_has_found(void)
+{
+    return *found_by_thread();
+}
+
 bool check_command(struct layer_device *device, enum build_command command, const void *arguments)
 {
     static const struct check_hooks hooks = {
@@ -92,6 +104,7 @@ bool check_command(struct layer_device *device, enum build_command command, cons
         .structures = device->structures,
     };
     check_life(&context, &call.view);
+    *found_by_thread() = call.has_found;
     return call.skip;
 }
 

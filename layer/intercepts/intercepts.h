@@ -17,6 +17,8 @@ bool checks_are_active(const struct layer_device *device, enum build_command com
 /* Validates a call. `arguments`: struct arguments_of_NAME. Returns true if the call is to be
  * skipped. */
 bool check_command(struct layer_device *device, enum build_command command, const void *arguments);
+/* Whether that has found something about the last call of this thread that was validated. */
+bool check_has_found(void);
 
 /* As check_referenced_micromaps(), at level CONTENT; below, returns NULL. */
 struct geometry_shapes *find_referenced_micromaps(struct layer_device *device, const void *bytes);
@@ -54,6 +56,7 @@ struct build_call {
     struct journal *journal;             /* in which the builds are recorded; or NULL */
     const struct execution_point *point; /* of a host build, see struct check_context */
     struct hazard_entry *hazards; /* the call's HAZARD_COMMAND, with setting hazards; or NULL */
+    bool has_found;               /* a rule of the call's own was violated */
     bool skip;                    /* a callback asked to skip the call */
 };
 

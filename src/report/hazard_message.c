@@ -279,6 +279,24 @@ static void append_accesses(struct text_buffer *text, struct message *message,
     text_append(text, ".");
 }
 
+/* A structure is read of which something has overwritten bytes. */
+static void append_overwritten(struct text_buffer *text, struct message *message,
+                               const struct hazard_report *report)
+{
+    if (report->is_own_write) {
+        append_read(text, message, report);
+        text_append(text, " The same build writes them as ");
+        append_member(text, &report->earlier);
+        text_append(text, ", which is ");
+        append_object_of(text, message, &report->earlier);
+        text_append(text, ". Give each structure memory of its own.");
+        return;
+    }
+    append_accesses(text, message, report);
+    text_append(text, " Nothing has built or copied the structure since. Give each structure "
+                      "memory of its own, or build it again before its use.");
+}
+
 static void append_reason(struct text_buffer *text, const struct hazard_report *report)
 {
     const struct hazard *hazard = &report->hazard;
@@ -323,6 +341,10 @@ static void append_hint(struct text_buffer *text, const struct hazard_report *re
     if (hazard->type != WRITE_AFTER_READ)
         text_append(text, ", srcAccessMask %s%s, dstAccessMask %s%s", src.access_prefix, src.access,
                     dst.access_prefix, dst.access);
+    if (report->write != ACCESS_KINDS) {
+        const struct access_names write = access_names(report->write, &report->features);
+        text_append(text, " | %s%s", write.access_prefix, write.access);
+    }
     text_append(text, ".");
 }
 
@@ -357,10 +379,7 @@ void message_of_hazard(struct message *message, const struct hazard_report *repo
     } else if (report->hazard.type == TRACE_OF_DESTROYED) {
         append_trace_of_destroyed(&text, message, report);
     } else if (report->hazard.type == READ_OF_OVERWRITTEN) {
-        append_accesses(&text, message, report);
-        text_append(&text,
-                    " Nothing has built or copied the structure since. Give each structure "
-                    "memory of its own, or build it again before its use.");
+        append_overwritten(&text, message, report);
     } else {
         append_accesses(&text, message, report);
         append_reason(&text, report);

@@ -49,8 +49,26 @@ COMMAND(GetAccelerationStructureDeviceAddressKHR)
     return buffer != 0 ? buffer + as->as.offset : as->as.fallback;
 }
 
+/* The query ignores these members. Layers may validate them all the same, so the layer's own
+ * queries lack what is invalid. */
+static bool is_alive_or_null(VkAccelerationStructureKHR handle)
+{
+    return handle == VK_NULL_HANDLE || FIND(ACCELERATION_STRUCTURE_KHR, handle) != NULL;
+}
+
+static bool is_valid_query(const VkAccelerationStructureBuildGeometryInfoKHR *info)
+{
+    const bool is_micromap = info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
+    return is_alive_or_null(info->srcAccelerationStructure) &&
+           is_alive_or_null(info->dstAccelerationStructure) &&
+           !(is_micromap && (info->srcAccelerationStructure != VK_NULL_HANDLE ||
+                             info->mode != VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR));
+}
+
 COMMAND(GetAccelerationStructureBuildSizesKHR)
 {
+    if (!is_valid_query(pBuildInfo))
+        atomic_fetch_add(&invalid_queries, 1);
     const struct null_driver_sizes *sizes = &CONFIG(device)->sizes;
     uint64_t primitives = 0;
     for (uint32_t i = 0; pMaxPrimitiveCounts != NULL && i < pBuildInfo->geometryCount; i++)

@@ -326,6 +326,7 @@ static void report_host_write(const struct host_writes *host_writes,
     const struct hazard_entry *access = input->access;
     const struct hazard_report hazard = {
         .hazard = {.type = READ_RACING_HOST, .bytes = bytes_of(input)},
+        .write = ACCESS_KINDS,
         .later = {.command = input->command->command,
                   .is_build = true,
                   .role = (enum hazard_role)access->role,

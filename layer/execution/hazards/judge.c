@@ -145,9 +145,9 @@ static void judge_references(struct hazard_judge *judge, const struct hazard_com
     const struct hazard_input *references =
         hazard_batch_references(judge->current, command, &count);
     for (uint32_t i = 0; i < count && is_compared(judge); i++) {
-        judge_structure_read(judge,
+        judge_reference_read(judge,
                              &(struct hazard_access){ACCESS_BUILD_ACCEL_READ, references[i].bytes},
-                             references[i].structure);
+                             references[i].structure, references[i].place.position);
         shader_judge_add_reference(
             &judge->shaders, command->first, references[i].place.position,
             &(struct top_reference){references[i].structure, references[i].bytes.memory});
@@ -209,7 +209,8 @@ static void begin_command(struct hazard_judge *judge, const struct journal *jour
                           struct hazard_command *command)
 {
     shader_judge_begin_command(&judge->shaders);
-    *command = (struct hazard_command){hazards_begin_command(judge->hazards), journal, item, place};
+    judge->command_first = hazards_begin_command(judge->hazards);
+    *command = (struct hazard_command){judge->command_first, journal, item, place};
     if (!hazard_batch_note(judge->current, command))
         judge->lost = true;
 }

@@ -5,6 +5,9 @@
 
 #include <stdlib.h>
 
+/* A position that no build has. */
+enum { NO_BUILD = UINT32_MAX };
+
 /* The last write of a structure. */
 struct written {
     uint64_t number; /* of the access */
@@ -56,14 +59,24 @@ static uint64_t find_overwriting(const struct hazard_judge *judge, uint64_t stru
     return hazards_write_since(judge->hazards, own->number, bytes);
 }
 
+/* Whether a write by the current command is of the build at that position. */
+static bool is_of_build(const struct hazard_judge *judge, uint64_t number, uint32_t position)
+{
+    struct hazard_access_text write;
+    return hazard_judge_find_side(judge, number, &write) && write.is_build &&
+           write.origin.build_index + write.info == position;
+}
+
 /* A read that is too early is reported as such. */
-uint64_t judge_structure_read(struct hazard_judge *judge, const struct hazard_access *read,
-                              uint64_t structure)
+static uint64_t judge_read(struct hazard_judge *judge, const struct hazard_access *read,
+                           uint64_t structure, uint32_t position)
 {
     struct hazard early;
     struct hazard_bytes bytes;
     const uint64_t last = find_overwriting(judge, structure, &bytes);
-    const bool is_late = last && !hazards_read_is_early(judge->hazards, read, &early);
+    const bool is_late = last &&
+                         (last < judge->command_first || is_of_build(judge, last, position)) &&
+                         !hazards_read_is_early(judge->hazards, read, &early);
     const uint64_t number = hazards_access(judge->hazards, read);
     if (is_late)
         hazard_judge_found(judge, &(struct hazard){.type = READ_OF_OVERWRITTEN,
@@ -71,4 +84,16 @@ uint64_t judge_structure_read(struct hazard_judge *judge, const struct hazard_ac
                                                    .later = {.number = number, .kind = read->kind},
                                                    .bytes = bytes});
     return number;
+}
+
+uint64_t judge_structure_read(struct hazard_judge *judge, const struct hazard_access *read,
+                              uint64_t structure)
+{
+    return judge_read(judge, read, structure, NO_BUILD);
+}
+
+uint64_t judge_reference_read(struct hazard_judge *judge, const struct hazard_access *read,
+                              uint64_t structure, uint32_t position)
+{
+    return judge_read(judge, read, structure, position);
 }

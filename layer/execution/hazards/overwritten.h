@@ -12,8 +12,12 @@ void judge_written(struct hazard_judge *judge, uint64_t structure, uint64_t numb
                    const struct hazard_bytes *bytes);
 void judge_forget_all_written(struct hazard_judge *judge);
 /* An access by the current command reads the structure, whose first byte that is. Returns the
- * number of the access. */
+ * number of the access. What the command itself writes is left to its valid usage. */
 uint64_t judge_structure_read(struct hazard_judge *judge, const struct hazard_access *read,
                               uint64_t structure);
+/* The same for an instance of the build at that position of the command buffer. No valid usage
+ * forbids that a build overwrites what its own instances refer to. */
+uint64_t judge_reference_read(struct hazard_judge *judge, const struct hazard_access *read,
+                              uint64_t structure, uint32_t position);
 
 #endif

@@ -104,7 +104,10 @@ static void report_kind(const struct hazard_judge *judge, const struct kind_of_h
                                                 .structures = facts->acceleration_structure,
                                                 .structure_copies = facts->ray_tracing_maintenance1,
                                                 .micromaps = facts->micromap.ext},
-                                   .more = kind->count - 1};
+                                   .more = kind->count - 1,
+                                   .is_own_write =
+                                       kind->first.earlier.number >= judge->command_first,
+                                   .write = kind->write};
     if (!hazard_judge_find_side(judge, kind->first.later.number, &report.later) ||
         !hazard_judge_find_side(judge, kind->first.earlier.number, &report.earlier))
         return;
@@ -132,6 +135,26 @@ static bool is_same_kind(const struct hazard *a, const struct hazard *b)
            a->later.kind == b->later.kind;
 }
 
+/* An update in place reads and writes a structure, and needs one barrier for both. */
+static bool is_write_of_what_is_read(const struct kind_of_hazard *read, const struct hazard *hazard)
+{
+    return read->first.type == READ_AFTER_WRITE && hazard->type == WRITE_AFTER_WRITE &&
+           read->last_earlier == hazard->earlier.number;
+}
+
+static bool add_to_kind(struct kind_of_hazard *kind, const struct hazard *hazard)
+{
+    if (is_write_of_what_is_read(kind, hazard)) {
+        kind->write = hazard->later.kind;
+        return true;
+    }
+    if (!is_same_kind(&kind->first, hazard))
+        return false;
+    kind->count++;
+    kind->last_earlier = hazard->earlier.number;
+    return true;
+}
+
 /* The engine's callback. */
 void hazard_judge_found(void *user, const struct hazard *hazard)
 {
@@ -140,10 +163,9 @@ void hazard_judge_found(void *user, const struct hazard *hazard)
         !reporter_wants_hazard(judge->device->instance->reporter, hazard_id_of(hazard)))
         return;
     for (uint32_t i = 0; i < judge->kind_count; i++)
-        if (is_same_kind(&judge->kinds[i].first, hazard)) {
-            judge->kinds[i].count++;
+        if (add_to_kind(&judge->kinds[i], hazard))
             return;
-        }
     if (judge->kind_count < HAZARD_KINDS_REPORTED)
-        judge->kinds[judge->kind_count++] = (struct kind_of_hazard){*hazard, 1};
+        judge->kinds[judge->kind_count++] =
+            (struct kind_of_hazard){*hazard, 1, hazard->earlier.number, ACCESS_KINDS};
 }

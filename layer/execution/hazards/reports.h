@@ -14,6 +14,10 @@ enum { HAZARD_KINDS_REPORTED = 8 }; /* in one command; each is reported once */
 struct kind_of_hazard {
     struct hazard first;
     uint32_t count;
+    uint64_t last_earlier; /* number of the last one's earlier access */
+    /* Of a READ_AFTER_WRITE: the command also writes what it reads, with this kind of access, and
+     * the same dependency is missing for that; else ACCESS_KINDS. */
+    enum access_kind write;
 };
 
 struct hazard_judge {
@@ -29,6 +33,7 @@ struct hazard_judge {
     uint64_t batch_count;        /* that were judged */
     struct handle_table written; /* see overwritten.c */
     struct hazard_batch_record *current;
+    uint64_t command_first; /* number of the current command's first access */
     struct kind_of_hazard kinds[HAZARD_KINDS_REPORTED];
     uint32_t kind_count;
 };

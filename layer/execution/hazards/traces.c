@@ -19,6 +19,7 @@ static void report_lost(const struct hazard_judge *judge, const struct top_level
         .earlier = {.type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, .object = lost->structure},
         .destroyed_name = lost->name,
         .is_freed = lost->is_freed,
+        .write = ACCESS_KINDS,
     };
     if (judge->lost ||
         !reporter_wants_hazard(judge->device->instance->reporter, HAZARD_ID_TRACE_DESTROYED) ||

@@ -266,13 +266,22 @@ content_advise_instance(struct content *content, const VkAccelerationStructureIn
 
 /* ---- builds */
 
+/* No ray hits a micromap, and its build has no range, so it has no primitives either. */
+static bool is_of_micromap(const struct content *content)
+{
+    const struct geometry_view *geometry = content->range->geometry;
+    return (int)geometry->geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR;
+}
+
 void content_advise(struct content *content)
 {
     struct content_advice *advice = content->walk->advice;
     const uint32_t count = content->range->range->primitiveCount;
     advice->contents.primitives += count;
     advice->geometry_count++;
-    if (instances_in(content->range->geometry->geometry))
+    if (is_of_micromap(content))
+        advice->is_unknown = true;
+    else if (instances_in(content->range->geometry->geometry))
         advice->is_unknown |= !advise_instances(content);
     else if (count)
         advice->is_unknown |= !advise_primitives(content);

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The last findings about vkGetAccelerationStructureBuildSizesKHR. A layer above, such as the
+ * Khronos layer, queries the sizes of each build of the application, some several times: what is
+ * wrong with the build is then wrong with each of these queries. A finding that says the same as
+ * one of the last ones, from the same call site, is not reported again. Any thread, without a lock:
+ * of two threads that find the same at once, both may report it. */
+#ifndef ASSAY_REPORT_TOLD_QUERIES_H
+#define ASSAY_REPORT_TOLD_QUERIES_H
+
+#include <stdatomic.h>
+
+#include "src/view/finding.h"
+#include "src/view/location.h"
+
+struct call_site;
+
+enum { TOLD_QUERIES = 16 };
+
+/* Zero is empty. */
+struct told_queries {
+    _Atomic uint64_t items[TOLD_QUERIES]; /* a ring of told_query(), with TOLD_SKIPS; 0: none */
+    atomic_uint next;
+};
+
+/* A callback asked to skip the call. */
+#define TOLD_SKIPS UINT64_C(1)
+
+/* What a finding says, as a number other than 0 that lacks TOLD_SKIPS. */
+uint64_t told_query(enum rule rule, const struct location *location, const struct finding *finding,
+                    const struct call_site *site);
+/* Returns the number with TOLD_SKIPS if that was added, else without. Returns 0 if the finding was
+ * not reported lately. */
+uint64_t told_queries_find(struct told_queries *told, uint64_t query);
+void told_queries_add(struct told_queries *told, uint64_t query);
+
+#endif
