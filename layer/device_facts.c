@@ -112,6 +112,11 @@ static void collect_features(struct device_facts *facts, const void *chain)
         chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SYNCHRONIZATION_2_FEATURES);
     const VkPhysicalDeviceVulkan13Features *core_13 =
         chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES);
+    const VkPhysicalDeviceMultiviewFeatures *multiview =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MULTIVIEW_FEATURES);
+    const VkPhysicalDeviceVulkan11Features *core_11 =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_FEATURES);
+    facts->multiview = (multiview && multiview->multiview) || (core_11 && core_11->multiview);
     facts->ray_tracing_maintenance1 = maintenance && maintenance->rayTracingMaintenance1;
     facts->synchronization2 = (synchronization && synchronization->synchronization2) ||
                               (core_13 && core_13->synchronization2);

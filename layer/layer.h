@@ -55,6 +55,7 @@ struct layer_instance {
     VkInstance handle;
     uint32_t api_version; /* VkApplicationInfo::apiVersion */
     bool has_properties2; /* VK_KHR_get_physical_device_properties2 is enabled */
+    bool is_below_layer;  /* another layer has created it, and calls on its own account, too */
     VkuInstanceDispatchTable vk;
     PFN_GetPhysicalDeviceProcAddr next_physical_device_proc_addr;
     struct reporter *reporter;
@@ -117,6 +118,7 @@ struct layer_device {
      * except that backend cpu always has them. */
     struct structures *structures;
     struct submissions *submissions;
+    struct query_writes *query_writes; /* NULL below EXECUTION, and without memory */
     struct execution_order *order;
     struct submitted_builds *submitted_builds; /* for reports of a loss; NULL below EXECUTION */
     struct hazard_checks *hazard_checks;       /* NULL if setting hazards is off */

@@ -9,6 +9,7 @@
 #include "layer/execution/build_records.h"
 #include "layer/execution/hazards/checks.h"
 #include "layer/execution/input_checks.h"
+#include "layer/execution/query_writes.h"
 #include "layer/layer.h"
 #include "layer/snapshots/guard/execution.h"
 #include "src/check/replay/replay.h"
@@ -229,6 +230,13 @@ static void inspect(void *user, struct order_batch *batch)
         if (journal && !journal->incomplete)
             replay_destroyed(&replay, journal);
     }
+    query_writes_submit(submissions->device->query_writes, batch);
+}
+
+static void submissions_fail(void *user, struct order_batch *batch)
+{
+    const struct submissions *submissions = user;
+    query_writes_fail(submissions->device->query_writes, batch);
 }
 
 /* Judges a batch before its call goes down, so that a callback can have the call skipped. Applies
@@ -257,6 +265,7 @@ static void submissions_run(void *user, struct order_batch *batch)
     if (!is_done && batch->work != WORK_SYNC && !submissions->order_unknown)
         replay_batch(submissions, batch, false);
     batch->is_replayed = !submissions->order_unknown;
+    query_writes_run(submissions->device->query_writes, batch);
 }
 
 static void submissions_ran(void *user, struct order_batch *batch)
@@ -281,6 +290,7 @@ struct batch_consumer submissions_consumer(struct submissions *submissions)
         .undo = undo,
         .run = submissions_run,
         .ran = submissions_ran,
+        .fail = submissions_fail,
         .order_unknown = order_unknown,
     };
 }

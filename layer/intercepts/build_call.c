@@ -54,7 +54,8 @@ static bool send_finding(const struct build_call *call, enum rule rule,
     return reporter_send(call->device->instance->reporter, rule, location, &origin, finding);
 }
 
-/* The same for a query of sizes. What was reported lately is not repeated. */
+/* The same for a query of sizes that another layer may have made. What was reported lately is not
+ * repeated. */
 static bool send_about_query(const struct build_call *call, enum rule rule,
                              const struct location *location, const struct finding *finding)
 {
@@ -72,9 +73,10 @@ bool build_call_found(void *user, enum rule rule, const struct location *locatio
                       const struct finding *finding)
 {
     struct build_call *call = user;
-    const bool is_query = location->command == COMMAND_GetAccelerationStructureBuildSizesKHR;
+    const bool may_repeat = location->command == COMMAND_GetAccelerationStructureBuildSizesKHR &&
+                            call->device->instance->is_below_layer;
     call->has_found = true;
-    call->skip |= (is_query ? send_about_query : send_finding)(call, rule, location, finding);
+    call->skip |= (may_repeat ? send_about_query : send_finding)(call, rule, location, finding);
     return reporter_wants(call->device->instance->reporter,
                           rule_infos[rule].vuid[location->command]);
 }

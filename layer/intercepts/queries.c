@@ -3,6 +3,7 @@
  * recorded in journals; resets and reads by the host are placed in execution order among the
  * batches. */
 #include "layer/execution/input_checks.h"
+#include "layer/execution/query_writes.h"
 #include "src/state/commands/query_pools.h"
 
 #include <stdlib.h>
@@ -26,6 +27,7 @@ void note_query_pool(struct layer_device *device, VkQueryPool pool,
 void forget_query_pool(struct layer_device *device, VkQueryPool handle)
 {
     struct query_pool pool;
+    query_writes_forget(device->query_writes, handle);
     if (query_pools_remove(device->query_pools, handle, &pool))
         structures_note_destroyed(device->structures, pool.first_id, pool.count);
 }
@@ -156,6 +158,24 @@ void note_recorded_query_resets(struct layer_device *device, VkCommandBuffer com
     journal_add(recording->journal, &entry);
 }
 
+/* ---- other queries */
+
+/* In a render pass instance with several views a command writes one query for each of them. */
+enum { VIEWS_MAX = 32 };
+
+void note_query_write(struct layer_device *device, VkCommandBuffer command_buffer, VkQueryPool pool,
+                      uint32_t query)
+{
+    const struct journal_entry entry = {.kind = JOURNAL_WRITE_QUERY,
+                                        .dst = (uint64_t)(uintptr_t)pool,
+                                        .info = device->facts.multiview ? VIEWS_MAX : 1,
+                                        .number = query};
+    struct command_buffer *recording =
+        device->query_writes ? layer_find_recording(device, command_buffer) : NULL;
+    if (recording)
+        journal_add(recording->journal, &entry);
+}
+
 /* ---- the host reads
  *
  * The completions that the host has observed are recorded before the call goes down: a batch that
@@ -247,6 +267,21 @@ struct journal *begin_query_reading(struct layer_device *device, VkQueryPool han
                : NULL;
 }
 
+/* Whether the application may have learned that a query is available. */
+static bool may_have_read(uint32_t count, VkQueryResultFlags flags, VkResult result)
+{
+    return result == VK_SUCCESS ||
+           (result == VK_NOT_READY && (count > 1 || flags & VK_QUERY_RESULT_PARTIAL_BIT));
+}
+
+static void observe_queries(const struct layer_device *device, VkQueryPool pool, uint32_t first,
+                            uint32_t count)
+{
+    struct execution_clock clock;
+    const bool is_known = query_writes_find(device->query_writes, pool, first, count, &clock);
+    execution_order_note_results(device->order, is_known ? &clock : NULL);
+}
+
 /* Looks the pool up again: it may not be destroyed during the call. */
 void note_query_results(struct layer_device *device, struct journal *reading, VkQueryPool handle,
                         uint32_t first, uint32_t count, size_t size, void *data,
@@ -254,7 +289,8 @@ void note_query_results(struct layer_device *device, struct journal *reading, Vk
 {
     struct query_pool pool;
     input_checks_deliver(device->input_checks);
-    execution_order_note_results(device->order);
+    if (may_have_read(count, flags, result))
+        observe_queries(device, handle, first, count);
     if (!reading)
         return;
     bool partial = (flags & VK_QUERY_RESULT_PARTIAL_BIT) && !(flags & VK_QUERY_RESULT_WAIT_BIT);

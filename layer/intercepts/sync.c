@@ -70,7 +70,7 @@ void observe_semaphores(struct layer_device *device, const VkSemaphoreWaitInfo *
         execution_order_observe_semaphore(device->order, info->pSemaphores[i], info->pValues[i],
                                           false);
     if (result == VK_SUCCESS && any)
-        execution_order_observe_unknown(device->order);
+        execution_order_observe_any_semaphore(device->order, info);
     end_observation(device);
 }
 
@@ -124,7 +124,7 @@ void observe_fences(struct layer_device *device, uint32_t count, const VkFence *
     for (uint32_t i = 0; result == VK_SUCCESS && knows_all && i < count; i++)
         execution_order_observe_fence(device->order, fences[i]);
     if (result == VK_SUCCESS && !knows_all)
-        execution_order_observe_unknown(device->order);
+        execution_order_observe_any_fence(device->order, count, fences);
     end_observation(device);
 }
 

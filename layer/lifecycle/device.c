@@ -11,6 +11,7 @@
 #include "layer/execution/hazards/checks.h"
 #include "layer/execution/hazards/host_writes.h"
 #include "layer/execution/input_checks.h"
+#include "layer/execution/query_writes.h"
 #include "layer/execution/submissions.h"
 #include "layer/execution/submitted_builds.h"
 #include "layer/harsh.h"
@@ -55,6 +56,7 @@ void layer_free_device(struct layer_device *device)
     execution_order_destroy(device->order);
     advice_destroy(device->advice);
     submissions_destroy(device->submissions);
+    query_writes_destroy(device->query_writes);
     structures_destroy(device->structures);
     command_buffers_destroy(device->command_buffers); /* and their recordings */
     comparer_destroy(device->comparer);
@@ -114,6 +116,8 @@ VkResult layer_track_submissions(struct layer_device *device)
                                          : VK_ERROR_OUT_OF_HOST_MEMORY;
     if (result != VK_SUCCESS)
         return result;
+    if (device->level >= LEVEL_EXECUTION)
+        device->query_writes = query_writes_create();
     const struct execution_hooks hooks = submissions_hooks(device->submissions);
     result = execution_order_create(&device->order, &hooks);
     if (result == VK_SUCCESS)

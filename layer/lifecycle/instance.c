@@ -10,6 +10,7 @@
 #include "layer/layer.h"
 #include "observers.h"
 #include "src/base/chain.h"
+#include "src/platform/modules.h"
 
 static const VkLayerProperties own_layer = {
     .layerName = ASSAY_LAYER_NAME,
@@ -102,6 +103,13 @@ static uint32_t requested_api_version(const VkInstanceCreateInfo *create_info)
     return application && application->apiVersion ? application->apiVersion : VK_API_VERSION_1_0;
 }
 
+/* Whether the code at the address belongs to a layer. */
+static bool is_in_layer(const void *address)
+{
+    struct module_place place;
+    return module_find((uintptr_t)address, &place) && place.is_layer;
+}
+
 VKAPI_ATTR VkResult VKAPI_CALL assay_CreateInstance(const VkInstanceCreateInfo *pCreateInfo,
                                                     const VkAllocationCallbacks *pAllocator,
                                                     VkInstance *pInstance)
@@ -131,6 +139,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateInstance(const VkInstanceCreateInfo *
 
     state->handle = *pInstance;
     state->api_version = requested_api_version(pCreateInfo);
+    state->is_below_layer = is_in_layer(__builtin_return_address(0));
     state->has_properties2 =
         enables_extension(pCreateInfo, VK_KHR_GET_PHYSICAL_DEVICE_PROPERTIES_2_EXTENSION_NAME);
     vkuInitInstanceDispatchTable(*pInstance, &state->vk, next_proc_addr);

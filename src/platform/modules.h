@@ -15,6 +15,7 @@ struct module_place {
      * is relative to the image base. */
     uint64_t offset;
     bool is_vulkan;    /* the module is the Vulkan loader, or a layer */
+    bool is_layer;     /* it is a layer */
     bool follows_call; /* the instruction before the address is a call */
 };
 

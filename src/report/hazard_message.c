@@ -293,8 +293,9 @@ static void append_overwritten(struct text_buffer *text, struct message *message
         return;
     }
     append_accesses(text, message, report);
-    text_append(text, " Nothing has built or copied the structure since. Give each structure "
-                      "memory of its own, or build it again before its use.");
+    text_append(text,
+                " Nothing has built or copied the structure since. Give each structure "
+                "memory of its own, or build it again before its use.");
 }
 
 static void append_reason(struct text_buffer *text, const struct hazard_report *report)

@@ -29,8 +29,8 @@ struct hazard_report {
      * if it had none. The trace is `later`; its object is the top-level structure, or 0 if that is
      * the destroyed one. */
     const char *destroyed_name;
-    bool is_freed; /* it is alive, and its memory was freed */
-    uint32_t more; /* accesses of the same kind in this command that have such a hazard, too */
+    bool is_freed;     /* it is alive, and its memory was freed */
+    uint32_t more;     /* accesses of the same kind in this command that have such a hazard, too */
     bool is_own_write; /* READ_OF_OVERWRITTEN: both accesses are of one build */
     /* Of a READ_AFTER_WRITE: the command also writes the bytes with this kind of access, and needs
      * the same barrier for that; ACCESS_KINDS: it does not. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The last findings about vkGetAccelerationStructureBuildSizesKHR. A layer above, such as the
- * Khronos layer, queries the sizes of each build of the application, some several times: what is
- * wrong with the build is then wrong with each of these queries. A finding that says the same as
+/* The last findings about vkGetAccelerationStructureBuildSizesKHR, if a layer is above. Such as the
+ * Khronos layer, it may query the sizes of each build of the application, some several times: what
+ * is wrong with the build is then wrong with each of these queries. A finding that says the same as
  * one of the last ones, from the same call site, is not reported again. Any thread, without a lock:
  * of two threads that find the same at once, both may report it. */
 #ifndef ASSAY_REPORT_TOLD_QUERIES_H

@@ -254,7 +254,7 @@ struct device_facts {
     /* Features. */
     bool acceleration_structure, acceleration_structure_indirect_build,
         acceleration_structure_host_commands, accel_capture_replay;
-    bool device_fault, ray_tracing_maintenance1, synchronization2;
+    bool device_fault, ray_tracing_maintenance1, synchronization2, multiview;
     bool spheres, linear_swept_spheres, dense_geometry_format;
     bool device_address_commands, buffer_device_address_multi_device,
         descriptor_buffer_capture_replay;

@@ -4,6 +4,8 @@
 
 #define KHRONOS_NAME "VK_LAYER_KHRONOS_validation"
 #define PRIMITIVE_COUNT_ID "VUID-vkCmdBuildAccelerationStructuresKHR-primitiveCount-03769"
+#define STRIDE_ID "VUID-VkAccelerationStructureGeometryTrianglesDataKHR-vertexStride-03735"
+#define OWN_STRIDE_TEXT "pBuildInfo->pGeometries[0].geometry.triangles.vertexStride"
 #define INFO_COUNT_ID "VUID-vkCmdBuildAccelerationStructuresKHR-infoCount-arraylength"
 
 static struct fixture fixture;
@@ -99,6 +101,22 @@ static void make_mistake_of_update(struct scene *scene)
                                                  &scene->ranges_argument[REFIT]);
 }
 
+/* A query that is repeated may be one of the Khronos layer for the same build. */
+static void ask_for_wrong_sizes(const struct scene *scene)
+{
+    VkAccelerationStructureGeometryKHR geometry = scene->geometries[INDEXED][0];
+    VkAccelerationStructureBuildGeometryInfoKHR info = scene->infos[INDEXED];
+    const uint32_t counts[] = {1};
+    STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
+    geometry.geometry.triangles.vertexStride++;
+    info.geometryCount = 1;
+    info.pGeometries = &geometry;
+    info.ppGeometries = NULL;
+    for (int i = 0; i < 3; i++)
+        scene->vk->GetAccelerationStructureBuildSizesKHR(
+            fixture.device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &info, counts, &sizes);
+}
+
 static void validate(const char *first, const char *second)
 {
     open_fixture(first, second);
@@ -116,6 +134,11 @@ static void validate(const char *first, const char *second)
     assert_int_equal(scene_submit_call(scene), VK_ERROR_VALIDATION_FAILED_EXT);
     expect_messages(PRIMITIVE_COUNT_ID, "as submitted to", false);
     fixture.messages.answer = VK_FALSE;
+
+    ask_for_wrong_sizes(scene);
+    assert_int_equal(messages_count(&fixture.messages, STRIDE_ID, OWN_STRIDE_TEXT),
+                     strcmp(first, LAYER_NAME) == 0 ? 3 : 1);
+    messages_clear(&fixture.messages);
 
     scene_close(scene);
     expect_silence();

@@ -58,7 +58,7 @@ TEST(test_old_signals_are_dropped)
     struct semaphore_clock semaphore = {.timeline = true};
     for (uint64_t value = 1; value <= SEMAPHORE_SIGNALS + 1; value++) {
         assert_true(semaphore_clock_announce(&semaphore, value, value, &none));
-        semaphore_clock_set(&semaphore, value, &none, &none, timestamp_never());
+        semaphore_clock_set(&semaphore, value, &none, &none, &none, timestamp_never());
         semaphore_clock_publish(&semaphore, value, &none);
     }
     for (uint64_t value = 1; value <= SEMAPHORE_SIGNALS + 1; value++) {

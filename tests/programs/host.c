@@ -111,9 +111,9 @@ static void wait_on_host(struct play *play, char **words)
         wait_for_timelines(play, words[0], words + 1, 0, timeout);
     else if (play_is(words[2], "fence") || play_is(words[2], "fences"))
         wait_with_others(play,
-                         is_any                        ? 1
-                         : play_is(words[2], "fences") ? OTHER_FENCES
-                                                       : 0,
+                         play_is(words[2], "fences") == is_any ? 0
+                         : is_any                              ? 1
+                                                               : OTHER_FENCES,
                          is_any, timeout);
     else
         wait_for_timelines(play, words[0], words + 2, is_any ? VK_SEMAPHORE_WAIT_ANY_BIT : 0,

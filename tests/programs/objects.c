@@ -136,6 +136,7 @@ VkQueryPool play_create_queries(const struct play *play, const char *name)
         name[1] == 'M'   ? VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT
         : name[1] == 'N' ? VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV
         : name[1] == 'O' ? VK_QUERY_TYPE_OCCLUSION
+        : name[1] == 'T' ? VK_QUERY_TYPE_TIMESTAMP
                          : VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
     return query_pool_create(&play->vk, play->device, type, 3);
 }

@@ -12,7 +12,7 @@
  *     render DEPENDENCY [, DEPENDENCY]...      an empty render pass; its dependencies are those
  *                        from and to what is outside, and one between two subpasses; the fourth is
  *                        a barrier in the second subpass. More are all from what is outside
- *     timestamp STAGE          timestamp2 STAGE        of a query without a pool: only null
+ *     timestamp STAGE [POOL]   timestamp2 STAGE [POOL]      of query 0; without a pool: only null
  *     below ...                what reached the null driver: below.c
  *     render2 ..., render2KHR ...              the same by newer names; the masks are those of
  *                        VkMemoryBarrier2 in the chain, but `render2 own ...` has none
@@ -372,11 +372,11 @@ static void prepare_image(struct play *play, const char *name)
 static void write_timestamp(struct play *play, char **words)
 {
     const VkPipelineStageFlags2 stage = play_stages(play, words[1]);
+    const VkQueryPool pool = words[2] ? play_object(play, words[2])->queries : VK_NULL_HANDLE;
     if (play_is(words[0], "timestamp2"))
-        play->vk.CmdWriteTimestamp2(play_commands(play), stage, VK_NULL_HANDLE, 0);
+        play->vk.CmdWriteTimestamp2(play_commands(play), stage, pool, 0);
     else
-        play->vk.CmdWriteTimestamp(play_commands(play), (VkPipelineStageFlagBits)stage,
-                                   VK_NULL_HANDLE, 0);
+        play->vk.CmdWriteTimestamp(play_commands(play), (VkPipelineStageFlagBits)stage, pool, 0);
 }
 
 bool play_sync(struct play *play, char **words)

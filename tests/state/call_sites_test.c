@@ -223,7 +223,7 @@ TEST(modules_have_paths_and_kinds)
     assert_true(module_find(stack_at_depth(1, call_stack_walk_frames).addresses[0], &place));
     assert_string_equal(place.path, program);
     assert_true(place.follows_call);
-    assert_false(place.is_vulkan);
+    assert_false(place.is_vulkan || place.is_layer);
     assert_true(module_find((uintptr_t)call_sites_test_no_call, &place));
     assert_false(place.follows_call);
     assert_false(module_find((uintptr_t)&place, &place));
@@ -231,7 +231,7 @@ TEST(modules_have_paths_and_kinds)
     void *library = open_library(LAYER_LIKE, "vkNegotiateLoaderLayerInterfaceVersion", &address);
     assert_true(module_find(address, &place));
     assert_string_equal(place.path, LAYER_LIKE);
-    assert_true(place.is_vulkan);
+    assert_true(place.is_vulkan && place.is_layer);
     dlclose(library);
     assert_false(module_find(address, &place));
     assert_int_equal(chdir("/"), 0);

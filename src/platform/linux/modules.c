@@ -77,13 +77,10 @@ static bool defines_function(const struct symbols *symbols, const char *name)
     }
 }
 
-/* Layers have the first function, or, like the loader, the second. */
-static bool is_vulkan(const struct dl_phdr_info *info)
+static bool defines(const struct dl_phdr_info *info, const char *function)
 {
     struct symbols symbols;
-    return find_symbols(info, &symbols) &&
-           (defines_function(&symbols, "vkNegotiateLoaderLayerInterfaceVersion") ||
-            defines_function(&symbols, "vkGetInstanceProcAddr"));
+    return find_symbols(info, &symbols) && defines_function(&symbols, function);
 }
 
 /* ---- modules */
@@ -129,7 +126,8 @@ static int visit(struct dl_phdr_info *info, size_t size, void *user)
     const unsigned char *code = (const unsigned char *)(info->dlpi_addr + segment->p_vaddr);
     find_path(info, search->modules == 0, place->path);
     place->offset = search->address - info->dlpi_addr;
-    place->is_vulkan = is_vulkan(info);
+    place->is_layer = defines(info, "vkNegotiateLoaderLayerInterfaceVersion");
+    place->is_vulkan = place->is_layer || defines(info, "vkGetInstanceProcAddr");
     place->follows_call =
         !(segment->p_flags & PF_R) || follows_call(code, (const unsigned char *)search->address);
     return 1;

@@ -19,8 +19,8 @@ bool module_find(uintptr_t address, struct module_place *place)
     if (GetModuleFileNameW(module, path, WIDE_PATH_SIZE) < WIDE_PATH_SIZE)
         text_from_wide(path, place->path, sizeof(place->path));
     place->offset = address - (uintptr_t)module;
-    place->is_vulkan = GetProcAddress(module, "vkNegotiateLoaderLayerInterfaceVersion") ||
-                       GetProcAddress(module, "vkGetInstanceProcAddr");
+    place->is_layer = GetProcAddress(module, "vkNegotiateLoaderLayerInterfaceVersion");
+    place->is_vulkan = place->is_layer || GetProcAddress(module, "vkGetInstanceProcAddr");
     place->follows_call = !(code.Protect & (PAGE_EXECUTE_READ | PAGE_EXECUTE_READWRITE)) ||
                           follows_call(code.BaseAddress, (const unsigned char *)address);
     return true;

@@ -163,6 +163,7 @@ void command_buffer_execute(struct command_buffer *primary, struct command_buffe
         journal_add(primary->journal, &entry);
         primary->journal->secondary_count++;
         primary->journal->has_events |= secondary->journal->has_events;
+        primary->journal->writes_queries |= secondary->journal->writes_queries;
         primary->journal->awaits_inputs |= secondary->journal->awaits_inputs;
         primary->journal->reads_host_data |= secondary->journal->reads_host_data;
     }

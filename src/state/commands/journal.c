@@ -201,7 +201,7 @@ ON_RECORDING_PATH void journal_clear(struct journal *journal)
     chunk_list_clear(&journal->entries);
     journal->has_references = journal->has_sources_to_check = false;
     journal->secondary_count = 0;
-    journal->has_events = journal->incomplete = false;
+    journal->has_events = journal->writes_queries = journal->incomplete = false;
     journal->lacks_hazards = journal->awaits_inputs = journal->has_tracing_pipeline = false;
     journal->has_condition = false;
     journal->reads_host_data = false;

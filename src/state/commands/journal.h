@@ -47,6 +47,9 @@ enum journal_kind {
     JOURNAL_READ,
     /* Queries of properties, with the ids of query_pools.h. */
     JOURNAL_RESET_QUERIES, /* dst_id: the first query, info: the number of queries */
+    /* Queries of other types. dst: the VkQueryPool; number: the first query, info: the number of
+     * queries. */
+    JOURNAL_WRITE_QUERY,
     /* The host read `number`; src: the structure, or src_id: the query; info: its VkQueryType. */
     JOURNAL_ANSWER,
     /* dst: a VkEvent. Only waits that may have to wait for the host have an entry (events.h). */
@@ -286,6 +289,8 @@ struct journal {
     bool has_sources_to_check; /* see journal_entry_has_source_to_check */
     uint32_t secondary_count;  /* JOURNAL_EXECUTE entries */
     bool has_events;           /* it or a secondary has event entries */
+    bool writes_queries;       /* it or a secondary has a JOURNAL_WRITE_QUERY, or a JOURNAL_READ
+                                * that is a query */
     bool incomplete;           /* memory ran out for entries: the others prove nothing */
     bool lacks_hazards;        /* memory ran out for HAZARD entries: all before counts as ordered */
     /* It or a secondary has builds whose data, indices or references level content will find. */
@@ -310,6 +315,12 @@ static inline bool journal_entry_has_source_to_check(const struct journal_entry 
 {
     return JOURNAL_BIT(entry->kind) &
            (JOURNAL_READS | JOURNAL_BIT(JOURNAL_UPDATE) | JOURNAL_BIT(JOURNAL_USE_MICROMAP));
+}
+
+static inline bool journal_entry_writes_query(const struct journal_entry *entry)
+{
+    return entry->kind == JOURNAL_WRITE_QUERY ||
+           (entry->kind == JOURNAL_READ && entry->read.query != VK_QUERY_TYPE_MAX_ENUM);
 }
 
 /* Whether the entry owns the references in `built`. */
@@ -383,6 +394,7 @@ static inline void journal_end_entry(struct journal *journal, const struct journ
 {
     journal->has_references |= journal_entry_has_references(entry);
     journal->has_sources_to_check |= journal_entry_has_source_to_check(entry);
+    journal->writes_queries |= journal_entry_writes_query(entry);
 }
 
 /* Adds a copy of `entry` and takes over its references. Releases them if memory runs out. */

@@ -121,6 +121,10 @@ struct order_batch {
     enum work_phase work;
     struct timestamp timestamp;   /* host work: set at WORK_ENDS and WORK_FAILS only */
     struct execution_clock clock; /* all work that certainly executes before the batch */
+    /* Work of queues: the batch, and all work of which the host may know that it is complete if it
+     * knows that of a command of the batch. Barriers continue the scopes of semaphores, so this is
+     * more than what `clock` and the signals of the batch certainly have. */
+    struct execution_clock behind;
     /* False: batches that have not been submitted yet may execute before this one, so nothing about
      * it may be reported. Its effects still count. */
     bool predecessors_known;

@@ -64,7 +64,7 @@ void execution_order_add_host_wait(struct execution_order *order, VkSemaphore ha
         execution_clock_copy(&batch->clock, &order->host);
         if (semaphore)
             submission->operations[0].id = semaphore->id;
-        order_batch_follow_waits(batch, &batch->clock, &batch->clock);
+        order_batch_follow_waits(batch, &batch->clock, &batch->clock, &order->maybe);
         batch->predecessors_known = semaphore != NULL;
         submission_describe(submission);
         submission_set_states(submission, BATCH_SUBMITTED);
@@ -184,6 +184,12 @@ void execution_order_reset_fence(struct execution_order *order, VkFence handle)
     leave(order);
 }
 
+void execution_order_join_fence(struct execution_order *order, const struct order_fence *fence)
+{
+    execution_clock_join(&order->host, &fence->clock);
+    execution_clock_join(&order->maybe, &fence->behind);
+}
+
 /* ---- completions that the host has observed
  *
  * If a held batch is complete, either a call that released it is still under way, and the
@@ -197,7 +203,7 @@ void execution_order_observe_fence(struct execution_order *order, VkFence handle
     struct order_fence *fence = execution_order_fence(order, handle);
     if (fence && !fence->foreign && fence->serial) {
         if (fence->has_clock)
-            execution_clock_join(&order->host, &fence->clock);
+            execution_order_join_fence(order, fence);
         else if (!order->in_flight)
             execution_order_set_unknown_locked(order, ORDER_UNKNOWN_UNTRACKED_SIGNAL);
     } else if (fence && !fence->seen) {
@@ -228,7 +234,7 @@ void execution_order_observe_semaphore(struct execution_order *order, VkSemaphor
     if (semaphore && semaphore->timeline) {
         const uint64_t seen_before = semaphore->seen;
         semaphore_clock_observe(semaphore, value, exact);
-        if (!semaphore_clock_catch_up(semaphore, &order->host) && !order->in_flight)
+        if (!semaphore_clock_catch_up(semaphore, &order->host, &order->maybe) && !order->in_flight)
             execution_order_set_unknown_locked(order, ORDER_UNKNOWN_UNTRACKED_SIGNAL);
         note_wait(order, handle, semaphore, seen_before);
         execution_order_release_held(order);
@@ -236,20 +242,84 @@ void execution_order_observe_semaphore(struct execution_order *order, VkSemaphor
     leave(order);
 }
 
+/* The host may have observed the completion of the work in `clock`; NULL: of any work. */
+static void note_maybe(struct execution_order *order, const struct execution_clock *clock)
+{
+    if (clock)
+        execution_clock_join(&order->maybe, clock);
+    else
+        order->untracked++;
+}
+
 void execution_order_observe_unknown(struct execution_order *order)
 {
     if (!enter(order))
         return;
-    order->untracked++;
+    note_maybe(order, NULL);
     execution_order_add_host_wait(order, VK_NULL_HANDLE, 0);
     leave(order);
 }
 
-void execution_order_note_results(struct execution_order *order)
+/* Adds what the host knows if the fence is signaled. Returns false if that is unknown. */
+static bool add_fence(const struct execution_order *order, VkFence handle,
+                      struct execution_clock *clock)
+{
+    const struct order_fence *fence = execution_order_fence(order, handle);
+    if (!fence || fence->foreign || (fence->serial ? !fence->has_clock : !fence->seen))
+        return false;
+    if (fence->serial)
+        execution_clock_join(clock, &fence->behind);
+    return true;
+}
+
+void execution_order_observe_any_fence(struct execution_order *order, uint32_t count,
+                                       const VkFence *fences)
+{
+    struct execution_clock clock = {0};
+    bool is_known = true;
+    if (!enter(order))
+        return;
+    for (uint32_t i = 0; i < count; i++)
+        is_known &= add_fence(order, fences[i], &clock);
+    note_maybe(order, is_known ? &clock : NULL);
+    execution_order_add_host_wait(order, VK_NULL_HANDLE, 0);
+    leave(order);
+}
+
+/* Does the same for a semaphore that has the value. */
+static bool add_semaphore(const struct execution_order *order, VkSemaphore handle, uint64_t value,
+                          struct execution_clock *clock)
+{
+    const struct semaphore_clock *semaphore = execution_order_semaphore(order, handle);
+    const struct semaphore_signal *signal = NULL;
+    if (!semaphore || !semaphore->timeline || semaphore->foreign)
+        return false;
+    const enum semaphore_wait_status status = semaphore_clock_wait(semaphore, value, NULL, &signal);
+    if (status == SEMAPHORE_REACHED && signal)
+        execution_clock_join(clock, &signal->behind);
+    return status == SEMAPHORE_MET || (status == SEMAPHORE_REACHED && signal);
+}
+
+void execution_order_observe_any_semaphore(struct execution_order *order,
+                                           const VkSemaphoreWaitInfo *info)
+{
+    struct execution_clock clock = {0};
+    bool is_known = true;
+    if (!enter(order))
+        return;
+    for (uint32_t i = 0; i < info->semaphoreCount; i++)
+        is_known &= add_semaphore(order, info->pSemaphores[i], info->pValues[i], &clock);
+    note_maybe(order, is_known ? &clock : NULL);
+    execution_order_add_host_wait(order, VK_NULL_HANDLE, 0);
+    leave(order);
+}
+
+void execution_order_note_results(struct execution_order *order,
+                                  const struct execution_clock *clock)
 {
     if (!enter(order))
         return;
-    order->untracked++;
+    note_maybe(order, clock);
     pthread_mutex_unlock(&order->lock);
 }
 
@@ -261,6 +331,18 @@ void execution_order_note_acquisition(struct execution_order *order)
     pthread_mutex_unlock(&order->lock);
 }
 
+static void start_idle(struct idle_wait *wait, const struct order_queue *queue)
+{
+    execution_order_join_all(&wait->clock, queue);
+    execution_clock_join(&wait->behind, &queue->clocks.behind);
+}
+
+void execution_order_join_idle(struct execution_order *order, const struct order_queue *queue)
+{
+    execution_order_join_all(&order->host, queue);
+    execution_clock_join(&order->maybe, &queue->clocks.behind);
+}
+
 void execution_order_start_idle(struct execution_order *order, VkQueue handle,
                                 struct idle_wait *wait)
 {
@@ -270,7 +352,7 @@ void execution_order_start_idle(struct execution_order *order, VkQueue handle,
     wait->serial = order->last_serial;
     for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count; i++)
         if (!handle || order->queues[i].handle == handle)
-            execution_order_join_all(&wait->clock, &order->queues[i]);
+            start_idle(wait, &order->queues[i]);
     leave(order);
 }
 
@@ -288,6 +370,7 @@ void execution_order_observe_idle(struct execution_order *order, const struct id
     if (!enter(order))
         return;
     execution_clock_join(&order->host, &wait->clock);
+    execution_clock_join(&order->maybe, &wait->behind);
     for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count && !order->order_unknown; i++)
         if (!wait->queue || order->queues[i].handle == wait->queue)
             observe_queue_idle(order, &order->queues[i], wait->serial);
@@ -310,6 +393,7 @@ bool execution_order_find_observed(struct execution_order *order, struct executi
         return false;
     bool is_known = !order->is_exposed;
     execution_clock_copy(clock, &order->host);
+    execution_clock_join(clock, &order->maybe);
     *untracked = order->untracked;
     pthread_mutex_unlock(&order->lock);
     return is_known;

@@ -210,12 +210,19 @@ void execution_order_observe_semaphore(struct execution_order *order, VkSemaphor
                                        uint64_t value, bool exact);
 /* The host has observed something that may come behind any work. */
 void execution_order_observe_unknown(struct execution_order *order);
+/* The host has observed that one of the fences is signaled, or that one of the semaphores has its
+ * value. It is not known which one. */
+void execution_order_observe_any_fence(struct execution_order *order, uint32_t count,
+                                       const VkFence *fences);
+void execution_order_observe_any_semaphore(struct execution_order *order,
+                                           const VkSemaphoreWaitInfo *info);
 
 /* All work that was submitted before a wait for idle. Other submissions may overlap the wait. */
 struct idle_wait {
     struct execution_clock clock;
-    uint64_t serial; /* of the last submitting call before the wait */
-    VkQueue queue;   /* VK_NULL_HANDLE: all */
+    struct execution_clock behind; /* as in struct order_batch */
+    uint64_t serial;               /* of the last submitting call before the wait */
+    VkQueue queue;                 /* VK_NULL_HANDLE: all */
 };
 void execution_order_start_idle(struct execution_order *order, VkQueue handle,
                                 struct idle_wait *wait);
@@ -231,15 +238,18 @@ void execution_order_host_clock(struct execution_order *order, struct execution_
  * thread is cannot cause a deadlock. Returns at once to a callback. A submission may not call it:
  * work behind the submission runs only after its call. */
 void execution_order_await_observed(struct execution_order *order);
-/* The host has read what commands wrote as they completed. Unlike execution_order_observe_unknown()
- * it orders nothing. */
-void execution_order_note_results(struct execution_order *order);
+/* The host has read what commands wrote as they completed, so it may know that the work in `clock`
+ * is complete; NULL: that any work is. Unlike execution_order_observe_unknown() it orders nothing.
+ */
+void execution_order_note_results(struct execution_order *order,
+                                  const struct execution_clock *clock);
 /* The presentation engine has given an image back. What waits for it may come behind work of other
  * queues without a semaphore that the order knows. */
 void execution_order_note_acquisition(struct execution_order *order);
-/* Sets `clock` likewise, and `untracked` to a number that changes when the host may have observed
- * completions that the clock lacks. Returns false if the order is unknown, or if a submission has
- * signalled an object by which the application may observe completions without the layer. */
+/* Sets `clock` to all work whose completion the host may have observed, and `untracked` to a number
+ * that changes when it may have observed completions that the clock lacks. Returns false if the
+ * order is unknown, or if a submission has signalled an object by which the application may observe
+ * completions without the layer. */
 bool execution_order_find_observed(struct execution_order *order, struct execution_clock *clock,
                                    uint64_t *untracked);
 /* Sets `clock` likewise. Returns false if the order has not yet run a part of that work. */

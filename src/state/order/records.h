@@ -30,7 +30,8 @@ struct semaphore_signal {
     const void *owner;      /* the submission that announced it; NULL: published */
     bool has_clock;
     struct execution_clock clock;
-    struct timestamp timestamp; /* of its batch */
+    struct execution_clock behind; /* as in struct order_batch */
+    struct timestamp timestamp;    /* of its batch */
 };
 
 struct semaphore_clock {
@@ -66,10 +67,11 @@ enum semaphore_wait_status semaphore_clock_wait(const struct semaphore_clock *se
 /* Returns false if memory runs out. */
 bool semaphore_clock_announce(struct semaphore_clock *semaphore, uint64_t value, uint64_t number,
                               const void *owner);
-/* Gives a signal its clock. Returns the number of the one before, see struct semaphore_operation.
+/* Gives a signal its clocks. Returns the number of the one before, see struct semaphore_operation.
  */
 uint64_t semaphore_clock_set(struct semaphore_clock *semaphore, uint64_t value, const void *owner,
-                             const struct execution_clock *clock, struct timestamp timestamp);
+                             const struct execution_clock *clock,
+                             const struct execution_clock *behind, struct timestamp timestamp);
 void semaphore_clock_publish(struct semaphore_clock *semaphore, uint64_t value, const void *owner);
 void semaphore_clock_retract(struct semaphore_clock *semaphore, uint64_t value, const void *owner);
 
@@ -84,9 +86,10 @@ static inline uint64_t semaphore_clock_last(const struct semaphore_clock *semaph
  * foreign. */
 void semaphore_clock_observe(struct semaphore_clock *semaphore, uint64_t value, bool exact);
 
-/* Joins `host` with the clocks of the published signals that the host has observed. Returns false
- * if one of the observed signals is not published. */
-bool semaphore_clock_catch_up(struct semaphore_clock *semaphore, struct execution_clock *host);
+/* Joins `host` with the clocks of the published signals that the host has observed, and `maybe`
+ * with what these are behind. Returns false if one of the observed signals is not published. */
+bool semaphore_clock_catch_up(struct semaphore_clock *semaphore, struct execution_clock *host,
+                              struct execution_clock *maybe);
 
 /* Drops leading signals if the host has observed their values or their batches. `host` covers what
  * the host has observed. */
@@ -106,6 +109,7 @@ struct queue_clocks {
     struct execution_clock builds;    /* covers what the next batch's builds follow */
     struct execution_clock all;       /* covers what a signal of scope SCOPE_ALL carries */
     struct execution_clock signalled; /* covers what the signals so far carry */
+    struct execution_clock behind;    /* as in struct order_batch, of the last batch */
     /* The first and the last open batch since the host last observed the completion of all open
      * batches; 0: none. A batch is open if an untracked operation may end one of its waits. */
     uint64_t first_open, last_open;
@@ -128,6 +132,7 @@ struct order_fence {
     uint64_t serial; /* of the submission that will signal the fence; 0: none is tracked */
     bool has_clock;
     struct execution_clock clock;
+    struct execution_clock behind; /* as in struct order_batch */
 };
 
 struct submission {
@@ -170,10 +175,11 @@ struct execution_order {
     struct handle_table semaphores, fences;
     struct order_queue queues[EXECUTION_QUEUES]; /* [EXECUTION_HOST] stands for the host */
     uint32_t queue_count;
-    struct execution_clock host; /* covers all work whose completion the host has observed */
-    uint64_t untracked;          /* see execution_order_find_observed() */
-    bool is_exposed;             /* a submission was, see struct order_batch */
-    uint64_t host_count;         /* host work that has ended */
+    struct execution_clock host;  /* covers all work whose completion the host has observed */
+    struct execution_clock maybe; /* and all work whose completion it may have observed */
+    uint64_t untracked;           /* see execution_order_find_observed() */
+    bool is_exposed;              /* a submission was, see struct order_batch */
+    uint64_t host_count;          /* host work that has ended */
     uint64_t last_serial, last_semaphore, last_signal;
     uint32_t in_flight;  /* calls under way that may release held batches */
     uint32_t waiting;    /* calls under way with batches that will be held */
@@ -204,9 +210,10 @@ bool order_batch_is_last(const struct order_batch *batch);
 /* Finds the signals of the batch's waits, and joins their clocks to `all`, and to `builds` if the
  * waits' scope includes builds. Returns whether one of the waits is open. */
 bool order_batch_follow_waits(const struct order_batch *batch, struct execution_clock *builds,
-                              struct execution_clock *all);
+                              struct execution_clock *all, struct execution_clock *behind);
 void order_batch_set_signal(struct order_batch *batch, struct semaphore_operation *operation,
-                            const struct execution_clock *carried);
+                            const struct execution_clock *carried,
+                            const struct execution_clock *behind);
 /* Resolves batches, from the first, up to the first one that is held. */
 void submission_resolve_ready(struct submission *submission);
 /* The call has succeeded: publishes its signals, and holds its batches that are not ready. */
@@ -245,6 +252,10 @@ void submission_describe(struct submission *submission);
 void order_batch_resolve_bindings(struct order_batch *batch, struct queue_clocks *clocks);
 /* Joins all work that has executed when the queue is idle. */
 void execution_order_join_all(struct execution_clock *clock, const struct order_queue *queue);
+/* The host has observed that all batches of the queue which have clocks are complete, or that the
+ * fence is signaled. */
+void execution_order_join_idle(struct execution_order *order, const struct order_queue *queue);
+void execution_order_join_fence(struct execution_order *order, const struct order_fence *fence);
 
 /* queues.c: the batch of the host ends, so all work that begins from now on follows it: the host's
  * own, and submissions, because the host makes them. */

@@ -85,7 +85,7 @@ static void publish_operation(struct submission *submission,
     if (!semaphore)
         return;
     semaphore_clock_publish(semaphore, operation->value, submission);
-    semaphore_clock_catch_up(semaphore, &order->host);
+    semaphore_clock_catch_up(semaphore, &order->host, &order->maybe);
     if (operation->value <= semaphore->seen)
         execution_order_add_host_wait(order, operation->handle, operation->value);
 }
@@ -112,8 +112,9 @@ static void give_fence_clock(const struct order_batch *last, const struct queue_
     fence->has_clock = true;
     execution_clock_copy(&fence->clock,
                          submission->kind == SUBMIT_BINDINGS ? &clocks->signalled : &clocks->all);
+    execution_clock_copy(&fence->behind, &clocks->behind);
     if (fence->seen)
-        execution_clock_join(&submission->order->host, &fence->clock);
+        execution_order_join_fence(submission->order, fence);
 }
 
 static void hold_back(struct order_batch *batch)
@@ -179,7 +180,7 @@ static bool is_held_back(const struct order_batch *batch)
 }
 
 bool order_batch_follow_waits(const struct order_batch *batch, struct execution_clock *builds,
-                              struct execution_clock *all)
+                              struct execution_clock *all, struct execution_clock *behind)
 {
     struct semaphore_operation *operations = order_batch_operations(batch);
     bool open = false;
@@ -192,6 +193,7 @@ bool order_batch_follow_waits(const struct order_batch *batch, struct execution_
         if (!signal || status != SEMAPHORE_REACHED)
             continue;
         execution_clock_join(all, &signal->clock);
+        execution_clock_join(behind, &signal->behind);
         if (operations[i].scope != SCOPE_NOTHING)
             execution_clock_join(builds, &signal->clock);
     }
@@ -231,7 +233,8 @@ static bool follows_open(const struct order_batch *batch, const struct queue_clo
 /* Bindings without a timestamp execute at an unknown time. A signal of the host has none yet, but
  * the host observes it. */
 void order_batch_set_signal(struct order_batch *batch, struct semaphore_operation *operation,
-                            const struct execution_clock *carried)
+                            const struct execution_clock *carried,
+                            const struct execution_clock *behind)
 {
     const struct submission *submission = batch->submission;
     struct semaphore_clock *semaphore = find_semaphore(submission->order, operation);
@@ -240,7 +243,7 @@ void order_batch_set_signal(struct order_batch *batch, struct semaphore_operatio
         when = timestamp_never();
     if (semaphore)
         operation->previous =
-            semaphore_clock_set(semaphore, operation->value, submission, carried, when);
+            semaphore_clock_set(semaphore, operation->value, submission, carried, behind, when);
 }
 
 /* The signals of one batch are not ordered among themselves: `signalled` precedes all of them. */
@@ -260,7 +263,8 @@ static void signal_after_commands(struct order_batch *batch, struct queue_clocks
             [SCOPE_BUILDS] = &builds,
             [SCOPE_ALL] = &clocks->all,
         };
-        order_batch_set_signal(batch, &operations[i], carried[operations[i].scope]);
+        order_batch_set_signal(batch, &operations[i], carried[operations[i].scope],
+                               &clocks->behind);
         signals_builds |= operations[i].scope == SCOPE_BUILDS;
         signals_all |= operations[i].scope == SCOPE_ALL;
     }
@@ -273,12 +277,16 @@ static void resolve_commands(struct order_batch *batch, struct queue_clocks *clo
     struct submission *submission = batch->submission;
     execution_clock_join(&clocks->builds, &submission->host);
     execution_clock_join(&clocks->all, &submission->host);
-    bool open = order_batch_follow_waits(batch, &clocks->builds, &clocks->all) || batch->is_open;
+    execution_clock_join(&clocks->behind, &submission->host);
+    bool open = order_batch_follow_waits(batch, &clocks->builds, &clocks->all, &clocks->behind) ||
+                batch->is_open;
 
     batch->timestamp = (struct timestamp){submission->queue_record->index, ++clocks->count};
     execution_clock_copy(&batch->clock, &clocks->builds);
     execution_clock_add(&clocks->builds, batch->timestamp);
     execution_clock_add(&clocks->all, batch->timestamp);
+    execution_clock_add(&clocks->behind, batch->timestamp);
+    execution_clock_copy(&batch->behind, &clocks->behind);
     if (open)
         add_open(submission, clocks);
     batch->predecessors_known = !submission->may_follow_held &&
@@ -295,7 +303,7 @@ static void resolve_host(struct order_batch *batch)
     execution_clock_copy(&batch->clock, &submission->host);
     for (uint32_t i = 0; i < batch->operation_count; i++)
         order_batch_set_signal(batch, &submission->operations[batch->first_operation + i],
-                               &batch->clock);
+                               &batch->clock, &batch->clock);
 }
 
 static void resolve(struct order_batch *batch, struct queue_clocks *clocks)
@@ -375,7 +383,7 @@ static void release_from_queue(struct order_queue *queue, struct order_batch **l
     if (order_batch_is_last(batch))
         give_fence_clock(batch, &queue->clocks);
     if (submission->serial <= queue->idle_serial)
-        execution_order_join_all(&order->host, queue);
+        execution_order_join_idle(order, queue);
     submission_unreference(submission);
 }
 

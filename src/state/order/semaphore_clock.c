@@ -93,12 +93,14 @@ static struct semaphore_signal *find_own(struct semaphore_clock *semaphore, uint
 }
 
 uint64_t semaphore_clock_set(struct semaphore_clock *semaphore, uint64_t value, const void *owner,
-                             const struct execution_clock *clock, struct timestamp timestamp)
+                             const struct execution_clock *clock,
+                             const struct execution_clock *behind, struct timestamp timestamp)
 {
     struct semaphore_signal *signal = find_own(semaphore, value, owner);
     if (!signal)
         return 0;
     execution_clock_copy(&signal->clock, clock);
+    execution_clock_copy(&signal->behind, behind);
     signal->has_clock = true;
     signal->timestamp = timestamp;
     for (uint32_t i = (uint32_t)(signal - semaphore->signals); i--;)
@@ -137,15 +139,20 @@ void semaphore_clock_observe(struct semaphore_clock *semaphore, uint64_t value, 
         semaphore->seen = value;
 }
 
-bool semaphore_clock_catch_up(struct semaphore_clock *semaphore, struct execution_clock *host)
+bool semaphore_clock_catch_up(struct semaphore_clock *semaphore, struct execution_clock *host,
+                              struct execution_clock *maybe)
 {
     bool all_published = true;
     for (uint32_t i = 0; i < semaphore->count && semaphore->signals[i].value <= semaphore->seen;
-         i++)
-        if (semaphore->signals[i].owner)
+         i++) {
+        const struct semaphore_signal *signal = &semaphore->signals[i];
+        if (signal->owner) {
             all_published = false;
-        else
-            execution_clock_join(host, &semaphore->signals[i].clock);
+            continue;
+        }
+        execution_clock_join(host, &signal->clock);
+        execution_clock_join(maybe, &signal->behind);
+    }
     return all_published;
 }
 

@@ -256,9 +256,10 @@ static void signal_after_bindings(struct order_batch *batch, struct queue_clocks
     execution_clock_copy(&carried, &clocks->signalled);
     execution_clock_join(&carried, &batch->clock);
     add_bindings(&carried, batch);
+    execution_clock_join(&clocks->behind, &carried);
     for (uint32_t i = 0; i < batch->operation_count; i++)
         if (operations[i].is_signal) {
-            order_batch_set_signal(batch, &operations[i], &carried);
+            order_batch_set_signal(batch, &operations[i], &carried, &clocks->behind);
             signals = true;
         }
     for (const struct order_batch *each = submission->batches; has_fence && each <= batch; each++) {
@@ -276,7 +277,7 @@ void order_batch_resolve_bindings(struct order_batch *batch, struct queue_clocks
 {
     struct submission *submission = batch->submission;
     execution_clock_copy(&batch->clock, &submission->host);
-    if (order_batch_follow_waits(batch, &batch->clock, &batch->clock))
+    if (order_batch_follow_waits(batch, &batch->clock, &batch->clock, &clocks->behind))
         execution_order_set_unknown_locked(submission->order, ORDER_UNKNOWN_TOO_MANY_WAITS);
     batch->predecessors_known = !submission->may_follow_held;
     batch->timestamp = (struct timestamp){0};

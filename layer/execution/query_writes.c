@@ -1,0 +1,245 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "layer/execution/query_writes.h"
+
+#include <stdlib.h>
+
+#include "src/base/array.h"
+#include "src/state/commands/journal.h"
+
+/* Of more batches than these, the oldest are forgotten. Ranges beyond these are joined. */
+enum { BATCHES_KEPT = 256, RANGES_KEPT = 64 };
+
+/* Queries of a pool. More may be in between than the batch has written: then the batch counts for
+ * these, too, which only makes more work count as complete. */
+struct query_range {
+    VkQueryPool pool;
+    uint64_t first, end;
+};
+
+struct batch_queries {
+    struct batch_queries *older;
+    const struct order_batch *batch; /* NULL: `clock` is known */
+    bool is_unknown;                 /* what it follows is not known */
+    struct execution_clock clock;    /* the batch, and what it follows */
+    struct query_range *ranges;
+    uint32_t count, capacity;
+};
+
+struct query_writes {
+    pthread_mutex_t lock;
+    struct batch_queries *newest;
+    uint32_t count;
+    bool lacks_any; /* memory ran out: queries may have been written by other batches */
+};
+
+struct query_writes *query_writes_create(void)
+{
+    struct query_writes *writes = calloc(1, sizeof(*writes));
+    if (writes)
+        pthread_mutex_init(&writes->lock, NULL);
+    return writes;
+}
+
+static void free_queries(struct batch_queries *queries)
+{
+    free(queries->ranges);
+    free(queries);
+}
+
+void query_writes_destroy(struct query_writes *writes)
+{
+    if (!writes)
+        return;
+    while (writes->newest) {
+        struct batch_queries *queries = writes->newest;
+        writes->newest = queries->older;
+        free_queries(queries);
+    }
+    pthread_mutex_destroy(&writes->lock);
+    free(writes);
+}
+
+/* ---- what a batch writes */
+
+/* Returns the last range of the pool if the query is next to it, or if there are many ranges. */
+static struct query_range *find_range(struct batch_queries *queries, VkQueryPool pool,
+                                      uint64_t query)
+{
+    for (uint32_t i = queries->count; i-- > 0;) {
+        struct query_range *range = &queries->ranges[i];
+        if (range->pool == pool &&
+            ((query + 1 >= range->first && query <= range->end) || queries->count >= RANGES_KEPT))
+            return range;
+    }
+    return NULL;
+}
+
+/* Returns false if memory runs out. */
+static bool add_query(struct batch_queries *queries, VkQueryPool pool, uint64_t first, uint64_t end)
+{
+    struct query_range *range = find_range(queries, pool, first);
+    if (range) {
+        range->first = first < range->first ? first : range->first;
+        range->end = end > range->end ? end : range->end;
+        return true;
+    }
+    if (!ARRAY_HAS_ROOM(queries->ranges, queries->count, queries->capacity))
+        return false;
+    queries->ranges[queries->count++] = (struct query_range){pool, first, end};
+    return true;
+}
+
+static bool add_journal(struct batch_queries *queries, const struct journal *journal)
+{
+    bool has_memory = !journal->incomplete;
+    struct journal_cursor cursor =
+        journal_start(journal, JOURNAL_BIT(JOURNAL_READ) | JOURNAL_BIT(JOURNAL_WRITE_QUERY) |
+                                   JOURNAL_BIT(JOURNAL_EXECUTE));
+    for (const struct journal_entry *entry;
+         journal->writes_queries && (entry = journal_next(&cursor));) {
+        const VkQueryPool pool = (VkQueryPool)(uintptr_t)entry->dst;
+        if (entry->kind == JOURNAL_EXECUTE)
+            has_memory &= add_journal(queries, entry->secondary);
+        else if (entry->kind == JOURNAL_WRITE_QUERY)
+            has_memory &= add_query(queries, pool, entry->number, entry->number + entry->info);
+        else if (entry->read.query != VK_QUERY_TYPE_MAX_ENUM)
+            has_memory &=
+                add_query(queries, pool, entry->read.number, (uint64_t)entry->read.number + 1);
+    }
+    return has_memory;
+}
+
+static bool has_queries(const struct order_batch *batch)
+{
+    bool has_any = false;
+    for (uint32_t i = 0; batch->queue && i < batch->command_count; i++) {
+        const struct journal *journal = batch->commands[i].captured;
+        has_any |= journal && (journal->writes_queries || journal->incomplete);
+    }
+    return has_any;
+}
+
+static void forget_oldest(struct query_writes *writes)
+{
+    struct batch_queries **link = &writes->newest;
+    while ((*link)->older)
+        link = &(*link)->older;
+    free_queries(*link);
+    *link = NULL;
+    writes->count--;
+}
+
+void query_writes_submit(struct query_writes *writes, struct order_batch *batch)
+{
+    if (!writes || !has_queries(batch))
+        return;
+    struct batch_queries *queries = calloc(1, sizeof(*queries));
+    bool has_memory = queries;
+    for (uint32_t i = 0; has_memory && i < batch->command_count; i++)
+        if (batch->commands[i].captured)
+            has_memory &= add_journal(queries, batch->commands[i].captured);
+    pthread_mutex_lock(&writes->lock);
+    writes->lacks_any |= !has_memory;
+    if (queries) {
+        queries->batch = batch;
+        queries->older = writes->newest;
+        writes->newest = queries;
+        if (++writes->count > BATCHES_KEPT)
+            forget_oldest(writes);
+    }
+    pthread_mutex_unlock(&writes->lock);
+}
+
+void query_writes_run(struct query_writes *writes, const struct order_batch *batch)
+{
+    if (!writes)
+        return;
+    pthread_mutex_lock(&writes->lock);
+    for (struct batch_queries *at = writes->newest; at; at = at->older)
+        if (at->batch == batch) {
+            at->batch = NULL;
+            at->is_unknown = !batch->predecessors_known;
+            execution_clock_copy(&at->clock, &batch->behind);
+        }
+    pthread_mutex_unlock(&writes->lock);
+}
+
+void query_writes_fail(struct query_writes *writes, const struct order_batch *batch)
+{
+    if (!writes)
+        return;
+    pthread_mutex_lock(&writes->lock);
+    for (struct batch_queries **link = &writes->newest; *link;) {
+        struct batch_queries *at = *link;
+        if (at->batch != batch) {
+            link = &at->older;
+            continue;
+        }
+        *link = at->older;
+        free_queries(at);
+        writes->count--;
+    }
+    pthread_mutex_unlock(&writes->lock);
+}
+
+/* ---- what the application has read */
+
+static bool has_query(const struct batch_queries *queries, VkQueryPool pool, uint64_t first,
+                      uint64_t end, uint64_t *behind)
+{
+    for (uint32_t i = 0; i < queries->count; i++) {
+        const struct query_range *range = &queries->ranges[i];
+        if (range->pool == pool && range->first < end && first < range->end) {
+            *behind = range->first <= first ? range->end : first;
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Whether some batch has written each of the queries. */
+static bool are_all_written(const struct query_writes *writes, VkQueryPool pool, uint64_t first,
+                            uint64_t end)
+{
+    while (first < end) {
+        uint64_t behind = first;
+        for (const struct batch_queries *at = writes->newest; at && behind == first; at = at->older)
+            has_query(at, pool, first, first + 1, &behind);
+        if (behind == first)
+            return false;
+        first = behind;
+    }
+    return true;
+}
+
+/* Older batches that wrote a query precede the newest one: they do no harm. */
+bool query_writes_find(struct query_writes *writes, VkQueryPool pool, uint32_t first,
+                       uint32_t count, struct execution_clock *clock)
+{
+    const uint64_t end = (uint64_t)first + count;
+    uint64_t behind;
+    clock->queues = 0;
+    if (!writes)
+        return false;
+    pthread_mutex_lock(&writes->lock);
+    bool is_known = !writes->lacks_any && are_all_written(writes, pool, first, end);
+    for (const struct batch_queries *at = writes->newest; at && is_known; at = at->older)
+        if (has_query(at, pool, first, end, &behind)) {
+            is_known = !at->batch && !at->is_unknown;
+            execution_clock_join(clock, &at->clock);
+        }
+    pthread_mutex_unlock(&writes->lock);
+    return is_known;
+}
+
+void query_writes_forget(struct query_writes *writes, VkQueryPool pool)
+{
+    if (!writes)
+        return;
+    pthread_mutex_lock(&writes->lock);
+    for (struct batch_queries *at = writes->newest; at; at = at->older)
+        for (uint32_t i = 0; i < at->count; i++)
+            if (at->ranges[i].pool == pool)
+                at->ranges[i].pool = VK_NULL_HANDLE;
+    pthread_mutex_unlock(&writes->lock);
+}
