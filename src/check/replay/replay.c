@@ -292,11 +292,8 @@ void replay_begin_work(struct replay *replay, const struct journal *journal)
 static void remove_writers(struct replay *replay, const struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal, JOURNAL_WRITES);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        struct structure *state = structures_find(replay->structures, entry->dst_id);
-        if (state && state->host_writers)
-            state->host_writers--;
-    }
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+        structures_remove_writer(replay->structures, entry->dst_id);
 }
 
 void replay_end_work(struct replay *replay, const struct journal *journal, bool failed)

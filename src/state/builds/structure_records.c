@@ -148,8 +148,19 @@ bool structures_add_writer(struct structures *structures, uint64_t id)
     if (!structure)
         return false;
     forget_flag(structures, structure);
+    lock_shared(structures);
     structure->host_writers++;
+    unlock_shared(structures);
     return true;
+}
+
+void structures_remove_writer(struct structures *structures, uint64_t id)
+{
+    struct structure *structure = structures_find(structures, id);
+    lock_shared(structures);
+    if (structure && structure->host_writers)
+        structure->host_writers--;
+    unlock_shared(structures);
 }
 
 bool structures_note_first_build(struct structures *structures, uint64_t id, uint32_t count)

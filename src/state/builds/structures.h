@@ -5,10 +5,10 @@
  *
  * A device has one table for all submitted work. Only the hooks of the execution order write it,
  * one thread at a time (src/state/order/order.h): they are the writer. The writer takes the table's
- * lock when it adds or removes a record, or changes first_build, and reads without the lock. What
- * `more` leads to is used with the lock held on each thread. Threads that are not the writer call
- * only the functions marked "any thread", which take the lock and call nothing with it held, except
- * those of struct structure_inputs.
+ * lock when it adds or removes a record, or changes what other threads read, and reads without the
+ * lock. What `more` leads to is used with the lock held on each thread. Threads that are not the
+ * writer call only the functions marked "any thread", which take the lock and call nothing with it
+ * held, except those of struct structure_inputs.
  *
  * Each command buffer has a table of the structures that it writes itself. Such a table has no lock
  * and no `more`. */
@@ -26,9 +26,10 @@
 struct structure {
     struct built built;       /* the last build */
     struct timestamp written; /* when written; count 0: never; unused in a command buffer's table */
-    uint32_t host_writers;    /* number of host commands that are writing it: until they end, the
-                               * state is unknown */
-    uint32_t first_build;     /* count of its first build, for setting guard */
+    /* Other threads read the members below, with the table's lock held. */
+    uint32_t host_writers; /* number of host commands that are writing it: until they end, the
+                            * state is unknown */
+    uint32_t first_build;  /* count of its first build, for setting guard */
     /* The queue of its first write, and the serial then; if serials are kept. */
     uint32_t first_queue;
     uint64_t first_serial;
@@ -146,6 +147,8 @@ void structures_replace(struct structures *structures, struct structure *structu
 
 /* Called when a host command begins to write a structure. Returns false if there is no memory. */
 bool structures_add_writer(struct structures *structures, uint64_t id);
+/* Called when it has ended. */
+void structures_remove_writer(struct structures *structures, uint64_t id);
 
 /* The build with this count has written the structure. Returns whether it was the first. 0: the
  * structure counts as built at all times. */
@@ -156,15 +159,11 @@ bool structures_note_first_build(struct structures *structures, uint64_t id, uin
  * structure had can be compared. */
 void structures_copy_input(struct structures *structures, uint64_t dst_id, uint64_t src_id);
 
-/* Counts a use of a structure that has a record: written structures have one. A build has flags and
- * needs so many bytes (0: unknown), and is of the submission with this number. Returns false if
+/* Counts a build of a structure that has a record: written structures have one. The build has flags
+ * and needs so many bytes (0: unknown), and is of the submission with this number. Returns false if
  * there is no memory. */
-bool structures_note_use(struct structures *structures, uint64_t id, enum structure_use use);
 bool structures_note_build(struct structures *structures, uint64_t id, uint32_t submission,
                            VkBuildAccelerationStructureFlagsKHR flags, VkDeviceSize needed);
-/* Notes whether a structure is tiny, and returns whether it was; with false, when it is destroyed.
- */
-bool structures_note_tiny(const struct structures *structures, uint64_t id, bool is_tiny);
 /* A copy to a structure that has a record takes the box of its source, if that is known. */
 void structures_copy_box(const struct structures *structures, uint64_t dst_id, uint64_t src_id);
 /* The host has read the compacted size of a structure that has a record. */
@@ -222,6 +221,11 @@ enum structure_written {
 enum structure_written structures_were_written(const struct structures *structures, uint64_t id,
                                                const struct execution_point *point);
 
+/* Counts a use of a structure that has a record. Returns false if there is no memory. */
+bool structures_note_use(struct structures *structures, uint64_t id, enum structure_use use);
+/* Notes whether a structure is tiny, and returns whether it was; with false, when it is destroyed.
+ */
+bool structures_note_tiny(const struct structures *structures, uint64_t id, bool is_tiny);
 /* Finds what became of a structure that is alive, all zero if nothing. Returns false if that is
  * unknown. */
 bool structures_find_uses(const struct structures *structures, uint64_t id,

@@ -7,8 +7,8 @@
 static struct structure_uses *lock_uses(struct structures *structures, uint64_t id,
                                         bool *has_memory)
 {
-    struct structure *structure = structures_find(structures, id);
     lock_shared(structures);
+    struct structure *structure = structures_find(structures, id);
     struct structure_more *more = structure ? more_of(structure) : NULL;
     *has_memory = more || !structure;
     return more ? &more->uses : NULL;
