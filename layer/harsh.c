@@ -75,6 +75,29 @@ void harsh_cover_instance(struct layer_instance *instance)
 
 /* ---- devices */
 
+static bool geometry_has_transform(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    return structure_is_readable(geometry, sizeof(*geometry)) &&
+           geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR &&
+           geometry->geometry.triangles.transformData.hostAddress;
+}
+
+/* A size may depend on whether transformData.hostAddress is NULL, and on no other address. */
+static bool has_transform(const VkAccelerationStructureBuildGeometryInfoKHR *info)
+{
+    bool has = false;
+    if (info->ppGeometries && !info->pGeometries &&
+        !structure_is_readable(info->ppGeometries,
+                               info->geometryCount * sizeof(info->ppGeometries[0])))
+        return false;
+    for (uint32_t i = 0; i < info->geometryCount && !has; i++)
+        if (info->pGeometries)
+            has = geometry_has_transform(&info->pGeometries[i]);
+        else if (info->ppGeometries)
+            has = geometry_has_transform(info->ppGeometries[i]);
+    return has;
+}
+
 static VKAPI_ATTR void VKAPI_CALL
 get_build_sizes(VkDevice handle, VkAccelerationStructureBuildTypeKHR build_type,
                 const VkAccelerationStructureBuildGeometryInfoKHR *info, const uint32_t *counts,
@@ -84,8 +107,11 @@ get_build_sizes(VkDevice handle, VkAccelerationStructureBuildTypeKHR build_type,
     if (!device)
         return;
     device->harsh.get_build_sizes(handle, build_type, info, counts, sizes);
-    if (structure_is_readable(info, sizeof(*info)) && structure_is_readable(sizes, sizeof(*sizes)))
-        harsh_grow_build_sizes(build_type, info->type, info->flags, sizes);
+    if (!structure_is_readable(info, sizeof(*info)) ||
+        !structure_is_readable(sizes, sizeof(*sizes)))
+        return;
+    const struct harsh_build build = {build_type, info->type, info->flags, has_transform(info)};
+    harsh_grow_build_sizes(&build, sizes);
 }
 
 static VKAPI_ATTR void VKAPI_CALL get_micromap_sizes(VkDevice handle,

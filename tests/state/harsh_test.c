@@ -29,7 +29,7 @@ static sizes_info grown(sizes_info sizes, VkAccelerationStructureBuildTypeKHR bu
                         VkAccelerationStructureTypeKHR type,
                         VkBuildAccelerationStructureFlagsKHR flags)
 {
-    harsh_grow_build_sizes(build_type, type, flags, &sizes);
+    harsh_grow_build_sizes(&(struct harsh_build){build_type, type, flags, false}, &sizes);
     return sizes;
 }
 
@@ -102,6 +102,24 @@ TEST(sizes_differ_by_flags)
     assert_true(builds.accelerationStructureSize < plain.accelerationStructureSize);
     assert_true(saves.accelerationStructureSize < plain.accelerationStructureSize);
     assert_true(saves.buildScratchSize < plain.buildScratchSize);
+}
+
+TEST(a_transform_needs_more)
+{
+    const sizes_info plain = grown_for(0);
+    sizes_info transformed = lavapipe;
+    harsh_grow_build_sizes(&(struct harsh_build){DEVICE, BOTTOM, 0, true}, &transformed);
+    assert_true(transformed.accelerationStructureSize > plain.accelerationStructureSize);
+    assert_true(transformed.buildScratchSize > plain.buildScratchSize);
+}
+
+/* Of structures and of scratch memory. */
+TEST(no_size_is_a_multiple_of_an_alignment)
+{
+    const sizes_info sizes = grown_for(UPDATE);
+    assert_true(sizes.accelerationStructureSize % 256);
+    assert_true(sizes.buildScratchSize % 256);
+    assert_true(sizes.updateScratchSize % 256);
 }
 
 TEST(sizes_differ_by_level_and_by_who_builds)

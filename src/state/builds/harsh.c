@@ -2,7 +2,6 @@
 /* The figures of docs/harsh.md. */
 #include "src/state/builds/harsh.h"
 
-#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -12,7 +11,8 @@ enum {
     GEOMETRIES_MAX = (1 << 24) - 1,  /* the smallest that the specification allows */
     INSTANCES_MAX = (1 << 24) - 1,   /* likewise */
     PRIMITIVES_MAX = (1 << 29) - 1,  /* likewise */
-    UNIT = 256,                      /* all sizes are multiples of it */
+    UNIT = 256,
+    REST = 104, /* all sizes are a multiple of the unit and this rest */
 };
 
 /* Nothing has this many bytes: beyond it a size stays the driver's, so that no sum wraps. */
@@ -70,19 +70,19 @@ static void add_shares(struct shares *sum, struct shares more)
     sum->scratch += more.scratch;
 }
 
-static struct shares shares_of(VkAccelerationStructureBuildTypeKHR build_type,
-                               VkAccelerationStructureTypeKHR type,
-                               VkBuildAccelerationStructureFlagsKHR flags)
+static struct shares shares_of(const struct harsh_build *build)
 {
     struct shares sum = {0};
     for (size_t i = 0; i < sizeof(flag_shares) / sizeof(flag_shares[0]); i++)
-        if (!(flags & flag_shares[i].flag) == flag_shares[i].if_clear)
+        if (!(build->flags & flag_shares[i].flag) == flag_shares[i].if_clear)
             add_shares(&sum, flag_shares[i].shares);
-    if (type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR)
+    if (build->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR)
         add_shares(&sum, (struct shares){1, 1});
-    if (build_type != VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR)
+    if (build->has_transform)
+        add_shares(&sum, (struct shares){1, 1});
+    if (build->build_type != VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR)
         add_shares(&sum, (struct shares){1, 0});
-    if (build_type != VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR)
+    if (build->build_type != VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR)
         add_shares(&sum, (struct shares){0, 1});
     return sum;
 }
@@ -94,22 +94,25 @@ static VkDeviceSize round_up(VkDeviceSize size)
     return (size + UNIT - 1) / UNIT * UNIT;
 }
 
-void harsh_grow_build_sizes(VkAccelerationStructureBuildTypeKHR build_type,
-                            VkAccelerationStructureTypeKHR type,
-                            VkBuildAccelerationStructureFlagsKHR flags,
+static VkDeviceSize grow_to(VkDeviceSize size)
+{
+    return round_up(size) + REST;
+}
+
+void harsh_grow_build_sizes(const struct harsh_build *build,
                             VkAccelerationStructureBuildSizesInfoKHR *sizes)
 {
     const VkDeviceSize size = sizes->accelerationStructureSize;
-    const struct shares shares = shares_of(build_type, type, flags);
+    const struct shares shares = shares_of(build);
     if (!size || size > SIZE_LIMIT || sizes->buildScratchSize > SIZE_LIMIT ||
         sizes->updateScratchSize > SIZE_LIMIT)
         return;
     sizes->accelerationStructureSize =
-        round_up(2 * size + UNIT + shares.structure * (size / 8 + UNIT));
-    sizes->buildScratchSize = round_up(sizes->buildScratchSize + size / 4 + 4 * UNIT +
-                                       shares.scratch * (size / 16 + UNIT));
-    if (flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR)
-        sizes->updateScratchSize = round_up(sizes->updateScratchSize + size / 16 + UNIT);
+        grow_to(2 * size + UNIT + shares.structure * (size / 8 + UNIT));
+    sizes->buildScratchSize = grow_to(sizes->buildScratchSize + size / 4 + 4 * UNIT +
+                                      shares.scratch * (size / 16 + UNIT));
+    if (build->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR)
+        sizes->updateScratchSize = grow_to(sizes->updateScratchSize + size / 16 + UNIT);
 }
 
 static VkBuildAccelerationStructureFlagsKHR flags_of_micromap(VkBuildMicromapFlagsEXT flags)
@@ -131,8 +134,12 @@ void harsh_grow_micromap_sizes(VkAccelerationStructureBuildTypeKHR build_type,
     VkAccelerationStructureBuildSizesInfoKHR grown = {.accelerationStructureSize =
                                                           sizes->micromapSize,
                                                       .buildScratchSize = sizes->buildScratchSize};
-    harsh_grow_build_sizes(build_type, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
-                           flags_of_micromap(flags), &grown);
+    const struct harsh_build build = {
+        .build_type = build_type,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
+        .flags = flags_of_micromap(flags),
+    };
+    harsh_grow_build_sizes(&build, &grown);
     sizes->micromapSize = grown.accelerationStructureSize;
     sizes->buildScratchSize = grown.buildScratchSize;
 }

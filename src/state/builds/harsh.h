@@ -10,15 +10,22 @@
 #ifndef ASSAY_STATE_BUILDS_HARSH_H
 #define ASSAY_STATE_BUILDS_HARSH_H
 
+#include <stdbool.h>
 #include <vulkan/vulkan_core.h>
 
 void harsh_limit_structures(VkPhysicalDeviceAccelerationStructurePropertiesKHR *limits);
 
 /* The structure has at least twice the driver's size, so that a compacted copy, which the driver
- * sizes itself, has at most half of it. A structure of 0 bytes leaves all sizes unchanged. */
-void harsh_grow_build_sizes(VkAccelerationStructureBuildTypeKHR build_type,
-                            VkAccelerationStructureTypeKHR type,
-                            VkBuildAccelerationStructureFlagsKHR flags,
+ * sizes itself, has at most half of it. A structure of 0 bytes leaves all sizes unchanged. No size
+ * that grows is a multiple of an alignment, so that whoever puts one structure right behind another
+ * one misaligns it. */
+struct harsh_build {
+    VkAccelerationStructureBuildTypeKHR build_type;
+    VkAccelerationStructureTypeKHR type;
+    VkBuildAccelerationStructureFlagsKHR flags;
+    bool has_transform; /* triangles of one of its geometries have a transform */
+};
+void harsh_grow_build_sizes(const struct harsh_build *build,
                             VkAccelerationStructureBuildSizesInfoKHR *sizes);
 
 void harsh_grow_micromap_sizes(VkAccelerationStructureBuildTypeKHR build_type,
