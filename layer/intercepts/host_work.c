@@ -2,6 +2,7 @@
 /* Access to journals: of command buffers, and of host commands. */
 #include "layer/intercepts/intercepts.h"
 
+#include "layer/execution/hazards/host_writes.h"
 #include "observers.h"
 
 uint64_t layer_accel_id(const struct layer_device *device, VkAccelerationStructureKHR handle)
@@ -105,6 +106,7 @@ void host_work_add(struct host_work *work, struct journal_entry *entry)
 /* Without a journal the order assumes that the work may write anything. */
 bool host_work_prepare(struct host_work *work, bool skip)
 {
+    host_writes_look(work->device->host_writes);
     if (tracks_work(work->device))
         work->submission = submission_begin(work->device->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
     if (!work->submission) {

@@ -203,9 +203,7 @@ static void begin_inputs(const struct host_writes *host_writes, struct order_bat
 static void host_writes_submit(void *user, struct order_batch *batch)
 {
     struct host_writes *host_writes = user;
-    if (!batch->queue) /* before batches of queues their call has looked */
-        host_writes_look(host_writes);
-    if (batch->queue && reads_host_data(batch) && !atomic_load(&host_writes->is_stopped))
+    if (reads_host_data(batch) && !atomic_load(&host_writes->is_stopped))
         begin_inputs(host_writes, batch);
 }
 
