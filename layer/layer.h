@@ -193,7 +193,7 @@ struct layer_device *layer_replace_device(const struct layer_device *old,
 struct layer_device *layer_allocate_device(void);
 void layer_free_device(struct layer_device *device);
 VkResult layer_track_submissions(struct layer_device *device);
-void layer_register_consumers(struct layer_device *device);
+VkResult layer_register_consumers(struct layer_device *device);
 
 /* The loader's link information in a creation chain: a structure of type
  * VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO, or of VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO.

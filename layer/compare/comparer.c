@@ -33,6 +33,16 @@ static void find_limits(const struct layer_device *device,
     driver->group_base_alignment = groups.shaderGroupBaseAlignment;
 }
 
+static bool begin_submission(void *queues, VkQueue queue)
+{
+    return snapshots_begin_own_submission(queues, queue);
+}
+
+static void end_submission(void *queues)
+{
+    snapshots_end_own_submission(queues);
+}
+
 VkResult comparer_create(struct layer_device *device, const struct compare_enabling *enabling)
 {
     struct snapshots *snapshots = device->snapshots;
@@ -57,7 +67,9 @@ VkResult comparer_create(struct layer_device *device, const struct compare_enabl
         .vk = &snapshots->next,
         .memory = &device->memory,
         .set_loader_data = snapshots->set_loader_data,
-        .queue_lock = &snapshots->queue_lock,
+        .begin_submission = begin_submission,
+        .end_submission = end_submission,
+        .queues = snapshots,
         .has_queries = enabling->has_queries,
     };
     find_limits(device, get_properties, &comparer->driver);
@@ -168,7 +180,8 @@ void comparer_keep(struct comparer *comparer, const struct executed_input *execu
     if (!comparer || comparer->is_stopped)
         return;
     const struct recorded_build *recorded = executed->build;
-    const struct retained_build build = {.journal = executed->journal, .place = recorded->place};
+    const struct retained_build build = {
+        .journal = executed->journal, .queue = executed->queue, .place = recorded->place};
     const struct build_parameters *given = recorded_build_given(recorded);
     if (given->had_chains || build.place.command == COMMAND_NV ||
         (!reference_supports(given) && !is_top(given))) {
@@ -192,7 +205,7 @@ void comparer_keep(struct comparer *comparer, const struct executed_input *execu
 /* ---- comparing */
 
 void comparer_report(const struct comparer *comparer, const struct retained_build *build,
-                     VkQueue queue, const struct summary *summary)
+                     const struct summary *summary)
 {
     const struct layer_device *device = comparer->device;
     const uint32_t at = journal_origin_at(build->journal, build->place.position);
@@ -203,7 +216,7 @@ void comparer_report(const struct comparer *comparer, const struct retained_buil
         .names = device->names,
         .labels = journal_labels(build->journal, at),
         .call_site = journal_site(build->journal, at),
-        .queue = queue,
+        .queue = build->queue,
     };
     for (enum difference d = 0; d < DIFFERENCE_COUNT; d++) {
         char words[SUMMARY_TEXT];
@@ -246,14 +259,13 @@ VkResult comparer_trace(struct comparer *comparer, struct tracer_job *job)
 }
 
 static VkResult compare_to_reference(struct comparer *comparer, const struct retained_build *build,
-                                     VkQueue queue, const struct reference *reference,
-                                     const struct rays *rays)
+                                     const struct reference *reference, const struct rays *rays)
 {
     const struct compare_input *input = &build->input->copy->input;
     const struct compare_input inputs[2] = {build->source ? build->source->copy->input : *input,
                                             *input};
     struct tracer_job job = {
-        .queue = queue,
+        .queue = build->queue,
         .input_count = build->source ? 2 : 1,
         .inputs = inputs,
         .ray_count = rays->count,
@@ -263,14 +275,13 @@ static VkResult compare_to_reference(struct comparer *comparer, const struct ret
     if (result == VK_SUCCESS) {
         struct summary summary;
         summary_make(reference, rays, job.answers, &summary);
-        comparer_report(comparer, build, queue, &summary);
+        comparer_report(comparer, build, &summary);
     }
     free(job.answers);
     return result;
 }
 
-static VkResult compare_bottom(struct comparer *comparer, const struct retained_build *build,
-                               VkQueue queue)
+static VkResult compare_bottom(struct comparer *comparer, const struct retained_build *build)
 {
     struct reference reference;
     struct rays rays = {0};
@@ -278,33 +289,46 @@ static VkResult compare_bottom(struct comparer *comparer, const struct retained_
     if (result == VK_SUCCESS)
         result = rays_create(&reference, comparer_ray_count(comparer), &rays);
     if (result == VK_SUCCESS)
-        result = compare_to_reference(comparer, build, queue, &reference, &rays);
+        result = compare_to_reference(comparer, build, &reference, &rays);
     rays_free(&rays);
     reference_close(&reference);
     return result;
 }
 
-static void compare_build(struct comparer *comparer, const struct retained_build *build,
-                          VkQueue queue)
+/* Returns false, and leaves the build to a later call, if its queue cannot be used now. */
+static bool compare_build(struct comparer *comparer, const struct retained_build *build)
 {
-    VkResult result = build->top ? comparer_compare_top(comparer, build, queue)
-                                 : compare_bottom(comparer, build, queue);
+    if (!begin_submission(comparer->driver.queues, build->queue))
+        return false;
+    end_submission(comparer->driver.queues); /* the reference and the rays come first */
+    VkResult result =
+        build->top ? comparer_compare_top(comparer, build) : compare_bottom(comparer, build);
+    if (result == VK_NOT_READY)
+        return false;
     comparer->input_unknown += result == VK_ERROR_FORMAT_NOT_SUPPORTED;
     comparer->failed += result != VK_SUCCESS && result != VK_ERROR_FORMAT_NOT_SUPPORTED;
     comparer->is_stopped |= result == VK_ERROR_DEVICE_LOST || result == VK_TIMEOUT;
+    return true;
 }
 
-void comparer_run(struct comparer *comparer, VkQueue queue)
+void comparer_run(struct comparer *comparer)
 {
-    while (comparer && comparer->builds) {
-        struct retained_build *build = comparer->builds;
+    struct retained_build *build;
+    while (comparer && (build = comparer->builds)) {
+        if (comparer->is_stopped)
+            comparer->failed++;
+        else if (!compare_build(comparer, build))
+            break;
         comparer->builds = build->next;
         if (!comparer->builds)
             comparer->last = &comparer->builds;
-        if (comparer->is_stopped)
-            comparer->failed++;
-        else
-            compare_build(comparer, build, queue);
         retained_free_build(build);
     }
+    if (comparer)
+        atomic_store(&comparer->is_postponed, comparer->builds != NULL);
+}
+
+bool comparer_is_postponed(const struct comparer *comparer)
+{
+    return comparer && atomic_load(&comparer->is_postponed);
 }

@@ -23,19 +23,22 @@ extern const struct structure_inputs comparer_inputs;
 
 /* A build that has executed. */
 struct executed_input {
-    const struct journal *journal;
+    struct journal *journal;
     const struct journal_entry *entry; /* the build's entry; NULL if it has none */
     const struct recorded_build *build;
     const struct input_memory *memory;
     uint64_t destroy_count; /* the value at the time of execution */
+    VkQueue queue;          /* that has executed it */
 };
 /* Copies the bytes of the input if they are known, because the snapshots are locked only during
  * this call. Does nothing if `comparer` is NULL. */
 void comparer_keep(struct comparer *comparer, const struct executed_input *executed);
 
-/* Compares the retained builds while their journals are alive. The caller must hold no lock: this
- * function reports messages and submits to the queue. */
-void comparer_run(struct comparer *comparer, VkQueue queue);
+/* Compares the retained builds. The caller must hold no lock: this function reports messages and
+ * submits to queues. Builds whose queue the layer may not use now stay for the next call. */
+void comparer_run(struct comparer *comparer);
+/* Whether builds stay for the next call of comparer_run(). Any thread may ask. */
+bool comparer_is_postponed(const struct comparer *comparer); /* `comparer` may be NULL */
 
 /* ---- Ray tracing for the layer: if rays are to be compared and the application enables neither
  * VK_KHR_ray_query nor VK_KHR_ray_tracing_pipeline, the layer enables one that the device has. */

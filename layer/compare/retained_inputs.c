@@ -59,6 +59,7 @@ static void release_build(const struct retained_build *build)
 void retained_free_build(struct retained_build *build)
 {
     release_build(build);
+    journal_release(build->journal);
     free(build);
 }
 
@@ -72,6 +73,8 @@ void retained_add_build(struct comparer *comparer, const struct retained_build *
     }
     *own = *build;
     own->next = NULL;
+    if (own->journal)
+        journal_share(own->journal);
     *comparer->last = own;
     comparer->last = &own->next;
 }
@@ -191,7 +194,7 @@ void retained_add_top(struct comparer *comparer, const struct retained_build *bu
 /* ---- comparing */
 
 static VkResult compare_top_level(struct comparer *comparer, const struct retained_build *build,
-                                  VkQueue queue, const struct top_reference *reference,
+                                  const struct top_reference *reference,
                                   const struct top_rays *rays)
 {
     const struct top_input *input = reference->input;
@@ -214,7 +217,7 @@ static VkResult compare_top_level(struct comparer *comparer, const struct retain
         .geometry_flags = input->geometry_flags,
     };
     struct tracer_job job = {
-        .queue = queue,
+        .queue = build->queue,
         .input_count = input->bottom_count,
         .inputs = inputs,
         .top = &top,
@@ -225,15 +228,14 @@ static VkResult compare_top_level(struct comparer *comparer, const struct retain
     if (result == VK_SUCCESS) {
         struct summary summary;
         summary_make_top(reference, rays, job.answers, &summary);
-        comparer_report(comparer, build, queue, &summary);
+        comparer_report(comparer, build, &summary);
     }
     free(job.answers);
     free(instances);
     return result;
 }
 
-VkResult comparer_compare_top(struct comparer *comparer, const struct retained_build *build,
-                              VkQueue queue)
+VkResult comparer_compare_top(struct comparer *comparer, const struct retained_build *build)
 {
     struct top_reference reference;
     struct top_rays rays = {0};
@@ -241,7 +243,7 @@ VkResult comparer_compare_top(struct comparer *comparer, const struct retained_b
     if (result == VK_SUCCESS)
         result = top_rays_create(&reference, comparer_ray_count(comparer), &rays);
     if (result == VK_SUCCESS)
-        result = compare_top_level(comparer, build, queue, &reference, &rays);
+        result = compare_top_level(comparer, build, &reference, &rays);
     top_rays_free(&rays);
     top_reference_close(&reference);
     return result;

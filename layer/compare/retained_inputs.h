@@ -22,7 +22,8 @@ struct retained_input {
 
 struct retained_build {
     struct retained_build *next;
-    const struct journal *journal;
+    struct journal *journal; /* shared */
+    VkQueue queue;           /* that executed the build */
     struct recorded_place place;
     /* For a BLAS. An update builds `source` first. */
     struct retained_input *input, *source;
@@ -37,6 +38,7 @@ struct comparer {
     _Atomic uint64_t retained_size; /* of all inputs; any thread may release some */
     uint64_t input_unknown, failed; /* builds that were not compared */
     bool is_stopped;                /* the driver has failed */
+    atomic_bool is_postponed;       /* `builds` wait for their queue */
 };
 
 /* Add and remove a reference. The last reference frees the input. */
@@ -49,7 +51,7 @@ void retained_free_build(struct retained_build *build);
 struct retained_input *retained_input_create(struct comparer *comparer,
                                              const struct compare_input *input);
 
-/* Takes ownership of the members of `build`. */
+/* Takes ownership of the members of `build`, and shares the journal. */
 void retained_add_build(struct comparer *comparer, const struct retained_build *build);
 
 /* Reads the instances of a TLAS build and retains the build. Counts the build as not
@@ -59,14 +61,13 @@ void retained_add_top(struct comparer *comparer, const struct retained_build *bu
                       uint64_t destroy_count);
 
 /* Compares a retained TLAS build. */
-VkResult comparer_compare_top(struct comparer *comparer, const struct retained_build *build,
-                              VkQueue queue);
+VkResult comparer_compare_top(struct comparer *comparer, const struct retained_build *build);
 
 /* For BLAS and TLAS builds. comparer_trace() allocates the answers, which the caller frees in any
  * case, and runs the job on the tracer, which it creates on first use. */
 struct summary;
 void comparer_report(const struct comparer *comparer, const struct retained_build *build,
-                     VkQueue queue, const struct summary *summary);
+                     const struct summary *summary);
 uint32_t comparer_ray_count(const struct comparer *comparer);
 VkResult comparer_trace(struct comparer *comparer, struct tracer_job *job);
 

@@ -12,8 +12,8 @@ _Static_assert(sizeof(struct compare_ray) == 32 && sizeof(struct compare_hit) ==
 
 enum { BATCH = 16384 /* rays per submission */ };
 
-/* The queue may depend on an operation that the application executes only after the call that waits
- * here. */
+/* The queue may depend on an event that the application sets only after the call that waits here.
+ */
 #define WAIT_NANOSECONDS ((uint64_t)10 * 1000 * 1000 * 1000)
 
 struct work;
@@ -254,9 +254,10 @@ static VkResult submit_work(const struct work *work)
         .commandBufferCount = 1,
         .pCommandBuffers = &work->commands,
     };
-    pthread_mutex_lock(device->queue_lock);
+    if (!device->begin_submission(device->queues, work->job->queue))
+        return VK_NOT_READY;
     VkResult result = device->vk->QueueSubmit(work->job->queue, 1, &info, work->fence);
-    pthread_mutex_unlock(device->queue_lock);
+    device->end_submission(device->queues);
     if (result == VK_SUCCESS)
         result = wait_for(work);
     if (result == VK_SUCCESS)

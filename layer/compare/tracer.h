@@ -24,7 +24,10 @@ struct compare_device {
     const VkPhysicalDeviceMemoryProperties *memory;
     uint32_t scratch_alignment;
     PFN_vkSetDeviceLoaderData set_loader_data; /* for command buffers; may be NULL */
-    pthread_mutex_t *queue_lock;               /* held during submissions */
+    /* Whether the tracer may submit to the queue now. If so, it calls end_submission() next. */
+    bool (*begin_submission)(void *queues, VkQueue queue);
+    void (*end_submission)(void *queues);
+    void *queues;
     /* If false, ray-tracing pipelines are used, whose tables need the sizes below. */
     bool has_queries;
     uint32_t group_handle_size, group_handle_alignment, group_base_alignment;
@@ -141,8 +144,9 @@ struct tracer_job {
     struct compare_answer *answers;
 };
 
-/* Submits to the queue and waits. Returns VK_TIMEOUT if the end of a submission was not observed
- * within 10 seconds. The tracer then keeps the objects that the submission uses. */
+/* Submits to the queue and waits. Returns VK_NOT_READY if it may not submit now. Returns VK_TIMEOUT
+ * if the end of a submission was not observed within 10 seconds. The tracer then keeps the objects
+ * that the submission uses. */
 VkResult tracer_run(struct tracer *tracer, const struct tracer_job *job);
 
 #endif

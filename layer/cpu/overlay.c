@@ -46,6 +46,7 @@ VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInf
     if (!overlay)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     device->cpu = overlay;
+    pthread_mutex_init(&overlay->mapping_lock, NULL);
     if (cpu_device_create(uuid, &overlay->device) != VK_SUCCESS ||
         cpu_playback_create(overlay->device, device->resources, &overlay->playback) != VK_SUCCESS)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -69,6 +70,8 @@ void cpu_overlay_destroy(struct cpu_overlay *overlay)
         return;
     cpu_playback_destroy(overlay->playback);
     cpu_device_destroy(overlay->device);
+    handle_table_release(&overlay->mappings);
+    pthread_mutex_destroy(&overlay->mapping_lock);
     free(overlay);
 }
 

@@ -8,6 +8,7 @@
 
 #include "layer/assay.h"
 #include "layer/layer.h"
+#include "src/base/handle_table.h"
 #include "src/cpu/device.h"
 #include "src/cpu/playback.h"
 
@@ -26,8 +27,11 @@ struct cpu_overlay {
     struct cpu_device *device;
     struct cpu_playback *playback;
     VkuDeviceDispatchTable next;
-    struct transfer *unfinished; /* that the device may still execute; used by the thread that
-                                    delivers results */
+    struct transfer *unfinished;  /* that the device may still execute; used by the thread that
+                                     delivers results */
+    pthread_mutex_t mapping_lock; /* guards the next two members */
+    struct handle_table mappings; /* where memory is mapped as a whole, by its handle: memory.c */
+    bool lacks_mappings;          /* some could not be noted */
     /* the backend's extensions that the application has enabled */
     bool acceleration_structure, ray_tracing_nv, deferred_host_operations, opacity_micromap_ext;
     bool structures; /* acceleration_structure or ray_tracing_nv */
@@ -55,13 +59,18 @@ void cpu_report_unsupported(const struct layer_instance *instance, const char *c
 /* For a device with device->cpu. */
 struct batch_consumer cpu_overlay_consumer(struct layer_device *device);
 
+/* Writes a result through a mapping of its buffer's memory. Returns false if the host cannot do
+ * that. */
+bool cpu_write_by_host(const struct layer_device *device, const struct result_bytes *result);
+
 /* Called before the device is destroyed: frees copies of results whose end was not observed. What
  * the device may still use stays until it is destroyed. `overlay` may be NULL. */
 void cpu_overlay_end_transfers(struct cpu_overlay *overlay);
 
-/* Warns once if something was built from the copies of a later execution, and once if something
- * could not be built because the driver has not executed the copies. */
-void cpu_overlay_warn_overwritten(const struct layer_device *device);
+/* Warns once if something was built from the copies of a later execution, once if a structure was
+ * used too early, and once if something could not be built because the driver has not executed the
+ * copies. */
+void cpu_overlay_warn_of_occurrences(const struct layer_device *device);
 
 /* ---- the extensions, features and limits that backend cpu advertises instead of the driver's */
 

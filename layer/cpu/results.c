@@ -3,7 +3,7 @@
  *
  * The host computes them, so they reach the buffer when the submission is complete, before the
  * application can observe that. Commands of the same submission that read the buffer read too
- * early. Each result is copied by a submission of the backend's own. */
+ * early. What the host cannot write is copied by a submission of the backend's own. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,7 +13,7 @@
 #include "observers.h"
 #include "src/cpu/playback.h"
 
-/* One copy to a buffer. */
+/* One copy to a buffer by the device. */
 struct transfer {
     struct transfer *next;
     struct layer_device *device;
@@ -94,19 +94,15 @@ static bool wait_for(const struct transfer *transfer, uint64_t nanoseconds)
         transfer->device->handle, 1, &transfer->fence, VK_TRUE, nanoseconds));
 }
 
-/* Returns false if the device may still execute the copy. */
-static bool submit_transfer(const struct transfer *transfer)
+/* Submits the copy. The queue is the layer's own to use: snapshots_begin_own_submission(). */
+static VkResult submit_transfer(const struct transfer *transfer)
 {
-    struct snapshots *snapshots = transfer->device->snapshots;
     const VkSubmitInfo info = {
         .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
         .commandBufferCount = 1,
         .pCommandBuffers = &transfer->command_buffer,
     };
-    snapshots_lock_queues(snapshots);
-    VkResult result = transfer->vk->QueueSubmit(transfer->queue, 1, &info, transfer->fence);
-    snapshots_unlock_queues(snapshots);
-    return result != VK_SUCCESS || wait_for(transfer, UINT64_MAX);
+    return transfer->vk->QueueSubmit(transfer->queue, 1, &info, transfer->fence);
 }
 
 void cpu_overlay_end_transfers(struct cpu_overlay *overlay)
@@ -124,29 +120,53 @@ void cpu_overlay_end_transfers(struct cpu_overlay *overlay)
     }
 }
 
-/* If a copy fails, the buffer keeps its contents. Called by one thread at a time. */
-static void write_bytes(void *user, struct ticket *ticket, VkBuffer buffer, const void *bytes,
-                        uint64_t size, const VkBufferCopy *regions, uint32_t region_count)
+static bool buffer_is_alive(const struct layer_device *device, VkBuffer handle)
 {
-    struct layer_device *device = user;
+    struct buffer_facts facts;
+    resources_look_up_buffer(device->resources, handle, &facts);
+    return facts.alive == YES;
+}
+
+/* A copy by the device. If it fails, the buffer keeps its contents. */
+static bool write_by_device(struct layer_device *device, const struct result_bytes *result)
+{
+    struct snapshots *snapshots = device->snapshots;
     struct transfer *transfer = calloc(1, sizeof(*transfer));
-    bool is_complete = true;
+    VkResult submitted = VK_ERROR_UNKNOWN;
     if (!transfer)
-        return;
+        return true;
     transfer->device = device;
     transfer->vk = &device->cpu->next;
-    transfer->queue = ticket->queue;
-    if (create_transfer(transfer, size)) {
-        memcpy(transfer->chunk->chunk.bytes, bytes, size);
-        if (record_transfer(transfer, buffer, regions, region_count) == VK_SUCCESS)
-            is_complete = submit_transfer(transfer);
+    transfer->queue = result->ticket->queue;
+    bool is_created = create_transfer(transfer, result->size);
+    if (is_created) {
+        memcpy(transfer->chunk->chunk.bytes, result->bytes, result->size);
+        is_created = record_transfer(transfer, result->buffer, result->regions,
+                                     result->region_count) == VK_SUCCESS;
     }
-    if (is_complete) {
+    bool may_submit =
+        is_created && snapshots_begin_own_submission(snapshots, result->ticket->queue);
+    if (may_submit) {
+        submitted = submit_transfer(transfer);
+        snapshots_end_own_submission(snapshots);
+    }
+    if (submitted != VK_SUCCESS || wait_for(transfer, TICKET_GRACE_NANOSECONDS)) {
         free_transfer(transfer);
-        return;
+    } else {
+        transfer->next = device->cpu->unfinished;
+        device->cpu->unfinished = transfer;
     }
-    transfer->next = device->cpu->unfinished;
-    device->cpu->unfinished = transfer;
+    return may_submit || !is_created;
+}
+
+/* Called by one thread at a time. Where the host can write the buffer, no queue is used: a copy
+ * would wait for all that the application has submitted to the queue, which may wait for a call
+ * that the application makes only when it has the result. */
+static bool write_result(void *user, const struct result_bytes *result)
+{
+    struct layer_device *device = user;
+    return cpu_write_by_host(device, result) || !buffer_is_alive(device, result->buffer) ||
+           write_by_device(device, result);
 }
 
 /* ---- the consumer */
@@ -160,23 +180,33 @@ static void warn_of_losses(const struct layer_device *device)
             "writes: structures and buffers may be without it.");
 }
 
-void cpu_overlay_warn_overwritten(const struct layer_device *device)
+static bool is_to_be_reported(atomic_uint *occurrence)
+{
+    unsigned occurred = OCCURRED;
+    return atomic_load(occurrence) == occurred &&
+           atomic_compare_exchange_strong(occurrence, &occurred, OCCURRENCE_REPORTED);
+}
+
+void cpu_overlay_warn_of_occurrences(const struct layer_device *device)
 {
     if (atomic_load(&device->cpu->device->lacks_copies))
         warn_lack_of_copies(device);
-    unsigned once = OVERWRITTEN_ONCE;
-    if (atomic_load(&device->cpu->device->overwritten) == once &&
-        atomic_compare_exchange_strong(&device->cpu->device->overwritten, &once, OVERWRITTEN_TOLD))
+    if (is_to_be_reported(&device->cpu->device->overwritten))
         reporter_warn(device->instance->reporter,
                       "assay_validation.backend = cpu: a command buffer executed several times in "
                       "one submission, and something that it built before the last time was asked "
                       "for. That is built from what the last one copied.");
+    if (is_to_be_reported(&device->cpu->device->used_early))
+        reporter_warn(device->instance->reporter,
+                      "assay_validation.backend = cpu: a structure was used by the host before the "
+                      "commands that build it were complete. The layer waited 10 seconds for them, "
+                      "and then used nothing in its place.");
 }
 
 static void warn(const struct layer_device *device)
 {
     warn_of_losses(device);
-    cpu_overlay_warn_overwritten(device);
+    cpu_overlay_warn_of_occurrences(device);
 }
 
 static void cpu_overlay_run(void *user, struct order_batch *batch)
@@ -203,7 +233,7 @@ static void cpu_overlay_deliver(void *user)
 {
     struct layer_device *device = user;
     struct execution_clock seen = {0};
-    const struct cpu_delivery delivery = {&seen, write_bytes, device};
+    const struct cpu_delivery delivery = {&seen, write_result, device};
     warn(device);
     if (!cpu_playback_has_results(device->cpu->playback))
         return;

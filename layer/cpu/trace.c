@@ -115,14 +115,14 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_TraceRaysASSAY(VkDevice device, const AssayTr
     VkResult result = cpu_scene_open(state->cpu->device, info->accelerationStructure,
                                      (enum trace_accuracy)info->accuracy, &scene);
     if (result != VK_SUCCESS) {
-        cpu_overlay_warn_overwritten(state);
+        cpu_overlay_warn_of_occurrences(state);
         return result;
     }
     for (uint32_t i = 0; i < info->rayCount && !scene.micromaps.out_of_memory; i++)
         info->hits[i] = trace_ray(&scene, info, i);
     result = scene.micromaps.out_of_memory ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS;
     cpu_scene_close(&scene);
-    cpu_overlay_warn_overwritten(state);
+    cpu_overlay_warn_of_occurrences(state);
     return result;
 }
 

@@ -430,8 +430,12 @@ static void read_build(struct read_buffer *buffer, const struct journal_entry *e
     begin_advice(buffer->call, &executed);
     executed_call_read(buffer->call->executed, &executed);
     guard_results_add(&reading->guarded, buffer->journal, build, buffer->execution->bases);
-    const struct executed_input input = {buffer->journal, known, build, &executed.memory,
-                                         buffer->execution->destroy_count};
+    const struct executed_input input = {buffer->execution->recording->journal,
+                                         known,
+                                         build,
+                                         &executed.memory,
+                                         buffer->execution->destroy_count,
+                                         reading->ran->batch->queue};
     if (!reading->when)
         comparer_keep(reading->ran->device->comparer, &input);
     snapshot_memory_close(&memory);
@@ -549,5 +553,5 @@ void input_checks_read(const struct ran_execution *ran, const char *when,
         warn_lack_of_copies(ran->device);
     missed->no_memory += reading.lacks_memory;
     if (!when)
-        comparer_run(ran->device->comparer, ran->batch->queue);
+        comparer_run(ran->device->comparer);
 }

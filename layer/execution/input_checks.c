@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 
+#include "layer/compare/comparer.h"
 #include "layer/execution/hazards/checks.h"
 #include "layer/execution/submitted_builds.h"
 #include "layer/snapshots/executions.h"
@@ -241,6 +242,8 @@ static void deliver_executions(struct input_checks *input_checks)
         input_checks_read(&ran, NULL, &missed);
         end_check(input_checks, &at);
     }
+    if (comparer_is_postponed(input_checks->device->comparer))
+        comparer_run(input_checks->device->comparer);
     warn_missed(input_checks->device, &missed);
 }
 
@@ -251,7 +254,8 @@ static bool begin_delivery(struct input_checks *input_checks, bool *is_busy)
     pthread_mutex_lock(&input_checks->batches->lock);
     *is_busy = input_checks->drain.is_busy;
     struct batch_cursor first = start_batches_read(input_checks);
-    bool begins = (*is_busy || batch_cursor_next(&first)) && drain_begin(&input_checks->drain);
+    bool waits = batch_cursor_next(&first) || comparer_is_postponed(input_checks->device->comparer);
+    bool begins = (*is_busy || waits) && drain_begin(&input_checks->drain);
     pthread_mutex_unlock(&input_checks->batches->lock);
     return begins;
 }

@@ -153,31 +153,28 @@ static VkResult create_device(struct layer_device *device, PFN_vkCreateDevice cr
 }
 
 /* Adds consumers in the order in which they are called: builds are executed before they are
- * validated. */
-void layer_register_consumers(struct layer_device *device)
+ * validated. Fails only if BATCH_CONSUMERS is too small. */
+VkResult layer_register_consumers(struct layer_device *device)
 {
     struct execution_order *order = device->order;
+    bool has_room = true;
     if (!order)
-        return;
-    execution_order_add_consumer(order, submissions_consumer(device->submissions));
-    if (device->snapshots && device->snapshots->guard)
-        execution_order_add_consumer(order, guard_consumer(device));
-    if (device->records_builds)
-        execution_order_add_consumer(order, build_records_consumer(device));
-    if (device->advice)
-        execution_order_add_consumer(order, advice_consumer(device->advice));
-    if (device->submitted_builds)
-        execution_order_add_consumer(order, submitted_builds_consumer(device->submitted_builds));
-    if (device->hazard_checks)
-        execution_order_add_consumer(order, hazard_checks_consumer(device->hazard_checks));
-    if (device->host_writes)
-        execution_order_add_consumer(order, host_writes_consumer(device->host_writes));
-    if (device->snapshots)
-        execution_order_add_consumer(order, snapshots_consumer(device->snapshots));
-    if (device->cpu)
-        execution_order_add_consumer(order, cpu_overlay_consumer(device));
-    if (device->input_checks)
-        execution_order_add_consumer(order, input_checks_consumer(device->input_checks));
+        return VK_SUCCESS;
+#define ADD(is_present, consumer)                                                                  \
+    if (is_present)                                                                                \
+        has_room &= execution_order_add_consumer(order, consumer);
+    ADD(true, submissions_consumer(device->submissions))
+    ADD(device->snapshots && device->snapshots->guard, guard_consumer(device))
+    ADD(device->records_builds, build_records_consumer(device))
+    ADD(device->advice, advice_consumer(device->advice))
+    ADD(device->submitted_builds, submitted_builds_consumer(device->submitted_builds))
+    ADD(device->hazard_checks, hazard_checks_consumer(device->hazard_checks))
+    ADD(device->host_writes, host_writes_consumer(device->host_writes))
+    ADD(device->snapshots, snapshots_consumer(device->snapshots))
+    ADD(device->cpu, cpu_overlay_consumer(device))
+    ADD(device->input_checks, input_checks_consumer(device->input_checks))
+#undef ADD
+    return has_room ? VK_SUCCESS : VK_ERROR_INITIALIZATION_FAILED;
 }
 
 static bool has_driver_properties(const struct layer_device *device)
@@ -235,9 +232,10 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
         result = comparer_create(device, enabling);
     if (result == VK_SUCCESS)
         result = layer_track_submissions(device);
+    if (result == VK_SUCCESS)
+        result = layer_register_consumers(device);
     if (result != VK_SUCCESS)
         return result;
-    layer_register_consumers(device);
     layer_add_device(device);
     crash_add_device(device);
     report_device(device);

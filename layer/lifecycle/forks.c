@@ -101,10 +101,9 @@ struct layer_device *layer_replace_device(const struct layer_device *old,
         return NULL;
     if (instance && copy_constants(device, old, instance) &&
         (!old->snapshots || cover(device, old) == VK_SUCCESS) &&
-        layer_track_submissions(device) == VK_SUCCESS) {
-        layer_register_consumers(device);
+        layer_track_submissions(device) == VK_SUCCESS &&
+        layer_register_consumers(device) == VK_SUCCESS)
         return device;
-    }
     layer_free_device(device);
     return NULL;
 }

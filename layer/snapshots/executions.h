@@ -10,7 +10,7 @@
 /* Returns a ticket that is not submitted yet. Returns NULL without host or device memory. */
 struct ticket *ticket_create(struct snapshots *snapshots, VkQueue queue);
 /* Submits the ticket's fence, which signals when all earlier submissions to its queue are complete.
- * Call with the queues locked. If it fails, the ticket stays pending. */
+ * Call while the queue counts as in use. If it fails, the ticket stays pending. */
 VkResult ticket_submit(struct ticket *ticket);
 /* Called instead of ticket_submit(), or after it has failed: from now on waits for the ticket
  * return VK_ERROR_DEVICE_LOST. */

@@ -61,7 +61,6 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
     if (!snapshots)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     pthread_mutex_init(&snapshots->queue_lock, NULL);
-    pthread_mutex_init(&snapshots->families_lock, NULL);
     pthread_mutex_init(&snapshots->executions_lock, NULL);
     pthread_mutex_init(&snapshots->tickets_lock, NULL);
     pthread_mutex_init(&snapshots->buffers_lock, NULL);
@@ -69,7 +68,7 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
     snapshots->device = device;
     snapshots->are_for_backend = below_backend;
     snapshots->next = below_backend ? *below_backend : device->vk;
-    snapshots->uses_queues = below_backend || settings->compare_rays;
+    snapshots->submits_itself = below_backend || settings->compare_rays;
     snapshots->has_addresses =
         enables_addresses(create_info) &&
         (device->vk.GetBufferDeviceAddress || device->vk.GetBufferDeviceAddressKHR);
@@ -98,13 +97,12 @@ void snapshots_destroy(struct snapshots *snapshots)
     word_pool_destroy(snapshots->words);
     own_shaders_destroy(snapshots->shaders);
     guard_destroy(snapshots->guard);
-    handle_table_release(&snapshots->queue_families);
+    snapshots_release_queues(snapshots);
     handle_table_release(&snapshots->copyable);
     handle_table_release(&snapshots->uncounting_pools);
     pthread_mutex_destroy(&snapshots->buffers_lock);
     pthread_mutex_destroy(&snapshots->pools_lock);
     pthread_mutex_destroy(&snapshots->queue_lock);
-    pthread_mutex_destroy(&snapshots->families_lock);
     pthread_mutex_destroy(&snapshots->executions_lock);
     pthread_mutex_destroy(&snapshots->tickets_lock);
     free(snapshots);

@@ -46,12 +46,12 @@ struct snapshots {
     atomic_uint unordered;                    /* number of executions without a known order */
     atomic_bool unordered_reported;           /* one warning reports them */
     atomic_bool lack_of_copies_reported;
-    bool uses_queues; /* see snapshots_lock_queues() */
-    pthread_mutex_t queue_lock;
-    pthread_mutex_t families_lock; /* guards the next member */
+    bool submits_itself;          /* the layer submits at times of its own: queues.c */
+    pthread_mutex_t queue_lock;   /* guards the next two members; held while the layer submits */
+    struct handle_table queues;   /* queues.c */
+    uint32_t users_of_all_queues; /* calls of the application */
     _Atomic uint64_t ticket_count;
-    atomic_bool device_lost;            /* no fence will signal any more */
-    struct handle_table queue_families; /* queue family indices by queue, plus 1 */
+    atomic_bool device_lost; /* no fence will signal any more */
     /* Held while copy orders are renewed for an execution, until that exists. */
     pthread_mutex_t executions_lock;
     pthread_mutex_t tickets_lock;    /* guards the next two members */
@@ -92,13 +92,17 @@ static inline void snapshots_deliver(const struct layer_device *device)
  * when the buffer was created (nv_builds.c). */
 bool snapshots_can_copy(struct snapshots *snapshots, VkBuffer buffer);
 
-/* Lock and unlock the queues around each use of a queue. Do nothing if the layer itself never
- * submits at times of its own choosing. */
-void snapshots_lock_queues(struct snapshots *snapshots);
-void snapshots_unlock_queues(struct snapshots *snapshots);
+/* Before the layer submits to a queue while the application does not: whether it may. Returns false
+ * if a call of the application uses the queue, which may take long; if the queue waits for a signal
+ * that was not submitted; or if the queue is unknown. Then try again after the next wait or
+ * submission of the application. If true, calls of the application that use a queue wait until
+ * snapshots_end_own_submission(); wait for nothing before that. */
+bool snapshots_begin_own_submission(struct snapshots *snapshots, VkQueue queue);
+void snapshots_end_own_submission(struct snapshots *snapshots);
 
 /* Returns false if the queue is unknown. */
 bool snapshots_queue_family(struct snapshots *snapshots, VkQueue queue, uint32_t *family);
+void snapshots_release_queues(struct snapshots *snapshots);
 
 /* The device for own_objects.h. */
 static inline struct own_device snapshots_own_device(const struct snapshots *snapshots)

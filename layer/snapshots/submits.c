@@ -69,24 +69,31 @@ static void copy_orders_renew(const struct layer_device *device, struct recordin
 }
 
 /* ---- Submissions. A submission with recordings is followed by a fence of the layer's own, which
- * signals when its snapshots can be read. On backend cpu the application's fence comes after the
- * layer's, so that it signals later. On backend driver the application's submission goes down
- * unchanged. If memory runs out there, the snapshots are not validated. */
+ * signals when its snapshots can be read. On backend driver the application's submission goes down
+ * unchanged. If memory runs out there, the snapshots are not validated. On backend cpu such a fence
+ * follows each batch with recordings, because a later batch may wait for what the host does with a
+ * structure of an earlier one; and the application's fence comes last, so that it signals later. */
 
 /* ---- what a submission has to do with snapshots */
 
 struct submit {
     struct snapshots *snapshots;
     VkQueue queue;
+    PFN_vkQueueSubmit next; /* this call's command and parameters, or those of the other */
+    const VkSubmitInfo *infos;
+    PFN_vkQueueSubmit2 next_2;
+    const VkSubmitInfo2 *infos_2;
+    uint32_t batch_count;
     struct submission *submission; /* NULL: the order is unknown */
     bool has_limits;               /* the guarded builds of the batch: guard_limited_batches() */
-    struct ticket *ticket;
+    struct ticket *ticket;         /* of the call, or of the batch */
+    uint64_t call;                 /* see struct ticket */
     struct submitted_execution {
         struct execution *execution;
-        uint32_t command; /* index of the command buffer in the call */
+        uint32_t batch, command; /* indices of the batch and of the command buffer in the call */
     } * executions;
     uint32_t count, capacity;
-    uint32_t commands; /* command buffers so far */
+    uint32_t batch, commands; /* the batch that is described, and the command buffers so far */
     struct missed_executions missed;
     uint32_t unfenced; /* executions whose end nothing shows */
     VkResult result;   /* result so far */
@@ -123,10 +130,19 @@ static struct execution *create_execution(struct submit *submit, struct recordin
     return execution;
 }
 
+static void begin_ticket(struct submit *submit)
+{
+    submit->ticket = ticket_create(submit->snapshots, submit->queue);
+    if (submit->ticket && submit->call)
+        submit->ticket->call = submit->call;
+    else if (submit->ticket)
+        submit->call = submit->ticket->call;
+}
+
 static bool add_execution(struct submit *submit, struct recording *recording)
 {
     if (!submit->ticket)
-        submit->ticket = ticket_create(submit->snapshots, submit->queue);
+        begin_ticket(submit);
     submit->missed.unread += recording_detach(recording, submit->ticket, DETACH_NANOSECONDS);
     struct execution *execution = create_execution(submit, recording);
     if (!execution)
@@ -134,7 +150,8 @@ static bool add_execution(struct submit *submit, struct recording *recording)
     submit->missed.repeated += execution_count_repeated(execution);
     execution->destroy_count = resources_destroy_count(submit->snapshots->device->resources);
     execution->submissions = destroyed_objects_submissions(submit->snapshots->device->destroyed);
-    submit->executions[submit->count++] = (struct submitted_execution){execution, submit->commands};
+    submit->executions[submit->count++] =
+        (struct submitted_execution){execution, submit->batch, submit->commands};
     return true;
 }
 
@@ -155,6 +172,16 @@ static void add_command_buffer(struct submit *submit, VkCommandBuffer handle)
     warn_left_out(device, handle);
     add_recording(submit, recording_of(device, handle));
     submit->commands++;
+}
+
+static void begin_batch(struct submit *submit, uint32_t batch)
+{
+    submit->batch = batch;
+    submit->has_limits = batch < guard_limited_batches();
+    if (!submit->snapshots->are_for_backend)
+        return;
+    ticket_release(submit->ticket);
+    submit->ticket = NULL;
 }
 
 static uint32_t count_overwritten(const struct execution *execution)
@@ -187,10 +214,11 @@ static VkResult abandon(struct submit *submit, VkResult result)
     return result;
 }
 
-/* The fence that goes down with the application's batches. */
-static VkFence fence_below(const struct submit *submit, VkFence fence)
+static VkResult call_down(const struct submit *submit, uint32_t first, uint32_t count,
+                          VkFence fence)
 {
-    return submit->count && submit->snapshots->are_for_backend ? VK_NULL_HANDLE : fence;
+    return submit->next ? submit->next(submit->queue, count, submit->infos + first, fence)
+                        : submit->next_2(submit->queue, count, submit->infos_2 + first, fence);
 }
 
 /* The device executes the batches, and nothing will show when it has ended. The executions count as
@@ -205,35 +233,55 @@ static void forget_executions(struct submit *submit)
     submit->count = 0;
 }
 
-/* Submits the fences after the application's batches. If that fails, the end of the batches cannot
- * be observed: backend cpu reports a lost device, and on backend driver nothing is validated. */
-static VkResult submit_fences(struct submit *submit, VkFence fence)
+/* Backend driver: if the fence cannot be submitted, nothing is validated. */
+static VkResult submit_at_once(struct submit *submit, VkFence fence)
 {
-    VkResult result = ticket_submit(submit->ticket);
-    bool is_for_backend = submit->snapshots->are_for_backend;
-    if (result != VK_SUCCESS && result != VK_ERROR_DEVICE_LOST && !is_for_backend)
-        forget_executions(submit);
-    else if (result != VK_SUCCESS)
+    VkResult result = call_down(submit, 0, submit->batch_count, fence);
+    if (!submit->count || (result != VK_SUCCESS && result != VK_ERROR_DEVICE_LOST))
+        return result;
+    VkResult end = result == VK_SUCCESS ? ticket_submit(submit->ticket) : result;
+    if (end == VK_ERROR_DEVICE_LOST)
         ticket_refuse(submit->ticket);
-    if (!is_for_backend)
-        return VK_SUCCESS;
-    if (result == VK_SUCCESS && fence)
-        result = submit->snapshots->next.QueueSubmit(submit->queue, 0, NULL, fence);
-    return result == VK_SUCCESS ? VK_SUCCESS : VK_ERROR_DEVICE_LOST;
+    else if (end != VK_SUCCESS)
+        forget_executions(submit);
+    return result;
 }
 
-/* `result`: the result of the application's batches. If the device is lost, it may have executed a
- * part of them. */
-static VkResult finish_submit(struct submit *submit, VkFence fence, VkResult result)
+/* Backend cpu: submits the batches, with a fence behind each one that has executions. If a part of
+ * them cannot be submitted, or their end cannot be observed, the device counts as lost. */
+static VkResult submit_batches(struct submit *submit, VkFence fence)
+{
+    VkResult result = VK_SUCCESS;
+    uint32_t first = 0, i = 0;
+    while (i < submit->count) {
+        const struct submitted_execution *last = &submit->executions[i];
+        struct ticket *ticket = last->execution->ticket;
+        result = call_down(submit, first, last->batch + 1 - first, VK_NULL_HANDLE);
+        if (result != VK_SUCCESS && !first)
+            break;
+        if (result != VK_SUCCESS || (result = ticket_submit(ticket)) != VK_SUCCESS) {
+            result = VK_ERROR_DEVICE_LOST;
+            break;
+        }
+        first = last->batch + 1;
+        while (i < submit->count && submit->executions[i].execution->ticket == ticket)
+            i++;
+    }
+    if (result == VK_SUCCESS && (first < submit->batch_count || fence || !first)) {
+        result = call_down(submit, first, submit->batch_count - first, fence);
+        if (result != VK_SUCCESS && first)
+            result = VK_ERROR_DEVICE_LOST;
+    }
+    for (; result == VK_ERROR_DEVICE_LOST && i < submit->count; i++)
+        ticket_refuse(submit->executions[i].execution->ticket);
+    return result;
+}
+
+/* If the device is lost, it may have executed a part of the batches. */
+static VkResult give_executions(struct submit *submit, VkResult result)
 {
     struct snapshots *snapshots = submit->snapshots;
-    if (!submit->count)
-        return abandon(submit, result);
-    if (result == VK_SUCCESS)
-        result = submit_fences(submit, fence);
-    else if (result == VK_ERROR_DEVICE_LOST)
-        ticket_refuse(submit->ticket);
-    if (result != VK_SUCCESS && result != VK_ERROR_DEVICE_LOST)
+    if (!submit->count || (result != VK_SUCCESS && result != VK_ERROR_DEVICE_LOST))
         return abandon(submit, result);
     for (uint32_t i = 0; i < submit->count; i++) {
         const struct submitted_execution *submitted = &submit->executions[i];
@@ -247,13 +295,18 @@ static VkResult finish_submit(struct submit *submit, VkFence fence, VkResult res
     return result;
 }
 
-/* Finishes with the queues locked, then unlocks them, because no message may be sent with the lock
- * held. */
-static VkResult finish_and_unlock(struct submit *submit, VkFence fence, VkResult result)
+/* No message is sent while the queue counts as in use. */
+static VkResult submit_all(struct submit *submit, VkFence fence)
 {
     struct snapshots *snapshots = submit->snapshots;
-    result = finish_submit(submit, fence, result);
-    snapshots_unlock_queues(snapshots);
+    report_missed(submit);
+    if (submit->result != VK_SUCCESS)
+        return abandon(submit, submit->result);
+    snapshots_enter_queue(snapshots->device, submit->queue);
+    VkResult result =
+        snapshots->are_for_backend ? submit_batches(submit, fence) : submit_at_once(submit, fence);
+    result = give_executions(submit, result);
+    snapshots_leave_queue(snapshots->device, submit->queue);
     warn_missed(snapshots->device, &(struct missed_executions){.no_memory = submit->unfenced});
     warn_unordered(snapshots->device);
     return result;
@@ -277,81 +330,30 @@ VkResult snapshots_submit(struct layer_device *device, PFN_vkQueueSubmit next, V
                           uint32_t count, const VkSubmitInfo *infos, VkFence fence)
 {
     struct submit submit = begin_snapshots_submit(device->snapshots, queue);
+    submit.next = next;
+    submit.infos = infos;
+    submit.batch_count = count;
     for (uint32_t i = 0; i < count; i++) {
-        submit.has_limits = i < guard_limited_batches();
+        begin_batch(&submit, i);
         for (uint32_t j = 0; j < infos[i].commandBufferCount; j++)
             add_command_buffer(&submit, infos[i].pCommandBuffers[j]);
     }
-    report_missed(&submit);
-    if (submit.result != VK_SUCCESS)
-        return abandon(&submit, submit.result);
-    snapshots_lock_queues(device->snapshots);
-    VkResult result = next(queue, count, infos, fence_below(&submit, fence));
-    return finish_and_unlock(&submit, fence, result);
+    return submit_all(&submit, fence);
 }
 
 VkResult snapshots_submit_2(struct layer_device *device, PFN_vkQueueSubmit2 next, VkQueue queue,
                             uint32_t count, const VkSubmitInfo2 *infos, VkFence fence)
 {
     struct submit submit = begin_snapshots_submit(device->snapshots, queue);
+    submit.next_2 = next;
+    submit.infos_2 = infos;
+    submit.batch_count = count;
     for (uint32_t i = 0; i < count; i++) {
-        submit.has_limits = i < guard_limited_batches();
+        begin_batch(&submit, i);
         for (uint32_t j = 0; j < infos[i].commandBufferInfoCount; j++)
             add_command_buffer(&submit, infos[i].pCommandBufferInfos[j].commandBuffer);
     }
-    report_missed(&submit);
-    if (submit.result != VK_SUCCESS)
-        return abandon(&submit, submit.result);
-    snapshots_lock_queues(device->snapshots);
-    VkResult result = next(queue, count, infos, fence_below(&submit, fence));
-    return finish_and_unlock(&submit, fence, result);
-}
-
-/* ---- queues, which the layer also uses itself */
-
-void snapshots_lock_queues(struct snapshots *snapshots)
-{
-    if (snapshots->uses_queues)
-        pthread_mutex_lock(&snapshots->queue_lock);
-}
-
-void snapshots_unlock_queues(struct snapshots *snapshots)
-{
-    if (snapshots->uses_queues)
-        pthread_mutex_unlock(&snapshots->queue_lock);
-}
-
-static void note_family(struct snapshots *snapshots, VkQueue queue, uint32_t family)
-{
-    uintptr_t name = (uintptr_t)family + 1;
-    pthread_mutex_lock(&snapshots->families_lock);
-    handle_table_set(&snapshots->queue_families, (uint64_t)(uintptr_t)queue, (void *)name);
-    pthread_mutex_unlock(&snapshots->families_lock);
-}
-
-bool snapshots_queue_family(struct snapshots *snapshots, VkQueue queue, uint32_t *family)
-{
-    pthread_mutex_lock(&snapshots->families_lock);
-    uintptr_t name =
-        (uintptr_t)handle_table_find(&snapshots->queue_families, (uint64_t)(uintptr_t)queue);
-    pthread_mutex_unlock(&snapshots->families_lock);
-    *family = (uint32_t)name - 1;
-    return name != 0;
-}
-
-void snapshots_note_queue(struct layer_device *device, VkQueue queue, uint32_t family)
-{
-    note_family(device->snapshots, queue, family);
-}
-
-void snapshots_enter_queue(struct layer_device *device)
-{
-    snapshots_lock_queues(device->snapshots);
-}
-
-void snapshots_leave_queue(struct layer_device *device)
-{
-    snapshots_unlock_queues(device->snapshots);
+    return submit_all(&submit, fence);
 }
 
 void snapshots_note_secondaries(struct layer_device *device, VkCommandBuffer handle, uint32_t count,

@@ -175,6 +175,7 @@ struct ticket *ticket_create(struct snapshots *snapshots, VkQueue queue)
     atomic_init(&own->ticket.is_complete, false);
     own->ticket.queue = queue;
     own->ticket.number = atomic_fetch_add(&snapshots->ticket_count, 1) + 1;
+    own->ticket.call = own->ticket.number;
     return &own->ticket;
 }
 

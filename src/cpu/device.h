@@ -90,9 +90,14 @@ void cpu_scratch_return(struct cpu_scratch *scratch);
 
 /* ---- the device */
 
-/* Whether a tree was built from snapshots that a later execution in the same submission had
- * overwritten, and whether that was reported. */
-enum cpu_overwritten { OVERWRITTEN_NEVER, OVERWRITTEN_ONCE, OVERWRITTEN_TOLD };
+/* Whether something has occurred that is reported once, and whether that was done. */
+enum cpu_occurrence { OCCURRED_NEVER, OCCURRED, OCCURRENCE_REPORTED };
+
+static inline void cpu_occurs(atomic_uint *occurrence)
+{
+    unsigned never = OCCURRED_NEVER;
+    atomic_compare_exchange_strong(occurrence, &never, OCCURRED);
+}
 
 struct cpu_device {
     struct builder_uuids uuids; /* of serialized structures; constant */
@@ -102,7 +107,9 @@ struct cpu_device {
     struct cpu_scratch_claims scratch_claims;
     struct cpu_private_data private_data;
     struct cpu_counters counters;
-    atomic_uint overwritten;  /* enum cpu_overwritten */
+    /* enum cpu_occurrence: a tree was built from snapshots that a later execution in the same
+     * submission had overwritten; the host used a structure before its batch was complete. */
+    atomic_uint overwritten, used_early;
     atomic_bool lacks_copies; /* the driver has not executed the copies of a submission */
     bool has_micromaps;       /* an extension with micromaps is enabled; constant */
 };

@@ -258,19 +258,24 @@ void cpu_playback_run(struct cpu_playback *playback, struct execution *execution
 
 /* ---- results */
 
-static void write_serialized(struct cpu_playback *playback, const struct result *result,
+/* The functions that write return false if the result is to be written later. */
+
+static bool write_serialized(struct cpu_playback *playback, const struct result *result,
+                             const struct buffer_target *target,
                              const struct cpu_delivery *delivery)
 {
     const void *tree = cpu_tree_read(result->tree);
     uint64_t size = tree ? bytes_serialized_size(tree) : 0;
-    if (!size || size > result->target.size)
-        return;
-    void *bytes = malloc(size);
-    const VkBufferCopy region = {0, result->target.offset, size};
+    bool is_done = true;
+    if (!size || size > target->size)
+        return true;
+    unsigned char *bytes = malloc(size);
+    const VkBufferCopy region = {0, target->offset, size};
+    const struct result_bytes written = {result->ticket, target->buffer, bytes, size, &region, 1};
     if (bytes && bytes_serialize(tree, &playback->device->uuids, bytes, size) == BUILDER_OK)
-        delivery->write(delivery->user, result->ticket, result->target.buffer, bytes, size, &region,
-                        1);
+        is_done = delivery->write(delivery->user, &written);
     free(bytes);
+    return is_done;
 }
 
 /* Sets the region of query `i`, whose value and availability are at `at` in the bytes. Without a
@@ -289,13 +294,14 @@ static uint32_t add_region(const struct result *result, uint32_t i, bool has_val
 
 enum { QUERY_BYTES = 16 };
 
-static void write_queried(struct cpu_playback *playback, const struct result *result,
-                          const struct cpu_delivery *delivery)
+static bool write_queried(struct cpu_playback *playback, const struct result *result,
+                          const struct buffer_target *target, const struct cpu_delivery *delivery)
 {
     VkQueryResultFlags flags = result->flags & ~(VkQueryResultFlags)VK_QUERY_RESULT_WAIT_BIT;
     VkBufferCopy *regions = malloc(result->count * sizeof(*regions));
     unsigned char *bytes = calloc(result->count, QUERY_BYTES);
     uint32_t count = 0;
+    bool is_done = true;
     for (uint32_t i = 0; regions && bytes && i < result->count; i++) {
         uint64_t at = (uint64_t)i * QUERY_BYTES;
         VkResult state = cpu_query_pools_read(playback->device->query_pools, result->pool, i, 1,
@@ -303,14 +309,22 @@ static void write_queried(struct cpu_playback *playback, const struct result *re
         bool has_value = state == VK_SUCCESS || (flags & VK_QUERY_RESULT_PARTIAL_BIT);
         count += add_region(result, i, has_value, at, &regions[count]);
     }
+    const struct result_bytes written = {
+        .ticket = result->ticket,
+        .buffer = target->buffer,
+        .bytes = bytes,
+        .size = (uint64_t)result->count * QUERY_BYTES,
+        .regions = regions,
+        .region_count = count,
+    };
     if (count)
-        delivery->write(delivery->user, result->ticket, result->target.buffer, bytes,
-                        (uint64_t)result->count * QUERY_BYTES, regions, count);
+        is_done = delivery->write(delivery->user, &written);
     free(regions);
     free(bytes);
+    return is_done;
 }
 
-/* Whether a result's submission is complete. */
+/* Whether a result's batch is complete. */
 static bool result_is_complete(const struct result *result, const struct cpu_delivery *delivery,
                                VkResult *end)
 {
@@ -318,34 +332,61 @@ static bool result_is_complete(const struct result *result, const struct cpu_del
     return ticket_has_ended(result->ticket, was_seen, end);
 }
 
-static struct result *first_result(struct cpu_playback *playback)
+/* Where a result is written by now; cpu_playback_forget_buffer() changes that. */
+static struct buffer_target target_of(struct cpu_playback *playback, const struct result *result)
 {
     pthread_mutex_lock(&playback->lock);
-    struct result *result = playback->results;
+    struct buffer_target target = result->target;
+    pthread_mutex_unlock(&playback->lock);
+    return target;
+}
+
+/* Returns whether nothing is left to do for the result. */
+static bool deliver_result(struct cpu_playback *playback, const struct result *result,
+                           const struct cpu_delivery *delivery)
+{
+    VkResult end;
+    if (!result_is_complete(result, delivery, &end))
+        return false;
+    const struct buffer_target target = target_of(playback, result);
+    if (end != VK_SUCCESS || !target.buffer)
+        return true;
+    if (result->pool)
+        return write_queried(playback, result, &target, delivery);
+    return !result->tree || write_serialized(playback, result, &target, delivery);
+}
+
+/* The first result behind `after`; NULL: of all. */
+static struct result *next_result(struct cpu_playback *playback, const struct result *after)
+{
+    pthread_mutex_lock(&playback->lock);
+    struct result *result = after ? after->next : playback->results;
     pthread_mutex_unlock(&playback->lock);
     return result;
 }
 
-static void take_first_result(struct cpu_playback *playback)
+static void remove_result(struct cpu_playback *playback, const struct result *result)
 {
     pthread_mutex_lock(&playback->lock);
-    playback->results = playback->results->next;
-    if (!playback->results)
-        playback->results_last = &playback->results;
+    struct result **link = &playback->results;
+    while (*link != result)
+        link = &(*link)->next;
+    *link = result->next;
+    if (playback->results_last == &result->next)
+        playback->results_last = link;
     pthread_mutex_unlock(&playback->lock);
 }
 
 void cpu_playback_deliver(struct cpu_playback *playback, const struct cpu_delivery *delivery)
 {
-    VkResult end;
     pthread_mutex_lock(&playback->delivery);
-    for (struct result *result;
-         (result = first_result(playback)) && result_is_complete(result, delivery, &end);) {
-        if (end == VK_SUCCESS && result->target.buffer && result->pool)
-            write_queried(playback, result, delivery);
-        if (end == VK_SUCCESS && result->target.buffer && result->tree)
-            write_serialized(playback, result, delivery);
-        take_first_result(playback); /* for cpu_playback_has_results(): only now it is written */
+    for (struct result *result = next_result(playback, NULL), *next; result; result = next) {
+        bool is_done = deliver_result(playback, result, delivery);
+        next = next_result(playback, result);
+        if (!is_done)
+            continue;
+        remove_result(playback,
+                      result); /* for cpu_playback_has_results(): only now it is written */
         free_result(playback, result);
     }
     pthread_mutex_unlock(&playback->delivery);
@@ -353,7 +394,7 @@ void cpu_playback_deliver(struct cpu_playback *playback, const struct cpu_delive
 
 bool cpu_playback_has_results(struct cpu_playback *playback)
 {
-    return first_result(playback) != NULL;
+    return next_result(playback, NULL) != NULL;
 }
 
 void cpu_playback_forget_buffer(struct cpu_playback *playback, VkBuffer buffer)

@@ -26,13 +26,21 @@ uint32_t cpu_playback_take_failed(struct cpu_playback *playback);
 void cpu_playback_run(struct cpu_playback *playback, struct execution *execution,
                       struct timestamp timestamp);
 
-/* Writes results in execution order, up to the first one whose submission is not complete. `write`
- * copies regions of `bytes` to a buffer. If the host has observed the completion (`seen`) but the
- * submission's ticket has not ended yet, the call waits for the ticket a short time. */
+/* Writes, in execution order, the results whose batch is complete. If the host has observed that
+ * (`seen`) but the batch's ticket has not ended yet, the call waits for the ticket a short time.
+ * `write` copies regions of `bytes` to a buffer. If it returns false, the result stays for the next
+ * call. */
+struct result_bytes {
+    struct ticket *ticket;
+    VkBuffer buffer;
+    const unsigned char *bytes;
+    uint64_t size;
+    const VkBufferCopy *regions;
+    uint32_t region_count;
+};
 struct cpu_delivery {
     const struct execution_clock *seen;
-    void (*write)(void *user, struct ticket *ticket, VkBuffer buffer, const void *bytes,
-                  uint64_t size, const VkBufferCopy *regions, uint32_t region_count);
+    bool (*write)(void *user, const struct result_bytes *result);
     void *user;
 };
 void cpu_playback_deliver(struct cpu_playback *playback, const struct cpu_delivery *delivery);

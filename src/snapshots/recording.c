@@ -165,7 +165,7 @@ static struct execution *start_execution(struct recording *recording, const stru
     struct execution *execution = allocate_execution(recording);
     if (execution) {
         struct execution *other = recording->latest;
-        while (other && other->ticket != ticket)
+        while (other && !ticket_is_of_call(other->ticket, ticket))
             other = other->older;
         if (other) /* so are all before, by now */
             atomic_store(&other->is_overwritten, true);
@@ -381,8 +381,8 @@ static struct execution *share_other(struct recording *recording, const struct e
 {
     pthread_mutex_lock(&recording->lock);
     struct execution *execution = after ? after->older : recording->latest;
-    while (execution &&
-           (execution->ticket == next || (after && execution->ticket == after->ticket)))
+    while (execution && (ticket_is_of_call(execution->ticket, next) ||
+                         (after && ticket_is_of_call(execution->ticket, after->ticket))))
         execution = execution->older;
     if (execution)
         execution_share(execution);

@@ -15,8 +15,9 @@
 
 struct ticket {
     atomic_uint references;
-    uint64_t number;         /* unique on the device, from 1; 0: unknown */
-    VkQueue queue;           /* of the submission */
+    uint64_t number; /* unique on the device, from 1; 0: unknown */
+    uint64_t call;   /* number of the first ticket of the same submitting call; 0: unknown */
+    VkQueue queue;   /* of the submission */
     atomic_bool is_complete; /* `wait` has returned VK_SUCCESS */
     /* Returns VK_SUCCESS, or VK_ERROR_DEVICE_LOST if the device will never complete the submission:
      * both are final, and the device no longer uses what the submission names. VK_TIMEOUT comes
@@ -43,6 +44,12 @@ static inline bool ticket_has_ended(struct ticket *ticket, bool was_seen, VkResu
 {
     *end = ticket->wait(ticket, was_seen ? TICKET_GRACE_NANOSECONDS : 0);
     return ticket_result_is_final(*end);
+}
+
+/* Whether both belong to one submitting call. On backend cpu each batch has its own ticket. */
+static inline bool ticket_is_of_call(const struct ticket *ticket, const struct ticket *other)
+{
+    return ticket == other || (other && other->call && ticket->call == other->call);
 }
 
 static inline struct ticket *ticket_share(struct ticket *ticket)

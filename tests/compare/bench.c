@@ -25,6 +25,17 @@ static VkResult create_device(void)
                                           &bench.device, &bench.vk);
 }
 
+/* One thread uses the queue. */
+static bool begin_submission(void *queues, VkQueue queue)
+{
+    return !queues && queue;
+}
+
+static void end_submission(void *queues)
+{
+    (void)queues;
+}
+
 const char *bench_open(enum bench_kind kind)
 {
     static const struct platform platform = {.get_instance_proc_addr = vkGetInstanceProcAddr};
@@ -44,13 +55,13 @@ const char *bench_open(enum bench_kind kind)
     memcpy(bench.driver, driver.driverInfo, sizeof(bench.driver));
     vkGetPhysicalDeviceMemoryProperties(physical, &bench.memory);
     vkGetDeviceQueue(bench.device, 0, 0, &bench.queue);
-    pthread_mutex_init(&bench.queue_lock, NULL);
     bench.compare = (struct compare_device){
         .handle = bench.device,
         .vk = &bench.vk,
         .memory = &bench.memory,
         .scratch_alignment = limits.minAccelerationStructureScratchOffsetAlignment,
-        .queue_lock = &bench.queue_lock,
+        .begin_submission = begin_submission,
+        .end_submission = end_submission,
     };
     bench.pool = command_pool_create(&bench.vk, bench.device);
     return NULL;

@@ -21,7 +21,6 @@ struct bench {
     VkQueue queue;
     VkPhysicalDeviceMemoryProperties memory;
     VkuDeviceDispatchTable vk;
-    pthread_mutex_t queue_lock;
     struct compare_device compare;
 };
 

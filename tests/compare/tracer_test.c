@@ -14,7 +14,8 @@ enum { RAYS = 4, WAITS_MAX = 3 };
 static VkResult waits[WAITS_MAX]; /* the results of the waits, in their order */
 static uint32_t wait_count;
 static VkPhysicalDeviceMemoryProperties memory;
-static pthread_mutex_t queue_lock = PTHREAD_MUTEX_INITIALIZER;
+static bool may_submit; /* the tracer, to the queue */
+static uint32_t submissions;
 static VkuDeviceDispatchTable vk;
 static struct compare_device device;
 static struct tracer *tracer;
@@ -45,6 +46,17 @@ static uint64_t count_destroyed(void)
     return count;
 }
 
+static bool begin_submission(void *queues, VkQueue queue)
+{
+    assert_ptr_equal(queue, fixture.queue);
+    return may_submit;
+}
+
+static void end_submission(void *queues)
+{
+    ++*(uint32_t *)queues;
+}
+
 static void open_tracer(void)
 {
     STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query, .rayQuery = VK_TRUE);
@@ -57,11 +69,14 @@ static void open_tracer(void)
                                      .vk = &vk,
                                      .memory = &memory,
                                      .scratch_alignment = 256,
-                                     .queue_lock = &queue_lock,
+                                     .begin_submission = begin_submission,
+                                     .end_submission = end_submission,
+                                     .queues = &submissions,
                                      .has_queries = true};
     allocated_before = platform.null_driver.allocated();
     GET(tracer_create(&device, &tracer));
-    wait_count = 0;
+    wait_count = submissions = 0;
+    may_submit = true;
 }
 
 static void close_tracer(void)
@@ -92,6 +107,17 @@ static VkResult run(VkResult first, VkResult second)
     free(job);
     free(answers);
     return result;
+}
+
+TEST_BETWEEN(test_queue_in_use, open_tracer, close_tracer)
+{
+    may_submit = false;
+    assert_int_equal(run(VK_SUCCESS, VK_SUCCESS), VK_NOT_READY);
+    assert_int_equal(submissions + wait_count, 0);
+    may_submit = true;
+    assert_int_equal(run(VK_SUCCESS, VK_SUCCESS), VK_SUCCESS);
+    assert_int_equal(submissions, wait_count);
+    tracer_destroy(tracer);
 }
 
 static void expect_kept(VkResult result)

@@ -16,7 +16,7 @@ static struct cpu_overlay overlay;
 static struct snapshots own_snapshots;
 static struct cpu_device cpu;
 static uint32_t lost; /* builds without memory, not reported yet */
-static uint32_t runs, warnings;
+static uint32_t runs, warnings, submissions;
 
 /* ---- what results.c calls */
 
@@ -34,6 +34,7 @@ void cpu_playback_run(struct cpu_playback *playback, struct execution *execution
 }
 
 static bool has_results;
+static unsigned char chunk_bytes[1];
 
 bool cpu_playback_has_results(struct cpu_playback *playback)
 {
@@ -45,8 +46,11 @@ void cpu_playback_deliver(struct cpu_playback *playback, const struct cpu_delive
 {
     static const VkBufferCopy region = {.size = 1};
     struct ticket ticket = {.references = 1};
-    has_results = false;
-    delivery->write(delivery->user, &ticket, VK_NULL_HANDLE, "", 1, &region, 1);
+    has_results = !delivery->write(delivery->user, &(struct result_bytes){.ticket = &ticket,
+                                                                          .bytes = chunk_bytes,
+                                                                          .size = 1,
+                                                                          .regions = &region,
+                                                                          .region_count = 1});
 }
 
 void cpu_playback_forget_buffer(struct cpu_playback *playback, VkBuffer buffer) {}
@@ -74,11 +78,34 @@ bool snapshots_queue_family(struct snapshots *snapshots, VkQueue queue, uint32_t
     return true;
 }
 
-void snapshots_lock_queues(struct snapshots *snapshots) {}
+static bool may_submit, is_submitting; /* the layer, to the queue */
 
-void snapshots_unlock_queues(struct snapshots *snapshots) {}
+bool snapshots_begin_own_submission(struct snapshots *snapshots, VkQueue queue)
+{
+    is_submitting = may_submit;
+    return may_submit;
+}
 
-static unsigned char chunk_bytes[1];
+void snapshots_end_own_submission(struct snapshots *snapshots)
+{
+    assert_true(is_submitting);
+    is_submitting = false;
+}
+
+static bool host_can_write;
+static enum tristate buffer_alive;
+
+bool cpu_write_by_host(const struct layer_device *of_device, const struct result_bytes *result)
+{
+    return host_can_write;
+}
+
+void resources_look_up_buffer(struct resources *resources, VkBuffer handle,
+                              struct buffer_facts *facts)
+{
+    *facts = (struct buffer_facts){.alive = buffer_alive};
+}
+
 static struct staging_chunk own_chunk = {.chunk = {.bytes = chunk_bytes, .size = 1}};
 static uint32_t given_back, left;
 
@@ -170,6 +197,8 @@ static VKAPI_ATTR void VKAPI_CALL add_barrier(VkCommandBuffer commands, VkPipeli
 static VKAPI_ATTR VkResult VKAPI_CALL submit(VkQueue queue, uint32_t count,
                                              const VkSubmitInfo *infos, VkFence fence)
 {
+    assert_true(is_submitting);
+    submissions++;
     return VK_SUCCESS;
 }
 
@@ -177,6 +206,7 @@ static VKAPI_ATTR VkResult VKAPI_CALL wait_for_fences(VkDevice of_device, uint32
                                                       const VkFence *fences, VkBool32 all,
                                                       uint64_t nanoseconds)
 {
+    assert_false(is_submitting);
     assert_true(wait_count < 2);
     return waits[wait_count++];
 }
@@ -192,7 +222,7 @@ static struct batch_consumer set_up(void)
     device.cpu = &overlay;
     lost = 1;
     atomic_store(&cpu.lacks_copies, true);
-    atomic_store(&cpu.overwritten, OVERWRITTEN_ONCE);
+    atomic_store(&cpu.overwritten, OCCURRED);
     overlay.next.CreateFence = create_fence;
     overlay.next.DestroyFence = destroy_fence;
     overlay.next.CreateCommandPool = create_pool;
@@ -205,7 +235,10 @@ static struct batch_consumer set_up(void)
     overlay.next.QueueSubmit = submit;
     overlay.next.WaitForFences = wait_for_fences;
     device.snapshots = &own_snapshots;
-    runs = warnings = destroyed = wait_count = given_back = left = 0;
+    may_submit = true;
+    host_can_write = false;
+    buffer_alive = YES;
+    runs = warnings = submissions = destroyed = wait_count = given_back = left = 0;
     return cpu_overlay_consumer(&device);
 }
 
@@ -250,6 +283,36 @@ TEST(test_copy_of_results)
         assert_int_equal(given_back, 1);
         cpu_overlay_end_transfers(&overlay);
         assert_int_equal(wait_count, 1);
+    }
+}
+
+/* Until the layer may use the queue, the result stays. */
+TEST(test_copy_of_results_while_the_queue_is_in_use)
+{
+    const struct batch_consumer consumer = set_up();
+    waits[0] = VK_SUCCESS;
+    has_results = true;
+    may_submit = false;
+    consumer.deliver(consumer.user);
+    assert_int_equal(submissions + wait_count, 0);
+    assert_true(has_results);
+    assert_int_equal(given_back, 1);
+    may_submit = true;
+    consumer.deliver(consumer.user);
+    assert_int_equal(submissions, 1);
+    assert_false(has_results);
+}
+
+TEST(test_results_without_a_copy)
+{
+    for (int i = 0; i < 2; i++) {
+        const struct batch_consumer consumer = set_up();
+        host_can_write = i;
+        buffer_alive = i ? YES : NO;
+        has_results = true;
+        consumer.deliver(consumer.user);
+        assert_int_equal(submissions, 0);
+        assert_false(has_results);
     }
 }
 

@@ -12,7 +12,8 @@
 static VkResult wait_for(struct ticket *ticket, uint64_t nanoseconds)
 {
     struct submission *submission = (struct submission *)ticket;
-    submission->waited = nanoseconds;
+    if (nanoseconds > submission->waited)
+        submission->waited = nanoseconds;
     return submission->end;
 }
 
@@ -137,18 +138,21 @@ uint64_t size_of(struct world *world, uint64_t structure)
     return size;
 }
 
-static void note_write(void *user, struct ticket *ticket, VkBuffer buffer, const void *bytes,
-                       uint64_t size, const VkBufferCopy *regions, uint32_t region_count)
+static bool note_write(void *user, const struct result_bytes *result)
 {
     struct world *world = user;
-    assert_ptr_equal(ticket, &world->submission.ticket);
-    assert_true(world->write_count < WRITES && size <= WRITTEN_MOST && region_count <= QUERIES);
+    assert_ptr_equal(result->ticket, &world->submission.ticket);
+    assert_true(world->write_count < WRITES && result->size <= WRITTEN_MOST &&
+                result->region_count <= QUERIES);
+    if (world->postpones_writes)
+        return false;
     struct write *write = &world->writes[world->write_count++];
-    write->buffer = buffer;
-    write->size = size;
-    write->region_count = region_count;
-    memcpy(write->bytes, bytes, size);
-    memcpy(write->regions, regions, region_count * sizeof(*regions));
+    write->buffer = result->buffer;
+    write->size = result->size;
+    write->region_count = result->region_count;
+    memcpy(write->bytes, result->bytes, result->size);
+    memcpy(write->regions, result->regions, result->region_count * sizeof(*result->regions));
+    return true;
 }
 
 void deliver(struct world *world, uint64_t seen)

@@ -16,7 +16,7 @@ enum { QUERIES = 4, TRIANGLES = 40, WRITES = 8, WRITTEN_MOST = 1 << 16 };
 struct submission {
     struct ticket ticket;
     VkResult end;
-    uint64_t waited; /* nanoseconds of the last wait */
+    uint64_t waited; /* nanoseconds of the longest wait */
 };
 
 /* The backend with a built structure, an empty one, and one that is too small for either. */
@@ -34,6 +34,7 @@ struct world {
         unsigned char bytes[WRITTEN_MOST];
     } writes[WRITES];
     uint32_t write_count;
+    bool postpones_writes;
     int allocations; /* before anything was */
 };
 

@@ -199,6 +199,22 @@ TEST_OF_WORLD(copies_of_queries_are_written_in_order_when_they_are_complete)
     assert_true(cpu_playback_has_results(world->playback));
 }
 
+TEST_OF_WORLD(results_that_cannot_be_written_yet_are_written_later)
+{
+    write_queries(world, 0);
+    copy_queries(world, 0, 1, 0, 1);
+    copy_queries(world, 0, 2, 0, 1);
+    world->submission.end = VK_SUCCESS;
+    world->postpones_writes = true;
+    deliver(world, 1);
+    assert_true(cpu_playback_has_results(world->playback));
+    world->postpones_writes = false;
+    deliver(world, 1);
+    assert_false(cpu_playback_has_results(world->playback));
+    assert_int_equal(world->write_count, 2);
+    assert_int_equal(world->writes[1].region_count, 2);
+}
+
 TEST_OF_WORLD(buffers_and_submissions_that_are_gone_are_not_written)
 {
     write_queries(world, 0);

@@ -156,6 +156,39 @@ TEST(waits_and_signals_of_the_host_are_batches)
     execution_order_destroy(order);
 }
 
+TEST(a_queue_is_held_until_the_signal_is_submitted)
+{
+    struct execution_order *order;
+    assert_int_equal(execution_order_create(&order, &(struct execution_hooks){0}), VK_SUCCESS);
+    execution_order_add_semaphore(order, SEMAPHORE(S), VK_SEMAPHORE_TYPE_TIMELINE, 0, false);
+    assert_false(execution_order_holds_queue(order, QUEUE(1)));
+    struct submission *submission = submission_begin(order, SUBMIT_COMMANDS, QUEUE(1));
+    submission_add_batch(submission);
+    submission_add_wait(submission, SEMAPHORE(S), 1, SCOPE_ALL);
+    submission_prepare(submission);
+    submission_finish(submission, VK_SUCCESS);
+    assert_true(execution_order_holds_queue(order, QUEUE(1)));
+    assert_false(execution_order_holds_queue(order, QUEUE(2)));
+    signal_on(order, SUBMIT_HOST_SIGNAL, SEMAPHORE(S), 1, VK_NULL_HANDLE);
+    assert_false(execution_order_holds_queue(order, QUEUE(1)));
+    execution_order_set_unknown(order, ORDER_UNKNOWN_DEVICE_LOST);
+    assert_false(execution_order_holds_queue(order, QUEUE(1)));
+    assert_false(execution_order_holds_queue(NULL, QUEUE(1)));
+    execution_order_end(order);
+    execution_order_destroy(order);
+}
+
+TEST(consumers_are_added_up_to_a_limit)
+{
+    struct execution_order *order;
+    assert_int_equal(execution_order_create(&order, &(struct execution_hooks){0}), VK_SUCCESS);
+    for (int i = 0; i < BATCH_CONSUMERS; i++)
+        assert_true(execution_order_add_consumer(order, (struct batch_consumer){0}));
+    assert_false(execution_order_add_consumer(order, (struct batch_consumer){0}));
+    execution_order_end(order);
+    execution_order_destroy(order);
+}
+
 /* If others may signal an object, its state shows nothing certain, and the application may observe
  * it without the layer. */
 TEST(exported_objects_may_show_anything)

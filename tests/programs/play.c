@@ -2,10 +2,12 @@
 /* Plays the lines of programs. */
 #include "play.h"
 
+#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 /* ---- programs that are not judged */
 
@@ -207,6 +209,53 @@ static void play_unjudged(struct play *play, const struct program_line *line)
     unjudged = NULL;
 }
 
+/* ---- lines that hang */
+
+#ifdef _WIN32 /* has no alarm */
+static void watch(const struct play *play)
+{
+    (void)play;
+}
+
+static void stop_watching(void) {}
+#else
+enum { LINE_HANGS = 120 /* seconds; no line takes as long, however busy the machine is */ };
+
+static const struct play *volatile watched;
+
+static void say(const char *text)
+{
+    const ssize_t written = write(STDERR_FILENO, text, strlen(text));
+    (void)written;
+}
+
+/* A call of the program does not return, so only the process can end. */
+static void report_hang(int number)
+{
+    (void)number;
+    say(watched->program->name);
+    say(": hangs, in the line\n    ");
+    say(watched->at < watched->program->line_count ? watched->program->lines[watched->at].text
+                                                   : "behind the last one");
+    say("\n");
+    _exit(1);
+}
+
+/* Ends the process if nothing more is played for a long time. */
+static void watch(const struct play *play)
+{
+    if (!watched)
+        signal(SIGALRM, report_hang);
+    watched = play;
+    alarm(LINE_HANGS);
+}
+
+static void stop_watching(void)
+{
+    alarm(0);
+}
+#endif
+
 bool play_line(struct play *play, unsigned line)
 {
     const struct program_line *played = &play->program->lines[line];
@@ -214,6 +263,7 @@ bool play_line(struct play *play, unsigned line)
     if (play_is_setup(played))
         return true;
     play->at = line;
+    watch(play);
     play->result = VK_SUCCESS;
     if (play->is_unjudged) {
         play_unjudged(play, played);
@@ -286,6 +336,7 @@ void play_end(struct play *play)
     play_destroy_messenger(play);
     if (play->platform->is_null)
         play->platform->null_driver.reset();
+    stop_watching();
 }
 
 void play_program(struct play *play, const struct program *program)

@@ -118,16 +118,21 @@ static struct cpu_tree *create_lazy(VkResult (*make)(void *context, struct cpu_t
     return NULL;
 }
 
+/* Who uses a structure knows that its build is complete, so its ticket ends soon. If it does not,
+ * the batch may wait for the application's next call. */
+#define WAIT_NANOSECONDS ((uint64_t)10 * 1000 * 1000 * 1000)
+
 /* Waits for the end of the execution, and takes its lock for reading unless that fails. */
 static VkResult begin_reading(const struct lazy *lazy)
 {
     struct execution *execution = lazy->execution;
-    unsigned never = OVERWRITTEN_NEVER;
-    VkResult result = execution->ticket->wait(execution->ticket, UINT64_MAX);
+    VkResult result = execution->ticket->wait(execution->ticket, WAIT_NANOSECONDS);
+    if (result == VK_TIMEOUT)
+        cpu_occurs(&lazy->device->used_early);
     if (result != VK_SUCCESS)
         return result;
     if (atomic_load(&execution->is_overwritten))
-        atomic_compare_exchange_strong(&lazy->device->overwritten, &never, OVERWRITTEN_ONCE);
+        cpu_occurs(&lazy->device->overwritten);
     shared_lock_read(&execution->lock);
     return VK_SUCCESS;
 }

@@ -74,7 +74,12 @@ static void make(struct cpu_tree *tree)
 {
     struct cpu_tree_work work = tree->work;
     tree->work.make = NULL;
-    if (work.make(work.context, tree) != VK_SUCCESS) {
+    VkResult result = work.make(work.context, tree);
+    if (result == VK_TIMEOUT) {
+        tree->work = work;
+        return;
+    }
+    if (result != VK_SUCCESS) {
         aligned_free(tree->bytes);
         tree->bytes = NULL;
     }

@@ -15,9 +15,11 @@
 
 struct cpu_tree;
 
-/* The work of a lazy tree. `make` runs at most once, on the first thread that reads the tree, and
- * calls cpu_tree_allocate(). The tree's lock is held during `make`. It may read other trees, except
- * those whose own work reads this tree. `release` is called once, after `make` or instead of it. */
+/* The work of a lazy tree. `make` runs on the first thread that reads the tree, and calls
+ * cpu_tree_allocate(). It runs once more, at the next reading, only if it returns VK_TIMEOUT
+ * because the input does not exist yet. The tree's lock is held during `make`. It may read other
+ * trees, except those whose own work reads this tree. `release` is called once, after `make` or
+ * instead of it. */
 struct cpu_tree_work {
     VkResult (*make)(void *context, struct cpu_tree *tree);
     void (*release)(void *context);
@@ -46,7 +48,8 @@ bool cpu_tree_is_top_level(const struct cpu_tree *tree);
  * the tree may call this. Returns NULL if memory runs out. */
 void *cpu_tree_allocate(struct cpu_tree *tree, uint64_t size);
 
-/* Returns the tree's bytes; makes a lazy tree first. Returns NULL if making it has failed. */
+/* Returns the tree's bytes; makes a lazy tree first. Returns NULL if making it has failed, or if
+ * its input does not exist yet. */
 const void *cpu_tree_read(struct cpu_tree *tree);
 
 /* Sets `value` to the tree's property of a query type. Returns false if the type is unknown. */

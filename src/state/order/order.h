@@ -87,8 +87,8 @@ struct batch_consumer {
     void (*retire)(void *user, struct order_batch *batch);
     /* The order became unknown: any batch may have executed. */
     void (*order_unknown)(void *user, enum order_unknown_reason why);
-    /* The order is unknown: takes an execution right after its submission, with the queues locked,
-     * on any thread. It sends no message. */
+    /* The order is unknown: takes an execution right after its submission, while its queue counts
+     * as in use, on any thread. It sends no message. */
     void (*run_unordered)(void *user, struct execution *execution);
 
     /* Uses the copies of the executions that the application has observed to be complete. Called by
@@ -102,9 +102,9 @@ struct batch_consumer {
 VkResult execution_order_create(struct execution_order **order,
                                 const struct execution_hooks *hooks);
 /* Call before the device is published. Consumers are called in the order in which they are added.
- * There are at most BATCH_CONSUMERS. */
-enum { BATCH_CONSUMERS = 10 };
-void execution_order_add_consumer(struct execution_order *order, struct batch_consumer consumer);
+ * Returns false if there are BATCH_CONSUMERS already. */
+enum { BATCH_CONSUMERS = 12 };
+bool execution_order_add_consumer(struct execution_order *order, struct batch_consumer consumer);
 /* The batches that are not retired. */
 struct batch_list *execution_order_batches(struct execution_order *order);
 /* Call `deliver` of each consumer; `wait` of each until one returns true; `run_unordered` of each.
@@ -176,6 +176,9 @@ void submission_finish(struct submission *submission, VkResult result);
 void submission_finish_silently(struct submission *submission, VkResult result);
 void execution_order_run(struct execution_order *order);
 
+/* Whether the queue waits for a signal that was not submitted yet. False if the order is unknown.
+ */
+bool execution_order_holds_queue(struct execution_order *order, VkQueue queue);
 /* The submission whose call is under way on the queue. NULL: none, or the order is unknown. */
 struct submission *execution_order_under_way(struct execution_order *order, VkQueue queue);
 /* Hands an execution of the call's command buffer at `index`, counted over all batches, to its

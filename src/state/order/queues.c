@@ -20,9 +20,12 @@ VkResult execution_order_create(struct execution_order **order, const struct exe
 
 /* ---- consumers */
 
-void execution_order_add_consumer(struct execution_order *order, struct batch_consumer consumer)
+bool execution_order_add_consumer(struct execution_order *order, struct batch_consumer consumer)
 {
+    if (order->consumer_count == BATCH_CONSUMERS)
+        return false;
     order->consumers[order->consumer_count++] = consumer;
+    return true;
 }
 
 struct batch_list *execution_order_batches(struct execution_order *order)
@@ -314,13 +317,31 @@ void execution_order_run(struct execution_order *order)
     pthread_mutex_unlock(&order->lock);
 }
 
-struct submission *execution_order_under_way(struct execution_order *order, VkQueue queue)
+/* Returns NULL if nothing was submitted to the queue, or if the order is unknown. */
+static const struct order_queue *queue_in_use(const struct execution_order *order, VkQueue handle)
 {
-    struct submission *submission = NULL;
-    pthread_mutex_lock(&order->lock);
     for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count && !order->order_unknown; i++)
-        if (order->queues[i].handle == queue)
-            submission = order->queues[i].under_way;
+        if (order->queues[i].handle == handle)
+            return &order->queues[i];
+    return NULL;
+}
+
+bool execution_order_holds_queue(struct execution_order *order, VkQueue handle)
+{
+    if (!order)
+        return false;
+    pthread_mutex_lock(&order->lock);
+    const struct order_queue *queue = queue_in_use(order, handle);
+    bool holds = queue && queue->held;
+    pthread_mutex_unlock(&order->lock);
+    return holds;
+}
+
+struct submission *execution_order_under_way(struct execution_order *order, VkQueue handle)
+{
+    pthread_mutex_lock(&order->lock);
+    const struct order_queue *queue = queue_in_use(order, handle);
+    struct submission *submission = queue ? queue->under_way : NULL;
     pthread_mutex_unlock(&order->lock);
     return submission;
 }

@@ -330,6 +330,20 @@ bool resources_find_buffer_bytes(struct resources *resources, VkBuffer handle,
     return found;
 }
 
+bool resources_find_buffer_memory(struct resources *resources, VkBuffer handle,
+                                  struct buffer_memory *memory)
+{
+    struct memory_bytes bytes;
+    unsigned token = resources_begin_reading(resources);
+    const struct buffer_record *buffer = resources_buffer(resources, handle);
+    bool found = find_bytes(buffer, &bytes) && !buffer->memory->multi_instance;
+    if (found)
+        *memory = (struct buffer_memory){buffer->memory->handle, buffer->memory->properties,
+                                         bytes.begin, bytes.size};
+    resources_end_reading(resources, token);
+    return found;
+}
+
 bool resources_find_micromap_bytes(struct resources *resources, VkMicromapEXT handle,
                                    struct memory_bytes *bytes)
 {

@@ -272,6 +272,15 @@ struct memory_bytes {
 };
 bool resources_find_buffer_bytes(struct resources *resources, VkBuffer handle,
                                  struct memory_bytes *bytes);
+/* The memory of a buffer, and where the buffer's bytes lie in it. Returns false if they are
+ * unknown, or not in one piece of memory with one instance. */
+struct buffer_memory {
+    VkDeviceMemory handle;
+    VkMemoryPropertyFlags properties;
+    VkDeviceSize begin, size;
+};
+bool resources_find_buffer_memory(struct resources *resources, VkBuffer handle,
+                                  struct buffer_memory *memory);
 bool resources_find_micromap_bytes(struct resources *resources, VkMicromapEXT handle,
                                    struct memory_bytes *bytes);
 
