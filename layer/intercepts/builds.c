@@ -162,6 +162,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
     }
     struct build_call call;
     build_call_start(&call, state, COMMAND_HOST);
+    reporter_begin_call();
     struct execution_point point;
     call.point = find_execution_point(state, &point) ? &point : NULL;
     call.view.device_argument = device;

@@ -26,6 +26,7 @@ static void start_hosted(struct build_call *call, struct layer_device *device,
                          enum build_command command, const VkDevice *arguments)
 {
     build_call_start(call, device, command);
+    reporter_begin_call();
     call->view.device_argument = arguments[0];
     if (is_deferrable(command)) {
         const struct {

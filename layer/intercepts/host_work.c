@@ -143,10 +143,26 @@ static void poll_operation(struct layer_device *device, VkDeferredOperationKHR o
         execution_order_run(device->order);
 }
 
+/* Backend cpu refuses what its builder cannot use. If no rule says why, a warning says that much. A
+ * command that is not checked begins no call, so the end of each one does. */
+static void report_refusal(const struct layer_device *device, VkResult result)
+{
+    if (device->cpu && result == VK_ERROR_VALIDATION_FAILED_EXT && !reporter_has_sent())
+        reporter_warn(
+            device->instance->reporter,
+            "assay_validation.backend = cpu refuses this command of the host, which "
+            "returns VK_ERROR_VALIDATION_FAILED_EXT, and leaves the structures unchanged. "
+            "A structure is smaller than what is written to it, serialized data is not "
+            "whole or of another driver, or an array of a build is not readable, or "
+            "names what does not exist.");
+    reporter_begin_call();
+}
+
 /* Other threads may complete an operation before this thread has recorded its work. */
 VkResult host_work_finish(struct host_work *work, VkDeferredOperationKHR operation, VkResult result)
 {
     struct layer_device *device = work->device;
+    report_refusal(device, result);
     if (!work->submission)
         return result;
     if (result == VK_OPERATION_DEFERRED_KHR &&

@@ -160,12 +160,25 @@ static bool send_report(struct reporter *reporter, uint32_t id, VkDevice device,
     return true;
 }
 
+static _Thread_local bool thread_has_sent;
+
+void reporter_begin_call(void)
+{
+    thread_has_sent = false;
+}
+
+bool reporter_has_sent(void)
+{
+    return thread_has_sent;
+}
+
 bool reporter_send(struct reporter *reporter, enum rule rule, const struct location *location,
                    const struct call_origin *origin, const struct finding *finding)
 {
     const enum vuid vuid = rule_infos[rule].vuid[location->command];
     const struct message_subject subject = message_subject_of(origin, finding);
     bool skip;
+    thread_has_sent = true;
     return send_report(reporter, vuid, origin->device, &subject,
                        &(struct report){.vuid = &vuid,
                                         .rule = rule,

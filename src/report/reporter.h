@@ -48,6 +48,10 @@ bool reporter_wants(const struct reporter *reporter, enum vuid vuid);
 bool reporter_send(struct reporter *reporter, enum rule rule, const struct location *location,
                    const struct call_origin *origin, const struct finding *finding);
 
+/* Whether this thread has called reporter_send() since it called reporter_begin_call(). */
+void reporter_begin_call(void);
+bool reporter_has_sent(void);
+
 /* Differences of compared rays have severity warning. */
 bool reporter_wants_difference(const struct reporter *reporter, enum difference difference);
 void reporter_send_difference(struct reporter *reporter, enum difference difference,

@@ -67,6 +67,24 @@ static void forget_scene(const struct play *play, const struct call *call, struc
         fixture->messages.count = since;
 }
 
+static bool is_refusal(const struct message *message)
+{
+    return strcmp(message->id, "ASSAY-warning") == 0 &&
+           strstr(message->text, "backend = cpu refuses this command of the host") != NULL;
+}
+
+/* The case says that backend cpu may refuse its calls, and so does a warning then. */
+static void forget_refusals(const struct play *play, struct messages *messages)
+{
+    uint32_t others = 0;
+    if (!play->platform->is_cpu || !play->test_case->may_fail_on_cpu)
+        return;
+    for (uint32_t i = 0; i < messages_kept(messages); i++)
+        if (!is_refusal(&messages->items[i]))
+            messages->items[others++] = messages->items[i];
+    messages->count = others;
+}
+
 /* A query of sizes is about the build that the case is about, if the scene has it already. */
 static void choose_build(const struct play *play, struct scene *scene)
 {
@@ -99,6 +117,7 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
     if (play->geometry_pointers)
         scene_use_geometry_pointers(scene);
     forget_scene(play, call, fixture, 0);
+    forget_refusals(play, &fixture->messages);
     if (scene->skip != NULL) {
         report->outcome = OUTCOME_SKIPPED;
         judge_say(report, "%s", scene->skip);
@@ -125,5 +144,6 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
     const uint32_t count = fixture->messages.count;
     scene_close(scene);
     forget_scene(play, call, fixture, count);
+    forget_refusals(play, &fixture->messages);
     return good;
 }
