@@ -353,12 +353,12 @@ void layer_remove_device(struct layer_device *device)
 }
 
 void layer_visit_devices(const struct layer_instance *instance,
-                         void (*visit)(struct layer_device *device))
+                         void (*visit)(void *user, struct layer_device *device), void *user)
 {
     unsigned stripe = enter();
     for (struct layer_link *link = devices; link; link = link->next)
         if (((struct layer_device *)link)->instance == instance)
-            visit((struct layer_device *)link);
+            visit(user, (struct layer_device *)link);
     leave(stripe);
 }
 

@@ -107,6 +107,7 @@ struct layer_device {
     struct resources *resources;
     struct command_buffers *command_buffers;
     struct size_cache *sizes;
+    struct size_queries *size_queries; /* of the application */
     struct destroyed_objects *destroyed;
     struct object_names *names;
     struct queue_labels *queue_labels;
@@ -174,7 +175,7 @@ void layer_add_device(struct layer_device *device);
 void layer_remove_device(struct layer_device *device);
 /* Calls `visit` for each device of the instance, with the registry locked. */
 void layer_visit_devices(const struct layer_instance *instance,
-                         void (*visit)(struct layer_device *device));
+                         void (*visit)(void *user, struct layer_device *device), void *user);
 
 /* Whether a device other than this one has an object of that handle. */
 bool layer_other_device_has_operation(const struct layer_device *device,

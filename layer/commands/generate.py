@@ -29,7 +29,7 @@ FOLLOWED = {"Vk" + name for name in """
     DeviceBufferMemoryRequirements
     DependencyInfo MemoryRangeBarriersInfoKHR TensorDependencyInfoARM RenderPassCreateInfo RenderPassCreateInfo2
     CopyBufferInfo2 CopyBufferToImageInfo2 CopyImageToBufferInfo2 CopyDeviceMemoryInfoKHR CopyDeviceMemoryImageInfoKHR
-    MicromapBuildInfoEXT
+    MicromapBuildInfoEXT AccelerationStructureBuildGeometryInfoKHR
     DebugUtilsLabelEXT DebugMarkerMarkerInfoEXT DebugUtilsObjectNameInfoEXT
     DebugMarkerObjectNameInfoEXT
     DescriptorPoolCreateInfo DescriptorSetLayoutCreateInfo DescriptorUpdateTemplateCreateInfo

@@ -24,10 +24,11 @@ struct device_advice {
      * known.
      */
     atomic_uint tops, known_tops;
-    atomic_uint tiny;       /* structures with few primitives that are alive */
-    uint32_t most_tiny;     /* at a time; read when all work has executed */
-    uint32_t single_calls;  /* the most in a row; read then, too */
-    atomic_bool is_unknown; /* uses of structures may be missing */
+    atomic_uint tiny;             /* structures with few primitives that are alive */
+    uint32_t most_tiny;           /* at a time; read when all work has executed */
+    uint32_t single_calls;        /* the most in a row; read then, too */
+    atomic_bool is_unknown;       /* uses of structures may be missing */
+    atomic_bool has_unseen_sizes; /* see advice_note_unseen_sizes() */
     /* The last id of an object after each of the last submissions, by their number: a ring. */
     uint32_t ring_size; /* as many as the limit; 0: none */
     _Atomic uint64_t *created;
@@ -127,6 +128,8 @@ static void note_copy(struct noting *noting, const struct journal_entry *entry)
     note_tiny(noting, entry->dst_id,
               structures_find_uses(noting->structures, entry->src_id, &of_src) && of_src.is_tiny);
     structures_copy_box(noting->structures, entry->dst_id, entry->src_id);
+    structures_copy_haste(noting->structures, entry->dst_id, entry->src_id,
+                          noting->advice->submissions);
 }
 
 static void note_read(struct noting *noting, const struct journal_entry *entry)
@@ -149,6 +152,8 @@ static void note_answer(struct noting *noting, const struct journal_entry *entry
     if (compacted && compacted->size)
         noting->has_memory &= structures_note_compacted_size(
             noting->structures, compacted->serialized_id, compacted->size);
+    else
+        advice_note_unseen_sizes(noting->advice);
 }
 
 static void note_journal(struct noting *noting, const struct journal *journal);
@@ -304,6 +309,12 @@ struct batch_consumer advice_consumer(struct device_advice *advice)
                                    .order_unknown = order_unknown};
 }
 
+void advice_note_unseen_sizes(struct device_advice *advice)
+{
+    if (advice)
+        advice->has_unseen_sizes = true;
+}
+
 /* ---- the list */
 
 static struct advice_report report_about(const struct device_advice *advice, enum advice id,
@@ -341,12 +352,6 @@ void advice_note_references(struct device_advice *advice, const struct instance_
     atomic_fetch_add(&advice->known_tops, has_memory);
 }
 
-void advice_end_thread(const struct device_advice *advice)
-{
-    if (advice)
-        refit_judge_end(advice->refits);
-}
-
 /* Whether the object was there when the first of the last submissions executed. */
 static bool is_old(const struct device_advice *advice, uint64_t id)
 {
@@ -377,7 +382,10 @@ static void judge(struct device_advice *advice, const struct accel_facts *accel,
     const struct use_view view = {
         .accel = accel,
         .uses = &uses,
-        .lived = uses.counts[USE_BUILT] ? advice->submissions - uses.first_build : 0,
+        .lived = uses.counts[USE_BUILT] || uses.is_hasty_copy
+                     ? advice->submissions - uses.first_build
+                     : 0,
+        .may_know_its_size = advice->has_unseen_sizes,
         .is_old = is_old(advice, accel->id),
         .is_left = is_left,
         .knows_references = advice->known_tops && advice->known_tops == advice->tops,
@@ -416,14 +424,15 @@ void advice_send_certain(const struct device_advice *advice)
                                  advice->device->handle);
 }
 
-void advice_send(struct device_advice *advice)
+/* The thread that compares trees ends: after the instance the loader may unload the layer. */
+void advice_send(struct device_advice *advice, bool is_end)
 {
     uint32_t count = 0;
     if (!advice)
         return;
     struct accel_facts *accels = resources_list_accels(advice->device->resources, &count);
     for (uint32_t i = 0; i < count; i++)
-        judge(advice, &accels[i], true);
+        judge(advice, &accels[i], is_end);
     free(accels);
     judge_all(advice);
     refit_judge_end(advice->refits);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Setting advice: follows what becomes of each structure, judges it when it is destroyed or the
- * device is, and lists what it is advised (src/report/advice_list.h). Silent from when the order of
- * submissions is unknown. */
+/* Setting advice: follows what becomes of each structure, judges it when it is destroyed, or the
+ * device or the instance is, and lists what it is advised (src/report/advice_list.h). Silent from
+ * when the order of submissions is unknown. */
 #ifndef ASSAY_LAYER_EXECUTION_ADVICE_H
 #define ASSAY_LAYER_EXECUTION_ADVICE_H
 
@@ -21,9 +21,14 @@ struct batch_consumer advice_consumer(struct device_advice *advice);
 /* Call before the structure and its name are forgotten. `advice` may be NULL. */
 void advice_judge_destroyed(struct device_advice *advice, VkAccelerationStructureKHR accel);
 
+/* The application may learn compacted sizes in a way that the layer does not follow. `advice` may
+ * be NULL. */
+void advice_note_unseen_sizes(struct device_advice *advice);
+
 /* Judges the structures that are alive, and sends the list. Call when the work of the device is
- * complete and its input data was read. `advice` may be NULL. */
-void advice_send(struct device_advice *advice);
+ * complete and its input data was read, and without a lock: the device is destroyed (`is_end`), or
+ * its instance, and the application has left the device behind. `advice` may be NULL. */
+void advice_send(struct device_advice *advice, bool is_end);
 
 /* Sends what is certain by now. Call without a lock. `advice` may be NULL. */
 void advice_send_certain(const struct device_advice *advice);
@@ -39,9 +44,5 @@ void advice_add_refit(struct device_advice *advice, uint64_t id, VkAccelerationS
 /* The layer knows all structures that one executed build of a top-level structure refers to, and
  * has noted that. Any thread. */
 void advice_note_references(struct device_advice *advice, const struct instance_uses *uses);
-
-/* Ends the thread that compares trees. Call when its instance is destroyed before the device: the
- * loader may then unload the layer. `advice` may be NULL. */
-void advice_end_thread(const struct device_advice *advice);
 
 #endif

@@ -231,7 +231,7 @@ bool submitted_builds_find_use(struct submitted_builds *submitted, const struct 
 {
     const bool is_known = object->id || object->buffer_id || object->memory;
     struct execution_clock seen;
-    uint64_t untracked;
+    uint64_t untracked, timed_out_waits = 0;
     bool is_found = false;
     if (!submitted || !is_known || !atomic_load(&submitted->count) ||
         !execution_order_find_observed(submitted->device->order, &seen, &untracked))
@@ -244,8 +244,12 @@ bool submitted_builds_find_use(struct submitted_builds *submitted, const struct 
                    find_in_journal(&search, journal_of(&at));
         use->queue = at.batch->queue;
         use->submission = at.batch->number;
+        timed_out_waits = at.batch->timed_out_waits;
     }
     pthread_mutex_unlock(&submitted->batches->lock);
+    use->timeout = is_found ? execution_order_find_timeout(submitted->device->order,
+                                                           timed_out_waits, UINT64_MAX)
+                            : 0;
     return is_found;
 }
 

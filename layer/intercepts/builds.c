@@ -16,6 +16,23 @@ ON_RECORDING_PATH static void find_sizes(void *user,
     layer_find_build_sizes(((struct build_call *)user)->device, info, counts, build_type, sizes);
 }
 
+static void find_size_query(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                            const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
+                            VkDeviceSize size, struct size_differences *differences)
+{
+    const struct build_call *call = user;
+    size_queries_find(call->device->size_queries, info, counts, build_type, size, differences);
+}
+
+void note_size_query(struct layer_device *device, VkAccelerationStructureBuildTypeKHR build_type,
+                     const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                     const uint32_t *counts, VkAccelerationStructureBuildSizesInfoKHR *sizes)
+{
+    if (device->level >= LEVEL_STATE && (!info->geometryCount || counts))
+        size_queries_add(device->size_queries, info, counts, build_type,
+                         sizes->accelerationStructureSize);
+}
+
 /* ---- the calls */
 
 /* Calls with more builds need a sweep. They often follow each other, so the device keeps a sweep
@@ -41,6 +58,7 @@ static void give_back_sweep(const struct build_call *call, struct sweep *sweep)
 static const struct check_hooks hooks = {
     .found = build_call_found,
     .find_sizes = find_sizes,
+    .find_size_query = find_size_query,
     .vertex_format_supported = build_call_vertex_format_supported,
     .radius_format_supported = build_call_radius_format_supported,
     .of_another_device = build_call_of_another_device,

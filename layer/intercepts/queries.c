@@ -2,6 +2,7 @@
 /* Observes queries of properties. Commands that query structures, and resets of their queries, are
  * recorded in journals; resets and reads by the host are placed in execution order among the
  * batches. */
+#include "layer/execution/advice.h"
 #include "layer/execution/input_checks.h"
 #include "layer/execution/query_writes.h"
 #include "src/state/commands/query_pools.h"
@@ -246,9 +247,11 @@ static VkDeviceSize read_result(const struct results *results, uint32_t i)
     return available ? read_word(results, at, 0) : 0;
 }
 
-static void add_answers(struct journal *journal, VkQueryType type, uint64_t first_id,
+/* Returns whether it understands all results. */
+static bool add_answers(struct journal *journal, VkQueryType type, uint64_t first_id,
                         uint32_t count, const struct results *results)
 {
+    uint32_t understood = 0;
     for (uint32_t i = 0; i < count && has_result(results, i); i++) {
         struct journal_entry answer = {.kind = JOURNAL_ANSWER,
                                        .info = (uint32_t)type,
@@ -256,7 +259,17 @@ static void add_answers(struct journal *journal, VkQueryType type, uint64_t firs
                                        .number = read_result(results, i)};
         if (answer.number)
             journal_add(journal, &answer);
+        understood += answer.number != 0;
     }
+    return understood == count;
+}
+
+/* The application may read the results where the layer does not. */
+void note_copied_results(struct layer_device *device, VkQueryPool handle)
+{
+    struct query_pool pool;
+    if (device->advice && query_pools_find(device->query_pools, handle, &pool))
+        advice_note_unseen_sizes(device->advice);
 }
 
 struct journal *begin_query_reading(struct layer_device *device, VkQueryPool handle)
@@ -301,9 +314,11 @@ void note_query_results(struct layer_device *device, struct journal *reading, Vk
         .flags = flags,
         .all_available = result == VK_SUCCESS && !partial,
     };
-    if (result >= VK_SUCCESS && query_pools_find(device->query_pools, handle, &pool))
-        add_answers(reading, pool.type, pool.first_id + first,
-                    query_pool_clamp(&pool, first, count), &results);
+    if (result >= VK_SUCCESS && query_pools_find(device->query_pools, handle, &pool) &&
+        !add_answers(reading, pool.type, pool.first_id + first,
+                     query_pool_clamp(&pool, first, count), &results) &&
+        (result == VK_SUCCESS || partial))
+        advice_note_unseen_sizes(device->advice);
     layer_run_host_command(device, reading);
 }
 

@@ -62,9 +62,17 @@ void end_host_signal(struct submission *submission, VkResult result)
 }
 
 /* A wait for any of several semaphores does not tell which one has reached its value. */
-void observe_semaphores(struct layer_device *device, const VkSemaphoreWaitInfo *info,
-                        VkResult result)
+/* An application that passes 0 only asks. */
+static void note_timeout(struct layer_device *device, uint64_t timeout, VkResult result)
 {
+    if (result == VK_TIMEOUT && timeout)
+        execution_order_note_timeout(device->order, timeout);
+}
+
+void observe_semaphores(struct layer_device *device, const VkSemaphoreWaitInfo *info,
+                        uint64_t timeout, VkResult result)
+{
+    note_timeout(device, timeout, result);
     bool any = (info->flags & VK_SEMAPHORE_WAIT_ANY_BIT) && info->semaphoreCount > 1;
     for (uint32_t i = 0; result == VK_SUCCESS && !any && i < info->semaphoreCount; i++)
         execution_order_observe_semaphore(device->order, info->pSemaphores[i], info->pValues[i],
@@ -118,8 +126,9 @@ void observe_fence(struct layer_device *device, VkFence fence, VkResult result)
 }
 
 void observe_fences(struct layer_device *device, uint32_t count, const VkFence *fences,
-                    VkBool32 all, VkResult result)
+                    VkBool32 all, uint64_t timeout, VkResult result)
 {
+    note_timeout(device, timeout, result);
     bool knows_all = all || count == 1;
     for (uint32_t i = 0; result == VK_SUCCESS && knows_all && i < count; i++)
         execution_order_observe_fence(device->order, fences[i]);

@@ -65,6 +65,7 @@ void layer_free_device(struct layer_device *device)
     snapshots_destroy(device->snapshots);
     resources_destroy(device->resources);
     size_cache_destroy(device->sizes);
+    size_queries_destroy(device->size_queries);
     destroyed_objects_destroy(device->destroyed);
     object_names_destroy(device->names);
     queue_labels_destroy(device->queue_labels);
@@ -87,6 +88,7 @@ struct layer_device *layer_allocate_device(void)
     if (resources_create(&device->resources) == VK_SUCCESS &&
         command_buffers_create(&device->command_buffers) == VK_SUCCESS &&
         size_cache_create(&device->sizes) == VK_SUCCESS &&
+        size_queries_create(&device->size_queries) == VK_SUCCESS &&
         destroyed_objects_create(&device->destroyed) == VK_SUCCESS &&
         object_names_create(&device->names) == VK_SUCCESS &&
         queue_labels_create(&device->queue_labels) == VK_SUCCESS &&
@@ -300,7 +302,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDevice(VkDevice device,
     while (state->snapshots && execution_order_wait(state->order))
         continue;
     snapshots_deliver(state);
-    advice_send(state->advice);
+    advice_send(state->advice, true);
     crash_remove_device(state);
     layer_remove_device(state);
     PFN_vkDestroyDevice destroy = state->vk.DestroyDevice;

@@ -8,6 +8,7 @@
 #include "layer/execution/advice.h"
 #include "layer/harsh.h"
 #include "layer/layer.h"
+#include "layer/snapshots/snapshots.h"
 #include "observers.h"
 #include "src/base/chain.h"
 #include "src/platform/modules.h"
@@ -159,10 +160,29 @@ fail_reporter:
     return result;
 }
 
-/* The application has left the device behind. */
-static void end_thread(struct layer_device *device)
+enum { DEVICES_LEFT = 16 };
+
+struct devices_left {
+    struct layer_device *items[DEVICES_LEFT];
+    uint32_t count;
+};
+
+static void note_left(void *user, struct layer_device *device)
 {
-    advice_end_thread(device->advice);
+    struct devices_left *left = user;
+    if (left->count < DEVICES_LEFT)
+        left->items[left->count++] = device;
+}
+
+/* The application has left these devices behind, so this is the last chance to advise. */
+static void advise_devices_left(const struct layer_instance *instance)
+{
+    struct devices_left left = {.count = 0};
+    layer_visit_devices(instance, note_left, &left);
+    for (uint32_t i = 0; i < left.count; i++) {
+        snapshots_deliver(left.items[i]);
+        advice_send(left.items[i]->advice, false);
+    }
 }
 
 VKAPI_ATTR void VKAPI_CALL assay_DestroyInstance(VkInstance instance,
@@ -171,9 +191,9 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyInstance(VkInstance instance,
     struct layer_instance *state = instance ? layer_find_instance(instance) : NULL;
     if (!state)
         return;
-    layer_visit_devices(state, end_thread);
-    layer_remove_instance(state);
     reporter_set_instance_alive(state->reporter, false);
+    advise_devices_left(state);
+    layer_remove_instance(state);
     reporter_summarize(state->reporter);
     state->vk.DestroyInstance(instance, pAllocator);
     reporter_destroy(state->reporter);

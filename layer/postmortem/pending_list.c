@@ -13,6 +13,8 @@ struct list {
     const struct pending_faults *faults; /* or NULL */
     struct text_buffer *text;
     uint32_t rank, listed, count;
+    uint32_t first_rank; /* of the first build */
+    bool ranks_differ;
     bool may_run; /* a build may have been running */
 };
 
@@ -178,7 +180,10 @@ static uint32_t rank_of(const struct list *list, const struct submitted_build *b
 static bool count_build(void *user, const struct submitted_build *build)
 {
     struct list *list = user;
-    list->count++;
+    const uint32_t rank = rank_of(list, build);
+    if (!list->count++)
+        list->first_rank = rank;
+    list->ranks_differ |= rank != list->first_rank;
     list->may_run |= build->state == MARK_HAS_COPIES || build->state == MARK_IS_UNKNOWN;
     return true;
 }
@@ -210,7 +215,9 @@ uint32_t pending_list_append(const struct layer_device *device, bool waits,
     if (!list.may_run)
         text_append_plain(text,
                           list.count == 1 ? ", but was not running" : ", but none was running");
-    text_append_plain(text, list.count == 1 ? ":" : ", the likeliest culprit first:");
+    text_append_plain(text, list.count == 1     ? ":"
+                            : list.ranks_differ ? ", the likeliest culprit first:"
+                                                : ", in the order in which they were submitted:");
     for (; list.rank < RANKS; list.rank++)
         submitted_builds_each(submitted, waits, list_build, &list);
     if (list.listed < list.count) {

@@ -71,7 +71,8 @@ struct pending_faults {
  * first: builds with findings about their inputs; builds whose structures or inputs contain a
  * faulting address; builds whose inputs had been copied and that had not finished, in the order of
  * submission; then those of unknown progress, those that the device had not reached, and those that
- * had finished. Returns their number; appends nothing if there are none.
+ * had finished. If nothing tells them apart, it says that they are in the order of submission.
+ * Returns their number; appends nothing if there are none.
  *
  * Unless `waits`, this neither allocates nor waits for a lock, so a signal handler may call it. It
  * then returns 0 if another thread uses the list; names and sizes are missing if it cannot get

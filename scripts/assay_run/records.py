@@ -65,6 +65,10 @@ class Record:
         return [finding for finding in self.findings
                 if is_advice(finding) and not self.counts(finding)]
 
+    def follows_advice(self):
+        """Returns whether a process has setting advice."""
+        return any(header.get("Settings", {}).get("advice") == "true" for header in self.headers)
+
     def warnings(self):
         return [finding for finding in self.findings if finding["Severity"] == "Warning" and
                 not self.counts(finding) and not is_advice(finding)]

@@ -6,6 +6,7 @@ from collections import Counter
 
 from .call_sites import frames_of_application, place_of
 from .groups import group_findings, identity, repetition_lines
+from .last_state import last_state_lines
 from .records import is_advice
 
 NOT_LOADED = 98  # exit status if a run has not loaded the layer in any process
@@ -154,6 +155,7 @@ def summary_lines(verdict, printed=()):
     if record.headers:
         lines.append(total_line(verdict))
     lines += note_lines("warning", record.warnings()) + note_lines("advice", record.advice())
+    lines += last_state_lines(record) if record.follows_advice() else []
     lines += [f"not checked: {reason}" for reason in
               dict.fromkeys(reason for summary in record.summaries
                             for reason in summary.get("Unchecked", []))]

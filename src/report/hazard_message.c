@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A message has three sentences: what the two accesses are, why they are not ordered, and what
- * orders them. */
+ * orders them (hazard_remedy.c). */
 #include "src/report/hazard_message.h"
 
 #include <inttypes.h>
 
+#include "src/report/hazard_remedy.h"
 #include "src/report/message.h"
 #include "src/state/commands/object_names.h"
 
@@ -298,57 +299,6 @@ static void append_overwritten(struct text_buffer *text, struct message *message
                 "memory of its own, or build it again before its use.");
 }
 
-static void append_reason(struct text_buffer *text, const struct hazard_report *report)
-{
-    const struct hazard *hazard = &report->hazard;
-    const struct access_names src = access_names(hazard->earlier.kind, &report->features);
-    const struct access_names dst = access_names(hazard->later.kind, &report->features);
-    if (hazard->is_racing)
-        text_append(text, " Nothing orders the two accesses, so they may happen in either order.");
-    else if (!hazard->is_ordered)
-        text_append(text, " Nothing between them makes the second command wait for the first.");
-    else if (!hazard->is_available)
-        text_append(text,
-                    " The second command waits for the first, but no srcAccessMask with %s%s makes "
-                    "the write available.",
-                    src.access_prefix, src.access);
-    else
-        text_append(text,
-                    " The second command waits for the first, and the write is available, but no "
-                    "dstAccessMask with %s%s makes it visible.",
-                    dst.access_prefix, dst.access);
-}
-
-/* Names only what the device has enabled. */
-static void append_hint(struct text_buffer *text, const struct hazard_report *report)
-{
-    const struct hazard *hazard = &report->hazard;
-    const struct access_names src = access_names(hazard->earlier.kind, &report->features);
-    const struct access_names dst = access_names(hazard->later.kind, &report->features);
-    if (hazard->earlier.queue == HAZARD_HOST_QUEUE || hazard->later.queue == HAZARD_HOST_QUEUE) {
-        text_append(text,
-                    " Wait on the host until the first has completed, for example for a "
-                    "fence, before the second.");
-        return;
-    }
-    if (hazard->is_racing) {
-        text_append(text,
-                    " Signal a semaphore after the first, and let the second wait for it at %s%s.",
-                    dst.stage_prefix, dst.stage);
-        return;
-    }
-    text_append(text, " Record a barrier between them with srcStageMask %s%s, dstStageMask %s%s",
-                src.stage_prefix, src.stage, dst.stage_prefix, dst.stage);
-    if (hazard->type != WRITE_AFTER_READ)
-        text_append(text, ", srcAccessMask %s%s, dstAccessMask %s%s", src.access_prefix, src.access,
-                    dst.access_prefix, dst.access);
-    if (report->write != ACCESS_KINDS) {
-        const struct access_names write = access_names(report->write, &report->features);
-        text_append(text, " | %s%s", write.access_prefix, write.access);
-    }
-    text_append(text, ".");
-}
-
 static void append_more(struct text_buffer *text, uint32_t more)
 {
     if (!more)
@@ -377,14 +327,14 @@ void message_of_hazard(struct message *message, const struct hazard_report *repo
     message->path_length = text.length - before;
     if (report->hazard.type == READ_RACING_HOST) {
         append_host_write(&text, message, report);
+        hazard_append_timeout(&text, report->timeout);
     } else if (report->hazard.type == TRACE_OF_DESTROYED) {
         append_trace_of_destroyed(&text, message, report);
     } else if (report->hazard.type == READ_OF_OVERWRITTEN) {
         append_overwritten(&text, message, report);
     } else {
         append_accesses(&text, message, report);
-        append_reason(&text, report);
-        append_hint(&text, report);
+        hazard_append_remedy(&text, message, report);
     }
     append_more(&text, report->more);
     message->main_length = text.length - before;

@@ -21,6 +21,19 @@ struct hazard_access_text {
     struct call_origin origin;
 };
 
+/* A barrier between the two commands that lacks a stage, or an access, on one side. */
+struct hazard_barrier_text {
+    bool is_there;
+    bool lacks_src;   /* else its dst side lacks it */
+    bool lacks_stage; /* and perhaps the access; else the access alone */
+    VkCommandBuffer command_buffer;
+    /* The command before it; NULL: it is the command buffer's first. Of a build command: its call
+     * site, or NULL, the number of its builds, and the position of the first one. */
+    const char *follows;
+    const struct call_site *call_site;
+    uint32_t builds, first_build;
+};
+
 struct hazard_report {
     struct hazard hazard;
     struct hazard_access_text earlier, later;
@@ -29,6 +42,10 @@ struct hazard_report {
      * if it had none. The trace is `later`; its object is the top-level structure, or 0 if that is
      * the destroyed one. */
     const char *destroyed_name;
+    struct hazard_barrier_text barrier;
+    /* A wait of the host between the two submissions returned VK_TIMEOUT, after so many ns; 0: none
+     * is known. */
+    uint64_t timeout;
     bool is_freed;     /* it is alive, and its memory was freed */
     uint32_t more;     /* accesses of the same kind in this command that have such a hazard, too */
     bool is_own_write; /* READ_OF_OVERWRITTEN: both accesses are of one build */

@@ -152,14 +152,21 @@ void message_append_about_address(struct text_buffer *text, struct message *mess
         append_buffer_before(text, message, value);
 }
 
-void message_append_call_site(struct text_buffer *text, const struct call_site *site, uint32_t most)
+void message_append_call_frames(struct text_buffer *text, const struct call_site *site,
+                                uint32_t most)
 {
     for (uint32_t i = 0; i < site->count && i < most; i++) {
-        text_append_plain(text, i ? ", " : " Called from ");
+        text_append_plain(text, i ? ", " : "");
         text_append_escaped(text, call_frame_module(&site->frames[i]), MODULE_SHOWN);
         text_append_plain(text, "+");
         text_append_hex(text, site->frames[i].offset);
     }
+}
+
+void message_append_call_site(struct text_buffer *text, const struct call_site *site, uint32_t most)
+{
+    text_append_plain(text, " Called from ");
+    message_append_call_frames(text, site, most);
     text_append_plain(text, ".");
 }
 

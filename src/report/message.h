@@ -158,6 +158,9 @@ const char *message_separator(enum build_command command);
 void message_append_field(struct text_buffer *text, const char *separator, const char *field);
 void message_append_path(struct text_buffer *text, const struct location *at, const char *field);
 
+/* Appends the first frames: /usr/bin/app+0x1139, /usr/lib/libengine.so+0x52f0. */
+void message_append_call_frames(struct text_buffer *text, const struct call_site *site,
+                                uint32_t most);
 /* Appends a sentence: Called from /usr/bin/app+0x1139, /usr/lib/libengine.so+0x52f0. It has so many
  * frames at most. Signal handlers may call this. */
 void message_append_call_site(struct text_buffer *text, const struct call_site *site,

@@ -89,13 +89,18 @@ bool structure_has_the_size_of_its_build(const struct use_view *use, struct find
 bool allowed_compaction_is_used(const struct use_view *use, struct finding *finding,
                                 uint64_t *weight)
 {
+    const bool is_queried = count(use, USE_SIZE_QUERIED);
     if (!is_static(use) || !allows(use, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR) ||
-        count(use, USE_SIZE_QUERIED) || count(use, USE_COMPACTED))
+        (is_queried && (use->may_know_its_size || use->uses->compacted_size)) ||
+        count(use, USE_COMPACTED))
         return true;
     *weight = use->accel->size;
     return violated(finding, "",
-                    "of {} was built once with ALLOW_COMPACTION and never compacted, though it was "
-                    "kept for {}",
+                    is_queried ? "of {} was built once with ALLOW_COMPACTION, and its compacted "
+                                 "size was queried and not read. It was never compacted, though it "
+                                 "was kept for {}"
+                               : "of {} was built once with ALLOW_COMPACTION and never compacted, "
+                                 "though it was kept for {}",
                     count_of(use->accel->size, "byte"), count_of(use->lived, "submission"));
 }
 
@@ -163,10 +168,11 @@ bool structure_is_built_from_new_input(const struct use_view *use, struct findin
     return !repeats_its_input(use) ||
            violated(
                finding, "",
-               "was built {} and updated {}. Of the last {} of these the layer has compared {} "
-               "with the one before: all had its bytes and parameters",
+               "was built {} and updated {}. The last {} {} seem to have had one input: the layer "
+               "compared {} of them with the one before, and bytes and parameters were the same",
                count_of(count(use, USE_BUILT), "time"), count_of(count(use, USE_UPDATED), "time"),
-               number(same), number(repeats->equal_ones));
+               number(same), text(count(use, USE_UPDATED) ? "builds and updates" : "builds"),
+               number(repeats->equal_ones));
 }
 
 /* ---- flags */
@@ -193,13 +199,27 @@ bool rebuilt_structure_is_not_built_for_tracing(const struct use_view *use, stru
         count_of(count(use, USE_BUILT), "time"), count_of((uint64_t)use->lived + 1, "submission"));
 }
 
+/* Whether one copy alone has written it, of what was built in haste, and it stayed for long. */
+static bool is_kept_copy(const struct use_view *use)
+{
+    return use->uses->is_hasty_copy && !count(use, USE_BUILT) && !count(use, USE_UPDATED) &&
+           count(use, USE_FILLED) == 1 && !count(use, USE_COPIED) && !count(use, USE_COMPACTED) &&
+           !count(use, USE_UPDATE_SOURCE) &&
+           use->lived >= use->limits->of[ADVICE_LIMIT_submissions];
+}
+
 bool kept_structure_is_not_built_in_haste(const struct use_view *use, struct finding *finding,
                                           uint64_t *weight)
 {
+    *weight = use->lived;
+    if (is_kept_copy(use))
+        return violated(finding, "",
+                        "is a copy of a structure that was built once with PREFER_FAST_BUILD, and "
+                        "was kept for {}",
+                        count_of(use->lived, "submission"));
     if (!is_static(use) || count(use, USE_COMPACTED) ||
         !allows(use, VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR))
         return true;
-    *weight = use->lived;
     return violated(finding, "", "was built once with PREFER_FAST_BUILD and kept for {}",
                     count_of(use->lived, "submission"));
 }

@@ -44,6 +44,11 @@ static inline struct holding_buffer holding_buffer_of_accel(const struct accel_f
 enum rule rule_of_stray(const struct geometry_view *geometry);
 enum rule rule_of_triangles_stray(const struct geometry_view *geometry);
 
+/* ---- sizes */
+
+/* Adds remarks about the query that returned the size of a dst that is too small. Returns false. */
+bool remarks_on_size_query(struct finding *finding, const struct build_view *build);
+
 /* ---- updates */
 
 /* Fills the finding: the update has the value `now` at `field`, but its source was last built with

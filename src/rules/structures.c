@@ -138,7 +138,8 @@ static bool has_size_of_build(const struct build_view *build, struct finding *fi
            violated(finding, "dstAccelerationStructure",
                     "{} was created with size {}, less than accelerationStructureSize ({})",
                     structure(build->dst.handle), number(build->dst.size),
-                    number(build->sizes.acceleration_structure));
+                    number(build->sizes.acceleration_structure)) ||
+           remarks_on_size_query(finding, build);
 }
 
 /* An update may write a structure of compacted size, which is known only when the build

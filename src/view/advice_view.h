@@ -12,10 +12,13 @@
 struct use_view {
     const struct accel_facts *accel;
     const struct structure_uses *uses;
-    uint32_t lived; /* number of submissions after the one of its first build; 0 if it has none */
-    bool is_old;    /* it was there during the last `submissions` (a limit) submissions */
-    bool is_left;   /* the device is destroyed before it */
-    bool knows_references; /* all instances of all builds were read, and there are such builds */
+    /* Number of submissions after the one of its first build, or of its copy; 0 if it has neither.
+     */
+    uint32_t lived;
+    bool is_old;            /* it was there during the last `submissions` (a limit) submissions */
+    bool is_left;           /* the device is destroyed before it */
+    bool may_know_its_size; /* the application may have read compacted sizes unseen */
+    bool knows_references;  /* all instances of all builds were read, and there are such builds */
     const struct advice_limits *limits;
 };
 

@@ -108,6 +108,8 @@ struct nv_instance_view {
     uint64_t reference;
     enum nv_reference refers_to;
     bool is_handle; /* the reference is the handle of a live VkAccelerationStructureNV */
+    const VkAccelerationStructureInstanceKHR *instance;
+    struct data_look look; /* if the reference is nothing */
 };
 
 /* One address in an array of pointers to instances. */

@@ -44,7 +44,7 @@ struct value {
     };
 };
 
-enum { FINDING_VALUES = 6, FINDING_ALSO = 2, FINDING_REMARKS = 3, REMARK_VALUES = 3 };
+enum { FINDING_VALUES = 6, FINDING_ALSO = 2, FINDING_REMARKS = 3, REMARK_VALUES = 5 };
 
 /* A sentence behind the description of an error, which helps to find its cause. */
 struct remark {

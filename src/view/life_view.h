@@ -196,6 +196,7 @@ struct pending_use {
     VkCommandBuffer command_buffer; /* may be a secondary one */
     VkQueue queue;
     uint64_t submission; /* see struct order_batch */
+    uint64_t timeout; /* of a wait of the host since then that returned VK_TIMEOUT, in ns; or 0 */
 };
 
 /* An instance of a build that refers to a structure which was destroyed before the build was

@@ -71,6 +71,8 @@ struct build_view {
     struct accel_facts dst, src;
     struct address_facts scratch; /* device commands only */
     struct size_facts sizes;
+    /* If dst is too small: the query that returned its size; NULL if it is not. */
+    const struct size_differences *asked;
 };
 
 /* Returns the scratch size in bytes that the build's mode needs. Valid only if the sizes are

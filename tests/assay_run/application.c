@@ -6,6 +6,8 @@
  *   label=NAME    opens a label in the command buffer
  *   unlabel       closes it
  *   many=N        N times `mistake`
+ *   submit        submits the command buffer, and waits: the last step, or before the next two
+ *   abandon       destroys the instance and not the device, and ends
  *   leave         ends without destroying anything, as many applications do
  *   exit=N        the exit status
  *   signal=N      sends that signal to itself
@@ -40,6 +42,26 @@ static void close_scene(void)
         return;
     scene_close(scene);
     fixture_close(&fixture);
+}
+
+static void submit(void)
+{
+    VkQueue queue;
+    open_scene();
+    fixture.vk.GetDeviceQueue(fixture.device, 0, 0, &queue);
+    MUST_SUCCEED(fixture.vk.EndCommandBuffer(scene->command_buffer));
+    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1,
+                 .pCommandBuffers = &scene->command_buffer);
+    MUST_SUCCEED(fixture.vk.QueueSubmit(queue, 1, &info, VK_NULL_HANDLE));
+    MUST_SUCCEED(fixture.vk.QueueWaitIdle(queue));
+}
+
+static void abandon_device(void)
+{
+    open_scene();
+    fixture.vki.DestroyDebugUtilsMessengerEXT(fixture.instance, fixture.messenger, NULL);
+    fixture.vki.DestroyInstance(fixture.instance, NULL);
+    _exit(0);
 }
 
 static void build(uint32_t info_count)
@@ -133,6 +155,10 @@ static void carry_out(char **argv, int i)
         build(0);
     else if (strcmp(step, "unlabel") == 0)
         scene->vk->CmdEndDebugUtilsLabelEXT(scene->command_buffer);
+    else if (strcmp(step, "submit") == 0)
+        submit();
+    else if (strcmp(step, "abandon") == 0)
+        abandon_device();
     else if (strcmp(step, "leave") == 0)
         _exit(0);
     else if (strcmp(step, "fork") == 0)

@@ -134,6 +134,15 @@ class Layer(Runs):
         self.assertEqual(self.run_steps("mistake leave").status, 99)
         self.assertEqual(self.run_steps("clean leave").status, 0)
 
+    def test_device_is_left_behind(self):
+        """Advice comes when the instance is destroyed, and what was alive is said if it is not."""
+        options = ("--everything", "--set", "advice_limits=submissions=0")
+        result = self.run_steps("clean submit abandon", *options)
+        self.expect(result, 0, "advice: VkAccelerationStructureKHR", "with ALLOW_UPDATE and never updated")
+        self.assertNotIn("is alive at", result.err)
+        self.expect(self.run_steps("clean submit leave", *options), 0,
+                    "ended without vkDestroyInstance, so the list of advice is missing: after 1 submission")
+
     def test_children(self):
         self.assertEqual(self.run_steps("fork mistake").status, 99)
         self.assertEqual(self.run_steps("exec mistake").status, 99)

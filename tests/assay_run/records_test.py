@@ -5,7 +5,7 @@
 import json
 
 from page_test import build, compacted_size
-from runs import NASTY, SCHEMA, Runs, finding, header, jsonschema, main, needs_jsonschema
+from runs import NASTY, SCHEMA, TIME, Runs, finding, header, jsonschema, main, needs_jsonschema
 from assay_run.records import read_records
 
 
@@ -115,6 +115,35 @@ class Reading(Runs):
         schema = self.load(SCHEMA)
         for line in (header(), finding(), finding(MainMessage=NASTY), build(1), compacted_size(1)):
             jsonschema.validate(line, schema)
+
+
+def built(name, **members):
+    return {"Type": "Build", "pid": 7, "time": TIME, "device": "0x1", "dst": f"0x{ord(name):x}000",
+            "dst_name": name, "type": "bottom level", "mode": "build", "flags": "0x2", "size": 1 << 20, **members}
+
+
+class LastState(Runs):
+    """A process that ends without vkDestroyInstance leaves no list of advice."""
+
+    LINES = [{"Type": "Submission", "pid": 7, "time": TIME, "device": "0x1"}, built("a"), built("b"),
+             built("b"), built("c", flags="0x0"), built("d"), built("e"),
+             {**built("f"), "Type": "Copy", "mode": "compact", "src": "0x61000", "flags": "0x0"},
+             {"Type": "Destroyed", "pid": 7, "time": TIME, "device": "0x1", "dst": "0x64000"}]
+
+    def merge(self, *lines, **settings):
+        self.write_record(header(Settings={"advice": "true", **settings}), *lines)
+        return self.run_words("--merge", "7.jsonl")
+
+    def test_structures_are_alive(self):
+        self.expect(self.merge(*self.LINES), 0,
+                    "process 7 ended without vkDestroyInstance, so the list of advice is missing: after 1 "
+                    "submission 5 acceleration structures (5.0 MiB) were alive; the largest: a, b, c; 2 "
+                    "acceleration structures (2.0 MiB) were built with ALLOW_COMPACTION and never compacted")
+
+    def test_nothing_is_said(self):
+        for result in (self.merge(*self.LINES, {"Type": "Summary", "pid": 7, "time": TIME}), self.merge(*self.LINES, advice="false"),
+                       self.merge(self.LINES[0])):
+            self.assertNotIn("ended without", result.err)
 
 
 if __name__ == "__main__":

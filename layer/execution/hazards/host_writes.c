@@ -344,6 +344,7 @@ static void report_host_write(const struct host_writes *host_writes,
                              .submission = batch->number,
                              .queue_labels = shared_labels_stack(batch->labels)}},
         .more = more,
+        .timeout = execution_order_find_timeout(device->order, batch->timed_out_waits, UINT64_MAX),
     };
     if (reporter_wants_hazard(device->instance->reporter, HAZARD_ID_HOST_WRITE))
         reporter_send_hazard(device->instance->reporter, &hazard);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "layer/execution/hazards/reports.h"
 
+#include "layer/execution/hazards/barriers.h"
 #include "src/state/order/order.h"
 
 static struct call_origin origin_for(const struct hazard_judge *judge, struct call_origin origin)
@@ -96,6 +97,31 @@ static bool is_destroyed(const struct hazard_judge *judge, const struct hazard *
             touched->begin >= bytes.begin + bytes.size);
 }
 
+static bool has_number(const struct hazard_batch_record *record, uint64_t number)
+{
+    return record->command_count && record->commands[0].first <= number;
+}
+
+const struct order_batch *hazard_judge_find_batch(const struct hazard_judge *judge, uint64_t number)
+{
+    const struct order_batch *found = NULL;
+    if (has_number(judge->current, number))
+        return judge->current->batch;
+    for (struct order_batch *batch = NULL; (batch = hazard_judge_next(judge, batch));)
+        if (has_number(batch->slots[USES_HAZARDS], number))
+            found = batch;
+    return found;
+}
+
+/* Returns the timeout of a wait that returned VK_TIMEOUT between the submissions of both sides. */
+static uint64_t find_timeout(const struct hazard_judge *judge, const struct hazard *hazard)
+{
+    const struct order_batch *earlier = hazard_judge_find_batch(judge, hazard->earlier.number);
+    return earlier ? execution_order_find_timeout(judge->device->order, earlier->timed_out_waits,
+                                                  judge->current->batch->timed_out_waits)
+                   : 0;
+}
+
 static void report_kind(const struct hazard_judge *judge, const struct kind_of_hazard *kind)
 {
     const struct device_facts *facts = &judge->device->facts;
@@ -117,6 +143,8 @@ static void report_kind(const struct hazard_judge *judge, const struct kind_of_h
         report.later.type = report.earlier.type;
         report.later.object = report.earlier.object;
     }
+    hazard_judge_find_barrier(judge, &kind->first, &report.barrier);
+    report.timeout = find_timeout(judge, &kind->first);
     report.later.object_is_destroyed = is_destroyed(judge, &kind->first, &report.later);
     report.earlier.object_is_destroyed = is_destroyed(judge, &kind->first, &report.earlier);
     reporter_send_hazard(judge->device->instance->reporter, &report);

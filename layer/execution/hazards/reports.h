@@ -41,6 +41,10 @@ struct hazard_judge {
 /* Returns the judged batch behind `after`, or the first one if that is NULL. */
 struct order_batch *hazard_judge_next(const struct hazard_judge *judge,
                                       const struct order_batch *after);
+/* Returns the batch that has the access of a number, the current one included; NULL if it is not
+ * known any more. */
+const struct order_batch *hazard_judge_find_batch(const struct hazard_judge *judge,
+                                                  uint64_t number);
 /* Describes an access by its number. Returns false if it is not known any more. */
 bool hazard_judge_find_side(const struct hazard_judge *judge, uint64_t number,
                             struct hazard_access_text *side);

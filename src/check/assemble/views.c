@@ -356,6 +356,18 @@ static VkAccelerationStructureBuildTypeKHR build_type_of(const struct build_view
                                                 : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
 }
 
+/* Of several builds whose dst is too small, the last one counts. */
+__attribute__((cold)) static void find_size_query(struct check_context *context,
+                                                  struct build_view *build, const uint32_t *counts)
+{
+    if (!context->hooks->find_size_query)
+        return;
+    context->asked.build = build->index;
+    context->hooks->find_size_query(context->user, build->info, counts, build_type_of(build),
+                                    build->dst.size, &context->asked);
+    build->asked = &context->asked;
+}
+
 /* Queries the sizes of a build with all its geometries. */
 static void query_sizes(struct check_context *context, struct build_view *build)
 {
@@ -371,6 +383,8 @@ static void query_sizes(struct check_context *context, struct build_view *build)
     if (known)
         context->hooks->find_sizes(context->user, build->info, counts, build_type_of(build),
                                    &build->sizes);
+    if (known && build->dst.size < build->sizes.acceleration_structure)
+        find_size_query(context, build, counts);
     if (counts != inline_counts)
         free(counts);
 }

@@ -141,18 +141,23 @@ static VkAccelerationStructureKHR find_confused(const struct content *content, u
     return facts.alive == YES ? facts.handle : VK_NULL_HANDLE;
 }
 
-static void check_nv_reference(struct content *content, uint32_t index, uint64_t reference)
+static void check_nv_reference(struct content *content, uint32_t index,
+                               const VkAccelerationStructureInstanceKHR *instance)
 {
+    const uint64_t reference = instance->accelerationStructureReference;
     if (!reference || content->range->geometry->build->call->command != COMMAND_NV)
         return;
     struct resources *resources = content->walk->context->resources;
-    const struct nv_instance_view view = {
+    struct nv_instance_view view = {
         .geometry = content->range->geometry,
         .index = index,
         .reference = reference,
         .refers_to = resources_find_nv_reference(resources, reference,
                                                  content->walk->context->destroy_count),
-        .is_handle = resources_find_id(resources, RESOURCE_ACCEL_NV, reference) != 0};
+        .is_handle = resources_find_id(resources, RESOURCE_ACCEL_NV, reference) != 0,
+        .instance = instance};
+    if (view.refers_to == NV_REFERENCE_INVALID && !view.is_handle)
+        view.look = content_look_of_instance(content, instance);
     content_walk_nv_instance(content, &view);
 }
 
@@ -184,7 +189,7 @@ static void check_flags_and_reference(struct content *content, uint32_t index, b
         view.allows_disabling = find_disabling(content, referenced);
     content_walk_instance(content, &view);
     content_check_reference(content, index, reference, referenced);
-    check_nv_reference(content, index, reference);
+    check_nv_reference(content, index, instance);
 }
 
 void content_check_instance(struct content *content, uint32_t index, bool has_motion,

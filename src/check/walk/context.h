@@ -7,6 +7,7 @@
 
 #include "src/base/readable.h"
 #include "src/state/aligned_copies.h"
+#include "src/state/builds/size_queries.h"
 #include "src/state/commands/journal.h"
 #include "src/state/resources/resources.h"
 #include "src/view/finding.h"
@@ -40,6 +41,11 @@ struct check_hooks {
     void (*find_sizes)(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
                        const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
                        struct size_facts *sizes);
+    /* Finds the query of the application that returned a size, as size_queries_find(). NULL: not
+     * needed. */
+    void (*find_size_query)(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                            const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
+                            VkDeviceSize size, struct size_differences *differences);
     /* Gets the sizes of the build of a micromap from the next layer. `info` and its usage counts
      * are readable and valid. */
     void (*find_micromap_sizes)(void *user, const VkMicromapBuildInfoEXT *info,
@@ -114,6 +120,7 @@ struct check_context {
     struct aligned_copies *copies; /* copies of misaligned parameters; filled during a call */
     struct resources *resources;
     struct query_pools *query_pools; /* of commands that name pools; or NULL */
+    struct size_differences asked;   /* see struct build_view */
     struct sweep *sweep;             /* memory kept between calls, see check_make_sweep; or NULL */
     const struct structures *structures; /* those that builds refer to; or NULL */
     const struct execution_point *point; /* of a host command; NULL: unknown */

@@ -97,10 +97,10 @@ static struct value accel(VkAccelerationStructureKHR handle)
     return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)handle);
 }
 
-static bool shows_what_was_written(const struct instance_view *instance, struct finding *finding)
+static bool shows_what_was_written(const VkAccelerationStructureInstanceKHR *instance,
+                                   const struct data_look *look, struct finding *finding)
 {
-    return shows_instance(finding, &instance->instance) ||
-           remarks_on_look(finding, &instance->look);
+    return shows_instance(finding, instance) || remarks_on_look(finding, look);
 }
 
 /* An instance without a structure is valid and inactive. Instances with motion have their own
@@ -121,7 +121,7 @@ bool instance_references_are_valid_handles(const struct instance_view *instance,
                     "leads to instance {}, whose accelerationStructureReference {} is not an "
                     "acceleration structure of this device",
                     number(instance->index), reference) ||
-           shows_what_was_written(instance, finding);
+           shows_what_was_written(&instance->instance, &instance->look, finding);
 }
 
 /* An instance with reference 0 is inactive. */
@@ -139,7 +139,9 @@ bool nv_instance_references_are_blas_handles(const struct nv_instance_view *nv_i
                         ? "is a VkAccelerationStructureNV, not the value that "
                           "vkGetAccelerationStructureHandleNV returns for it"
                         : "is not a value that vkGetAccelerationStructureHandleNV returned for "
-                          "a live structure"));
+                          "a live structure")) ||
+           (refers_to == NV_REFERENCE_INVALID && !nv_instance->is_handle &&
+            shows_what_was_written(nv_instance->instance, &nv_instance->look, finding));
 }
 
 bool nv_instance_references_are_of_live_structures(const struct nv_instance_view *nv_instance,
@@ -185,7 +187,7 @@ bool instance_references_are_zero_or_a_blas(const struct instance_view *instance
                     "address of an acceleration structure of this device",
                     number(instance->index),
                     address_of_missing(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, reference)) ||
-           shows_what_was_written(instance, finding);
+           shows_what_was_written(&instance->instance, &instance->look, finding);
 }
 
 /* ---- pointers to instances */

@@ -61,5 +61,9 @@ bool destroyed_object_is_not_in_use(const struct destroyed_view *destroyed, stru
                     life_object_value(&destroyed->object), text(build_command_name(use->command)),
                     object(VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)use->command_buffer),
                     object(VK_OBJECT_TYPE_QUEUE, (uint64_t)(uintptr_t)use->queue),
-                    number(use->submission));
+                    number(use->submission)) ||
+           (use->timeout &&
+            remarks(finding,
+                    "A wait of the host since then returned VK_TIMEOUT: its timeout was {} ns",
+                    number(use->timeout)));
 }

@@ -92,7 +92,10 @@ struct input_repeats {
 
 struct structure_uses {
     uint32_t counts[STRUCTURE_USES]; /* by enum structure_use */
-    uint32_t first_build; /* number of executed submissions up to its first build, if it has one */
+    uint32_t first_build; /* number of executed submissions up to its first build, if it has one;
+                           * or up to its copy, if is_hasty_copy */
+    bool is_hasty_copy;   /* its first write was a copy of a structure that was built once, with
+                           * PREFER_FAST_BUILD */
     VkBuildAccelerationStructureFlagsKHR flags; /* that all its builds had */
     VkDeviceSize compacted_size;                /* the last one that the host read; 0: none */
     /* Counts of builds and updates: the layer has read the input data of read_builds, and no ray
@@ -166,6 +169,9 @@ bool structures_note_build(struct structures *structures, uint64_t id, uint32_t 
                            VkBuildAccelerationStructureFlagsKHR flags, VkDeviceSize needed);
 /* A copy to a structure that has a record takes the box of its source, if that is known. */
 void structures_copy_box(const struct structures *structures, uint64_t dst_id, uint64_t src_id);
+/* The same for is_hasty_copy. Call once the copy is counted. */
+void structures_copy_haste(const struct structures *structures, uint64_t dst_id, uint64_t src_id,
+                           uint32_t submission);
 /* The host has read the compacted size of a structure that has a record. */
 bool structures_note_compacted_size(struct structures *structures, uint64_t id, VkDeviceSize size);
 

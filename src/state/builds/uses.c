@@ -196,6 +196,25 @@ void structures_copy_box(const struct structures *structures, uint64_t dst_id, u
     unlock_shared(structures);
 }
 
+void structures_copy_haste(const struct structures *structures, uint64_t dst_id, uint64_t src_id,
+                           uint32_t submission)
+{
+    const struct structure_uses *src = lock_known_uses(structures, src_id);
+    const bool is_hasty =
+        src && was_written_once(src) &&
+        ((src->counts[USE_BUILT] &&
+          src->flags & VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR) ||
+         src->is_hasty_copy);
+    unlock_shared(structures);
+    struct structure_uses *dst = is_hasty ? lock_known_uses(structures, dst_id) : NULL;
+    if (dst && was_written_once(dst)) {
+        dst->is_hasty_copy = true;
+        dst->first_build = submission;
+    }
+    if (is_hasty)
+        unlock_shared(structures);
+}
+
 bool structures_note_advised(const struct structures *structures, uint64_t id, unsigned advice)
 {
     const uint64_t bit = UINT64_C(1) << advice;

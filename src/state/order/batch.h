@@ -106,6 +106,7 @@ struct order_batch {
     uint64_t destroy_count;       /* see submission_set_origin(): objects may have been destroyed
                                      since the submission */
     const struct execution_clock *host; /* all work that the host had observed to be complete */
+    uint64_t timed_out_waits; /* number of waits of the host that had returned VK_TIMEOUT */
     struct submitted_commands *commands;
     uint32_t command_count;
     struct semaphore_operation *operations; /* its waits and signals; NULL: none */

@@ -55,6 +55,7 @@ void execution_order_add_host_wait(struct execution_order *order, VkSemaphore ha
     if (!submission)
         return;
     execution_clock_copy(&submission->host, &order->host);
+    submission->timed_out_waits = order->timed_out_waits;
     submission_add_batch(submission);
     submission_add_wait(submission, handle, value, SCOPE_ALL);
     if (submission->out_of_memory) {
@@ -240,6 +241,26 @@ void execution_order_observe_semaphore(struct execution_order *order, VkSemaphor
         execution_order_release_held(order);
     }
     leave(order);
+}
+
+void execution_order_note_timeout(struct execution_order *order, uint64_t timeout)
+{
+    if (!enter(order))
+        return;
+    order->timeouts[order->timed_out_waits++ % ORDER_TIMEOUTS] = timeout;
+    leave(order);
+}
+
+uint64_t execution_order_find_timeout(struct execution_order *order, uint64_t after, uint64_t until)
+{
+    uint64_t timeout = 0;
+    if (!enter(order))
+        return 0;
+    if (after < until && after < order->timed_out_waits &&
+        order->timed_out_waits - after <= ORDER_TIMEOUTS)
+        timeout = order->timeouts[after % ORDER_TIMEOUTS];
+    pthread_mutex_unlock(&order->lock);
+    return timeout;
 }
 
 /* The host may have observed the completion of the work in `clock`; NULL: of any work. */

@@ -220,6 +220,13 @@ void execution_order_observe_any_fence(struct execution_order *order, uint32_t c
 void execution_order_observe_any_semaphore(struct execution_order *order,
                                            const VkSemaphoreWaitInfo *info);
 
+/* A wait of the host, for so many ns, returned VK_TIMEOUT. */
+void execution_order_note_timeout(struct execution_order *order, uint64_t timeout);
+/* Returns the timeout of the first wait that returned VK_TIMEOUT behind the first `after` of them
+ * and is among the first `until`; 0: none, or it is forgotten. */
+uint64_t execution_order_find_timeout(struct execution_order *order, uint64_t after,
+                                      uint64_t until);
+
 /* All work that was submitted before a wait for idle. Other submissions may overlap the wait. */
 struct idle_wait {
     struct execution_clock clock;

@@ -151,6 +151,7 @@ static void start_batches(struct submission *submission)
     submission->is_under_way = true;
     submission->may_follow_held = order->in_flight && order->held_count;
     execution_clock_copy(&submission->host, &order->host);
+    submission->timed_out_waits = order->timed_out_waits;
     if (submission->kind != SUBMIT_HOST_WORK)
         order->in_flight++;
 

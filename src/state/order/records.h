@@ -156,6 +156,7 @@ struct submission {
     bool may_follow_held;        /* see start() in queues.c */
     uint32_t ready_count;        /* leading batches that were not held when prepared */
     struct execution_clock host; /* the order's host clock when prepared */
+    uint64_t timed_out_waits;    /* as the order had then */
     struct queue_clocks clocks;  /* of the queue, after the ready batches */
 
     struct order_batch *batches;
@@ -166,6 +167,8 @@ struct submission {
     uint32_t command_count, command_capacity;
 };
 
+enum { ORDER_TIMEOUTS = 16 };
+
 struct execution_order {
     struct execution_hooks hooks;                     /* constant */
     struct batch_consumer consumers[BATCH_CONSUMERS]; /* constant once the device is published */
@@ -175,11 +178,13 @@ struct execution_order {
     struct handle_table semaphores, fences;
     struct order_queue queues[EXECUTION_QUEUES]; /* [EXECUTION_HOST] stands for the host */
     uint32_t queue_count;
-    struct execution_clock host;  /* covers all work whose completion the host has observed */
-    struct execution_clock maybe; /* and all work whose completion it may have observed */
-    uint64_t untracked;           /* see execution_order_find_observed() */
-    bool is_exposed;              /* a submission was, see struct order_batch */
-    uint64_t host_count;          /* host work that has ended */
+    struct execution_clock host;       /* covers all work whose completion the host has observed */
+    struct execution_clock maybe;      /* and all work whose completion it may have observed */
+    uint64_t untracked;                /* see execution_order_find_observed() */
+    uint64_t timed_out_waits;          /* number of waits of the host that returned VK_TIMEOUT */
+    uint64_t timeouts[ORDER_TIMEOUTS]; /* in ns, of the last ones: a ring */
+    bool is_exposed;                   /* a submission was, see struct order_batch */
+    uint64_t host_count;               /* host work that has ended */
     uint64_t last_serial, last_semaphore, last_signal;
     uint32_t in_flight;  /* calls under way that may release held batches */
     uint32_t waiting;    /* calls under way with batches that will be held */

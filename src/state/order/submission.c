@@ -171,6 +171,7 @@ void submission_describe(struct submission *submission)
         batch->labels = submission->labels;
         batch->destroy_count = submission->destroy_count;
         batch->host = &submission->host;
+        batch->timed_out_waits = submission->timed_out_waits;
         batch->operations = order_batch_operations(batch);
         batch->commands =
             batch->command_count ? &submission->commands[batch->first_commands] : NULL;

@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Which query of sizes explains a size, and in what it differs from a build. */
+#include "src/state/builds/size_queries.h"
+#include "tests/fixture/scarce_memory.h"
+#include "tests/state/unit_test.h"
+
+static const VkAccelerationStructureBuildTypeKHR build_type =
+    VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
+static struct size_queries *queries;
+static VkAccelerationStructureGeometryKHR geometry;
+static VkAccelerationStructureBuildGeometryInfoKHR info;
+
+static void open_queries(void)
+{
+    assert_int_equal(size_queries_create(&queries), VK_SUCCESS);
+    geometry = (VkAccelerationStructureGeometryKHR){.geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR};
+    info = (VkAccelerationStructureBuildGeometryInfoKHR){
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+        .geometryCount = 1,
+        .pGeometries = &geometry};
+}
+
+static void close_queries(void)
+{
+    size_queries_destroy(queries);
+}
+
+static void ask(uint32_t count, VkDeviceSize size)
+{
+    size_queries_add(queries, &info, &count, build_type, size);
+}
+
+static struct size_differences find(uint32_t count, VkDeviceSize size)
+{
+    struct size_differences found = {.build = 7};
+    size_queries_find(queries, &info, &count, build_type, size, &found);
+    assert_int_equal(found.build, 7);
+    return found;
+}
+
+TEST_BETWEEN(the_query_that_returned_the_size_differs, open_queries, close_queries)
+{
+    ask(1, 1000);
+    ask(2, 2000);
+    const struct size_differences found = find(2, 1000);
+    assert_int_equal(found.count, 1);
+    assert_int_equal(found.size, 1000);
+    assert_int_equal(found.items[0].member, SIZED_PRIMITIVE_COUNT);
+    assert_int_equal(found.items[0].asked, 1);
+    assert_int_equal(found.items[0].built, 2);
+}
+
+TEST_BETWEEN(sizes_may_be_rounded_up, open_queries, close_queries)
+{
+    ask(1, 1000);
+    assert_int_equal(find(2, 1024).count, 1);
+    assert_int_equal(find(2, 1256).count, 0);
+    assert_int_equal(find(2, 999).count, 0);
+}
+
+TEST_BETWEEN(the_query_that_differs_least_counts, open_queries, close_queries)
+{
+    info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+    geometry.geometry.triangles.transformData.deviceAddress = 16;
+    ask(1, 1000);
+    info.flags = 0;
+    ask(1, 1000);
+    ask(1, 900);
+    geometry.geometry.triangles.transformData.deviceAddress = 0;
+    const struct size_differences found = find(1, 1000);
+    assert_int_equal(found.count, 1);
+    assert_int_equal(found.size, 1000);
+    assert_int_equal(found.items[0].member, SIZED_TRANSFORM);
+}
+
+TEST_BETWEEN(the_same_build_explains_nothing, open_queries, close_queries)
+{
+    assert_int_equal(find(1, 1000).count, 0);
+    ask(1, 1000);
+    assert_int_equal(find(1, 1000).count, 0);
+}
+
+TEST_BETWEEN(few_differences_are_listed, open_queries, close_queries)
+{
+    ask(1, 1000);
+    info.flags = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
+    geometry.flags = VK_GEOMETRY_OPAQUE_BIT_KHR;
+    geometry.geometry.triangles.maxVertex = 5;
+    assert_int_equal(find(2, 1000).count, SIZE_DIFFERENCES);
+}
+
+TEST_BETWEEN(without_memory_no_query_is_known, open_queries, close_queries)
+{
+    WITHOUT_MEMORY(ask(1, 1000));
+    assert_int_equal(find(2, 1000).count, 0);
+}
