@@ -5,7 +5,6 @@
 
 #include <inttypes.h>
 
-#include "src/report/hazard_remedy.h"
 #include "src/report/message.h"
 #include "src/state/commands/object_names.h"
 

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "src/report/hazard_remedy.h"
+/* Words why two accesses are not ordered, and what orders them: what the barrier between them
+ * lacks, or which barrier, semaphore or wait to add. */
+#include "src/report/hazard_message.h"
 
 #include <inttypes.h>
 

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Walks the barriers that were recorded between two commands of one queue. Those behind a secondary
+/* Finds the barrier between two commands of a hazard that lacks a stage or an access on one side:
+ * walks the barriers that were recorded between two commands of one queue. Those behind a secondary
  * command buffer are left out. */
-#include "layer/execution/hazards/barriers.h"
+#include "layer/execution/hazards/reports.h"
 
 #include "src/state/order/order.h"
 

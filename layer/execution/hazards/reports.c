@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "layer/execution/hazards/reports.h"
 
-#include "layer/execution/hazards/barriers.h"
 #include "src/state/order/order.h"
 
 static struct call_origin origin_for(const struct hazard_judge *judge, struct call_origin origin)

@@ -48,6 +48,10 @@ const struct order_batch *hazard_judge_find_batch(const struct hazard_judge *jud
 /* Describes an access by its number. Returns false if it is not known any more. */
 bool hazard_judge_find_side(const struct hazard_judge *judge, uint64_t number,
                             struct hazard_access_text *side);
+/* Fills `barrier` if the accesses are of one queue, and if a barrier between them lacks a stage or
+ * an access on one side; the last one, if there are several. In barriers.c. */
+void hazard_judge_find_barrier(const struct hazard_judge *judge, const struct hazard *hazard,
+                               struct hazard_barrier_text *barrier);
 /* The current command has a hazard. `user`: a struct hazard_judge. */
 void hazard_judge_found(void *user, const struct hazard *hazard);
 /* Sends what the current command has, and ends it. */
