@@ -112,6 +112,7 @@ struct layer_device {
     struct object_names *names;
     struct queue_labels *queue_labels;
     struct query_pools *query_pools;
+    struct update_templates *update_templates; /* NULL without memory */
     struct events *events;
     struct deferred_operations *deferred;
 

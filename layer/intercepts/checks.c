@@ -102,6 +102,7 @@ bool check_command(struct layer_device *device, enum build_command command, cons
         .readable = readable_cache_of_thread(),
         .resources = device->resources,
         .query_pools = device->query_pools,
+        .templates = device->update_templates,
         .structures = device->structures,
     };
     check_life(&context, &call.view);

@@ -93,6 +93,8 @@ void note_micromap_read(struct layer_device *device, VkCommandBuffer handle,
 {
     struct journal_entry entry = write_entry(device, COMMAND_CmdCopyMemoryToMicromapEXT,
                                              FILL_READS_MICROMAP, info->dst, VK_NULL_HANDLE);
+    if (layer_bytes_at(device, info->src.deviceAddress))
+        entry.src_id = info->src.deviceAddress;
     layer_record(device, handle, &entry, 1);
 }
 

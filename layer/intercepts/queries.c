@@ -63,18 +63,36 @@ static enum resource_kind queried_kind(const struct queried *queried)
     }
 }
 
+/* Finds the id of a structure or micromap, and whether it lies in memory if it is known. */
+static uint64_t find_queried(const struct layer_device *device, const struct queried *queried,
+                             uint64_t handle, bool *is_backed)
+{
+    const enum resource_kind kind = queried_kind(queried);
+    struct accel_facts facts;
+    *is_backed = false;
+    if (kind != RESOURCE_ACCEL)
+        return resources_find_id(device->resources, kind, handle);
+    resources_look_up_accel(device->resources, (VkAccelerationStructureKHR)(uintptr_t)handle,
+                            &facts);
+    *is_backed = facts.backed == YES;
+    return facts.id;
+}
+
 static struct journal_entry read_entry(const struct layer_device *device,
                                        const struct queried *queried, uint32_t i)
 {
     uint64_t handle;
+    bool is_backed;
     memcpy(&handle, (const char *)queried->handles + i * sizeof(handle), sizeof(handle));
+    const uint64_t id = find_queried(device, queried, handle, &is_backed);
     return (struct journal_entry){
         .kind = JOURNAL_READ,
         .command = (unsigned char)queried->command,
+        .src_backing = is_backed ? BACKED_BY_MEMORY : 0,
         .info = i,
         .dst = (uint64_t)(uintptr_t)queried->pool,
         .src = handle,
-        .src_id = resources_find_id(device->resources, queried_kind(queried), handle),
+        .src_id = id,
         .dst_id = i < queried->tracked_count ? queried->first_id + i : 0,
         .read = {.query = queried->type, .number = queried->first + i},
     };

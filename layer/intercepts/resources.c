@@ -11,6 +11,7 @@
 #include "layer/snapshots/guard/references.h"
 #include "observers.h"
 #include "src/base/chain.h"
+#include "src/state/resources/update_templates.h"
 
 /* ---- memory */
 
@@ -235,4 +236,17 @@ void forget_accel(struct layer_device *device, VkAccelerationStructureKHR accel)
     note_destroyed_accel(device, accel);
     structures_note_destroyed(device->structures, resources_remove_accel(device->resources, accel),
                               1);
+}
+
+/* ---- descriptor update templates */
+
+void note_update_template(struct layer_device *device, VkDescriptorUpdateTemplate handle,
+                          const VkDescriptorUpdateTemplateCreateInfo *info)
+{
+    update_templates_add(device->update_templates, handle, info);
+}
+
+void forget_update_template(struct layer_device *device, VkDescriptorUpdateTemplate handle)
+{
+    update_templates_remove(device->update_templates, handle);
 }

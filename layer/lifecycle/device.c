@@ -25,6 +25,7 @@
 #include "layer/snapshots/snapshots.h"
 #include "observers.h"
 #include "src/state/commands/call_sites.h"
+#include "src/state/resources/update_templates.h"
 
 static void apply_settings(struct layer_device *device)
 {
@@ -70,6 +71,7 @@ void layer_free_device(struct layer_device *device)
     object_names_destroy(device->names);
     queue_labels_destroy(device->queue_labels);
     query_pools_destroy(device->query_pools);
+    update_templates_destroy(device->update_templates);
     events_destroy(device->events);
     call_sites_destroy(device->call_sites);
     hazard_objects_destroy(device->hazard_objects);
@@ -85,6 +87,7 @@ struct layer_device *layer_allocate_device(void)
     struct layer_device *device = calloc(1, sizeof(*device));
     if (!device)
         return NULL;
+    device->update_templates = update_templates_create();
     if (resources_create(&device->resources) == VK_SUCCESS &&
         command_buffers_create(&device->command_buffers) == VK_SUCCESS &&
         size_cache_create(&device->sizes) == VK_SUCCESS &&

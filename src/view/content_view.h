@@ -117,6 +117,8 @@ struct instance_pointer_view {
     const struct geometry_view *geometry;
     uint32_t index;
     VkDeviceAddress address;
+    bool leads_nowhere;    /* no memory that the build could read was there */
+    bool is_host;          /* it is an address of the host */
     struct data_look look; /* if the address is not aligned */
 };
 

@@ -269,6 +269,14 @@ struct descriptor_view {
     struct life_object structure; /* handle 0: VK_NULL_HANDLE */
 };
 
+/* A structure in the data of an update with a template. */
+struct templated_view {
+    const struct call_view *call;
+    struct life_object structure; /* handle 0: VK_NULL_HANDLE */
+    uint64_t offset;              /* in the data, in bytes */
+    bool unreadable;              /* the data at the offset cannot be read */
+};
+
 /* The data of a structure for capture and replay. */
 struct capture_view {
     const struct call_view *call;

@@ -85,7 +85,9 @@ static bool refers_to_nothing(const struct test_case *test_case)
 static bool guard_warns_of(const struct test_case *test_case)
 {
     static const char *const names[] = {
-        "pointer_to_instance_misaligned", "flat_motion_instance", "flat_packed_motion_instance",
+        "pointer_to_instance_misaligned", "null_pointer_to_instance",
+        "pointer_to_no_buffer",           "pointers_to_nowhere",
+        "flat_motion_instance",           "flat_packed_motion_instance",
         "motion_instance_without_memory", "instance_in_external_memory"};
     for (size_t i = 0; i < sizeof(names) / sizeof(names[0]); i++)
         if (strcmp(test_case->name, names[i]) == 0)

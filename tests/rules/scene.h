@@ -127,6 +127,8 @@ struct scene_life {
     VkWriteDescriptorSetAccelerationStructureKHR descriptor;
     VkWriteDescriptorSetAccelerationStructureNV descriptor_nv;
     VkWriteDescriptorSet write;
+    VkDescriptorUpdateTemplate update_template;
+    const void *template_data;
     VkPushDescriptorSetInfo push;
 
     /* Changes the arguments just before the call; or NULL. */

@@ -257,12 +257,15 @@ static void set_binding(struct scene *scene)
 bool command_writes_descriptors(enum build_command command)
 {
     return command == COMMAND_UpdateDescriptorSets || command == COMMAND_CmdPushDescriptorSet ||
-           command == COMMAND_CmdPushDescriptorSet2;
+           command == COMMAND_CmdPushDescriptorSet2 ||
+           command == COMMAND_UpdateDescriptorSetWithTemplate;
 }
 
 SCENE_CREATES(create_set_layout, DescriptorSetLayout, VkDescriptorSetLayout,
               VkDescriptorSetLayoutCreateInfo)
 SCENE_CREATES(create_descriptor_pool, DescriptorPool, VkDescriptorPool, VkDescriptorPoolCreateInfo)
+SCENE_CREATES(create_update_template, DescriptorUpdateTemplate, VkDescriptorUpdateTemplate,
+              VkDescriptorUpdateTemplateCreateInfo)
 SCENE_CREATES(create_pipeline_layout, PipelineLayout, VkPipelineLayout, VkPipelineLayoutCreateInfo)
 
 /* A set of two structures, or a layout to push them by. */
@@ -289,6 +292,13 @@ static void open_set(struct scene *scene)
                  .descriptorSetCount = 1, .pSetLayouts = &layout);
     MUST_SUCCEED(
         scene->vk->AllocateDescriptorSets(scene->fixture->device, &info, &life->write.dstSet));
+    const VkDescriptorUpdateTemplateEntry entry = {
+        .descriptorCount = 2, .descriptorType = type, .stride = sizeof(life->objects[0])};
+    const STRUCT(VkDescriptorUpdateTemplateCreateInfo, template_info,
+                 .descriptorUpdateEntryCount = 1, .pDescriptorUpdateEntries = &entry,
+                 .descriptorSetLayout = layout);
+    life->update_template = create_update_template(scene, &template_info);
+    life->template_data = life->objects;
 }
 
 static void open_descriptors(struct scene *scene)
@@ -466,6 +476,8 @@ static void fill_arguments(struct scene *scene, union life_arguments *arguments)
                   &life->compatibility)
         OF_DEVICE(GetDeviceMicromapCompatibilityEXT, &life->micromap_version, &life->compatibility)
         OF_DEVICE(UpdateDescriptorSets, 1, &life->write, 0, NULL)
+        OF_DEVICE(UpdateDescriptorSetWithTemplate, life->write.dstSet, life->update_template,
+                  life->template_data)
         OF_DEVICE(GetQueryPoolResults, life->pool, life->first_query, life->object_count,
                   life->data_size, life->data_argument, life->stride, VK_QUERY_RESULT_64_BIT)
         OF_DEVICE(GetMicromapBuildSizesEXT, life->build_type, life->builds, &life->micromap_sizes)

@@ -257,20 +257,47 @@ static bool is_aligned_pointer(const struct content *content, VkDeviceAddress ad
     return content->range->geometry->build->call->command == COMMAND_HOST || address % 16 == 0;
 }
 
+static bool is_zero(const uint8_t *bytes)
+{
+    static const VkAccelerationStructureInstanceKHR zero;
+    return memcmp(bytes, &zero, sizeof(zero)) == 0;
+}
+
+/* Whether no memory that the build could read was at an address, of which `bytes` were read. In
+ * place of device memory that was not there, the copy has no bytes, or zeros. What is nowhere now
+ * was nowhere when the build executed if nothing was destroyed since the submission. */
+static bool leads_nowhere(const struct content *content, VkDeviceAddress address,
+                          const uint8_t *bytes)
+{
+    const struct check_context *context = content->walk->context;
+    struct address_facts facts;
+    if (!address)
+        return true;
+    if (content->range->geometry->build->call->command == COMMAND_HOST)
+        return !bytes;
+    if ((bytes && !is_zero(bytes)) ||
+        resources_destroy_count(context->resources) != context->destroy_count)
+        return false;
+    resources_look_up_address(context->resources, address, &facts);
+    return facts.status == ADDRESS_NOWHERE;
+}
+
 /* Skips instances whose pointer is invalid. */
 static void read_pointed_instance(struct content *content, uint32_t index,
                                   VkDeviceOrHostAddressConstKHR to)
 {
     const uint8_t *bytes = NULL;
     const bool is_aligned = is_aligned_pointer(content, to.deviceAddress);
+    if (is_aligned)
+        bytes = content_find(content, to, 0, 1, 0, sizeof(VkAccelerationStructureInstanceKHR));
     const struct instance_pointer_view view = {
         .geometry = content->range->geometry,
         .index = index,
         .address = to.deviceAddress,
+        .leads_nowhere = is_aligned && leads_nowhere(content, to.deviceAddress, bytes),
+        .is_host = content->range->geometry->build->call->command == COMMAND_HOST,
         .look = is_aligned ? (struct data_look){0} : content_look_of_pointers(content)};
     content_walk_instance_pointer(content, &view);
-    if (is_aligned)
-        bytes = content_find(content, to, 0, 1, 0, sizeof(VkAccelerationStructureInstanceKHR));
     if (bytes)
         read_instance(content, index, bytes);
     else

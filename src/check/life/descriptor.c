@@ -4,6 +4,9 @@
 #include "src/base/chain.h"
 #include "src/check/assemble/views.h"
 #include "src/check/life/life.h"
+#include "src/state/resources/update_templates.h"
+
+#include <string.h>
 
 struct writes {
     uint32_t count;
@@ -84,5 +87,46 @@ void check_descriptors(struct walk *walk, const struct call_view *call)
         const struct location location = check_element(call, writes.parameter, i);
         check_implicit_descriptor(walk, call, &location, all[i].pNext);
         check_structures(walk, call, location, &all[i]);
+    }
+}
+
+/* ---- updates with templates */
+
+/* Returns whether the data at the offset can be read. */
+static bool check_element_of_data(struct walk *walk, const struct call_view *call,
+                                  const VkDescriptorUpdateTemplateEntry *entry, const void *data,
+                                  uint64_t offset)
+{
+    const struct location location = check_argument(call, "pData");
+    const uintptr_t address = (uintptr_t)data + (uintptr_t)offset;
+    const void *at = check_read(walk->context,
+                                (const void *)address, // NOLINT(performance-no-int-to-ptr)
+                                sizeof(uint64_t));
+    uint64_t handle = 0;
+    if (at)
+        memcpy(&handle, at, sizeof(handle));
+    const VkObjectType type = entry->descriptorType == VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_NV
+                                  ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
+                                  : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
+    const struct templated_view templated = {.call = call,
+                                             .structure =
+                                                 check_find_object(walk->context, type, handle),
+                                             .offset = offset,
+                                             .unreadable = !at};
+    walk_templated(walk, &templated, &location);
+    return at;
+}
+
+void check_templated(struct walk *walk, const struct call_view *call)
+{
+    const struct arguments_of_UpdateDescriptorSetWithTemplate *arguments = call->arguments;
+    const struct update_template *found =
+        update_templates_find(walk->context->templates, arguments->descriptorUpdateTemplate);
+    for (uint32_t i = 0; found && i < found->count; i++) {
+        const VkDescriptorUpdateTemplateEntry *entry = &found->entries[i];
+        bool is_readable = true;
+        for (uint32_t j = 0; is_readable && j < entry->descriptorCount; j++)
+            is_readable = check_element_of_data(walk, call, entry, arguments->pData,
+                                                entry->offset + (uint64_t)j * entry->stride);
     }
 }

@@ -17,6 +17,7 @@ WALK_ALL(lookup)
 WALK_ALL(binding)
 WALK_ALL(capture)
 WALK_ALL(descriptor)
+WALK_ALL(templated)
 WALK_ALL(queried)
 WALK_ALL(read_queries)
 WALK_ALL(destroyed)
@@ -110,6 +111,9 @@ static void check_operands(struct walk *walk, const struct call_view *call)
     case COMMAND_CmdPushDescriptorSet:
     case COMMAND_CmdPushDescriptorSet2:
         check_descriptors(walk, call);
+        break;
+    case COMMAND_UpdateDescriptorSetWithTemplate:
+        check_templated(walk, call);
         break;
     case COMMAND_DestroyBuffer:
     case COMMAND_FreeMemory:

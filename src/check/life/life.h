@@ -37,6 +37,7 @@ void check_copy(struct walk *walk, const struct call_view *call);
 /* Sets copy->data from the memory that a copy on the host reads. */
 void check_view_serialized(struct check_context *context, struct copy_view *copy);
 void check_descriptors(struct walk *walk, const struct call_view *call);
+void check_templated(struct walk *walk, const struct call_view *call);
 void check_bindings(struct walk *walk, const struct call_view *call);
 void check_capture(struct walk *walk, const struct call_view *call);
 void check_micromap_builds(struct walk *walk, const struct call_view *call);
@@ -84,6 +85,8 @@ void walk_micromap_triangles(struct walk *walk,
                              const struct location *location);
 void walk_descriptor(struct walk *walk, const struct descriptor_view *descriptor,
                      const struct location *location);
+void walk_templated(struct walk *walk, const struct templated_view *templated,
+                    const struct location *location);
 void walk_lookup(struct walk *walk, const struct lookup_view *lookup,
                  const struct location *location);
 void walk_destroyed(struct walk *walk, const struct destroyed_view *destroyed,

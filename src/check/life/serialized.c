@@ -176,6 +176,9 @@ void check_read_serialized(struct walk *walk, const struct call_view *call,
                 .details_known = deserialization->dst_size != 0,
                 .size = deserialization->dst_size}};
     view_source(&source, &copy);
+    /* If nothing was destroyed, the buffer is the one that the device has read. */
+    if (resources_destroy_count(walk->context->resources) == walk->context->destroy_count)
+        resources_look_up_address(walk->context->resources, copy.address, &copy.memory);
     /* The other rules were evaluated when the call was recorded. */
     for (int rule = 0; rule < RULE_COUNT; rule++)
         if (rule_infos[rule].level != LEVEL_CONTENT)

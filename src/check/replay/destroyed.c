@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Checks at submission whether the objects that recorded builds use are still alive: structures and
- * buffers may have been destroyed, and memory freed, since the build was recorded. An address stays
- * valid if another buffer has it now. */
+/* Checks at submission whether the objects that recorded commands use are still alive: structures
+ * and buffers may have been destroyed, and memory freed, since the command was recorded. An address
+ * stays valid if another buffer has it now. */
 #include "src/check/replay/judge.h"
+#include "src/check/replay/object_states.h"
 #include "src/check/replay/replay.h"
 #include "src/rules/shared.h"
 
@@ -15,33 +16,6 @@ struct structure_rules {
     bool is_src;
     enum rule alive, backed, alive_of_other, backed_of_other;
 };
-
-/* The facts that are checked of structures of either kind. */
-struct structure_state {
-    enum tristate alive, backed;
-    bool buffer_is_destroyed;
-    uint64_t id;
-};
-
-static struct structure_state state_of_nv(struct resources *resources, uint64_t handle)
-{
-    struct nv_accel_facts facts;
-    resources_look_up_nv_accel(resources, (VkAccelerationStructureNV)(uintptr_t)handle, &facts);
-    nv_shape_release(facts.created);
-    return (struct structure_state){.alive = facts.alive,
-                                    .backed = facts.binding == NV_MEMORY_FREED ? NO : UNKNOWN,
-                                    .id = facts.id};
-}
-
-static struct structure_state state_of(struct resources *resources, uint64_t handle)
-{
-    struct accel_facts facts;
-    resources_look_up_accel(resources, (VkAccelerationStructureKHR)(uintptr_t)handle, &facts);
-    return (struct structure_state){.alive = facts.alive,
-                                    .backed = facts.backed,
-                                    .buffer_is_destroyed = facts.buffer_is_destroyed,
-                                    .id = facts.id};
-}
 
 static bool is_in_place(const struct journal_entry *entry)
 {
@@ -63,14 +37,13 @@ static void check_structure(struct replay *replay, const struct journal *journal
                             bool was_backed, const struct structure_rules *rules)
 {
     bool is_nv = entry->command == COMMAND_NV;
-    struct structure_state state =
-        is_nv ? state_of_nv(replay->resources, handle) : state_of(replay->resources, handle);
-    bool is_destroyed = state.alive == NO || (state.alive == YES && state.id != id);
-    bool memory_was_destroyed = state.alive == YES && was_backed && state.backed == NO;
-    if (!is_destroyed && (!memory_was_destroyed || rules->backed == RULE_COUNT))
-        return;
     const VkObjectType type = is_nv ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
                                     : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
+    const struct object_state state =
+        object_state_find(replay->resources, type, handle, id, was_backed);
+    const bool is_destroyed = state.is_destroyed;
+    if (!is_destroyed && (!state.lost_memory || rules->backed == RULE_COUNT))
+        return;
     struct judge judge;
     struct finding finding;
     judge_begin_entry(&judge, replay, journal, entry);
@@ -236,13 +209,17 @@ static void check_inputs(struct replay *replay, const struct journal *journal)
 void replay_destroyed(struct replay *replay, const struct journal *journal)
 {
     bool any_destroyed = journal->destroy_count != resources_destroy_count(replay->resources);
-    struct journal_cursor cursor = journal_start(
-        journal, JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_EXECUTE) | JOURNAL_BIT(JOURNAL_USE_MICROMAP));
+    struct journal_cursor cursor =
+        journal_start(journal, JOURNAL_WRITES | JOURNAL_READS | JOURNAL_BIT(JOURNAL_EXECUTE) |
+                                   JOURNAL_BIT(JOURNAL_USE_MICROMAP));
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         if (entry->kind == JOURNAL_EXECUTE)
             replay_destroyed(replay, entry->secondary);
-        else if (any_destroyed)
+        else if (any_destroyed &&
+                 JOURNAL_BIT(entry->kind) & (JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_USE_MICROMAP)))
             check_entry(replay, journal, entry);
+        else if (any_destroyed)
+            replay_destroyed_command(replay, journal, entry);
     }
     if (any_destroyed)
         check_inputs(replay, journal);

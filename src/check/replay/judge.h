@@ -73,6 +73,11 @@ void replay_submit_micromap(struct replay *replay, const struct journal *journal
 void replay_destroyed_micromap(struct replay *replay, const struct journal *journal,
                                const struct journal_entry *entry);
 
+/* Reports what a command that is no build uses, and that was destroyed, or has lost its memory,
+ * after the command was recorded. */
+void replay_destroyed_command(struct replay *replay, const struct journal *journal,
+                              const struct journal_entry *entry);
+
 /* Validates the micromap of one geometry of an update. Does nothing if neither build has
  * micromaps. */
 void judge_updated_micromap(struct walk *walk, const struct updated_geometry_view *geometry,

@@ -21,6 +21,7 @@ struct instance_uses;
 struct query_pools;
 struct pending_use;
 struct structure_contents;
+struct update_templates;
 struct used_object;
 struct structures;
 struct sweep;
@@ -119,9 +120,10 @@ struct check_context {
     struct readable_cache *readable;
     struct aligned_copies *copies; /* copies of misaligned parameters; filled during a call */
     struct resources *resources;
-    struct query_pools *query_pools; /* of commands that name pools; or NULL */
-    struct size_differences asked;   /* see struct build_view */
-    struct sweep *sweep;             /* memory kept between calls, see check_make_sweep; or NULL */
+    struct query_pools *query_pools;    /* of commands that name pools; or NULL */
+    struct update_templates *templates; /* of updates of descriptor sets; or NULL */
+    struct size_differences asked;      /* see struct build_view */
+    struct sweep *sweep; /* memory kept between calls, see check_make_sweep; or NULL */
     const struct structures *structures; /* those that builds refer to; or NULL */
     const struct execution_point *point; /* of a host command; NULL: unknown */
     uint64_t destroy_count; /* resources_destroy_count() at submission of the builds that are

@@ -192,6 +192,24 @@ bool instance_references_are_zero_or_a_blas(const struct instance_view *instance
 
 /* ---- pointers to instances */
 
+bool instance_pointers_lead_to_memory(const struct instance_pointer_view *instance_pointer,
+                                      struct finding *finding)
+{
+    const char *field = content_field(instance_pointer->geometry, INPUT_INSTANCES);
+    if (!instance_pointer->leads_nowhere)
+        return true;
+    if (!instance_pointer->address)
+        return violated(finding, field, "leads to pointer {}, which is 0",
+                        number(instance_pointer->index));
+    if (instance_pointer->is_host)
+        return violated(finding, field,
+                        "leads to pointer {}, whose value {} does not point to host memory",
+                        number(instance_pointer->index), hex(instance_pointer->address));
+    return violated(finding, field, "leads to pointer {}, whose value {} is in no buffer",
+                    number(instance_pointer->index),
+                    address_of_missing(VK_OBJECT_TYPE_BUFFER, instance_pointer->address));
+}
+
 bool instances_behind_pointers_are_aligned(const struct instance_pointer_view *instance_pointer,
                                            struct finding *finding)
 {

@@ -64,3 +64,23 @@ bool nv_descriptor_has_a_structure(const struct descriptor_view *descriptor,
 {
     return !is_nv(descriptor) || has_a_structure(descriptor, finding);
 }
+
+/* ---- updates with templates */
+
+bool templated_descriptor_is_a_structure(const struct templated_view *templated,
+                                         struct finding *finding)
+{
+    const struct life_object *structure = &templated->structure;
+    if (templated->unreadable)
+        return violated(finding, "", "does not point to host memory at byte {}",
+                        number(templated->offset));
+    if (!structure->handle)
+        return templated->call->device->null_descriptor ||
+               violated(finding, "",
+                        "has VK_NULL_HANDLE at byte {}, and the feature nullDescriptor is not "
+                        "enabled",
+                        number(templated->offset));
+    return structure->alive != NO ||
+           violated(finding, "", "has {} at byte {}, which was destroyed or never created",
+                    object(structure->object_type, structure->handle), number(templated->offset));
+}

@@ -12,8 +12,26 @@ static bool header_is_complete(const struct copy_view *copy)
     return !copy->data.has_sizes || copy->data.header_size <= copy->data.size;
 }
 
+/* What the header of other data says means nothing. */
+static bool is_usable(const struct copy_view *copy)
+{
+    return copy->data.has_sizes && copy->data.compatible != NO && header_is_complete(copy);
+}
+
+static bool data_ends_in_its_buffer(const struct copy_view *copy)
+{
+    return !is_usable(copy) || copy->is_on_host || copy->memory.status != ADDRESS_IN_BUFFER ||
+           copy->data.size <= copy->memory.bytes_left;
+}
+
 bool serialized_data_is_complete(const struct copy_view *copy, struct finding *finding)
 {
+    if (!data_ends_in_its_buffer(copy))
+        return violated(finding, memory_of(copy),
+                        "{} holds data of {}, as the header says, but {} ends {} behind it",
+                        hex(copy->address), count_of(copy->data.size, "byte"),
+                        object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)copy->memory.buffer),
+                        count_of(copy->memory.bytes_left, "byte"));
     return header_is_complete(copy) ||
            violated(
                finding, memory_of(copy),
@@ -32,12 +50,6 @@ bool serialized_data_is_compatible(const struct copy_view *copy, struct finding 
                     hex(copy->address)) ||
            (!header_is_complete(copy) &&
             is_reported_with(finding, RULE_serialized_data_is_complete));
-}
-
-/* What the header of other data says means nothing. */
-static bool is_usable(const struct copy_view *copy)
-{
-    return copy->data.has_sizes && copy->data.compatible != NO && header_is_complete(copy);
 }
 
 bool deserialized_dst_is_large_enough(const struct copy_view *copy, struct finding *finding)

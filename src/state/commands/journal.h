@@ -102,7 +102,8 @@ _Static_assert(JOURNAL_KINDS <= 32, "a set of kinds is a word");
 /* What may have copies of a build's inputs. */
 #define JOURNAL_COPIED_BUILDS (JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_INPUTS))
 
-/* What writes dst; the member `info` of a JOURNAL_FILL. */
+/* What writes dst; the member `info` of a JOURNAL_FILL. If it reads device memory, src_id is the
+ * address; 0: the address was in no known buffer. */
 enum journal_fill {
     FILL_READS_ACCEL, /* a deserialization of an acceleration structure */
     /* dst is a VkMicromapEXT. */
@@ -192,6 +193,11 @@ static inline bool journal_entry_reads_micromap(const struct journal_entry *entr
     default:
         return entry->kind == JOURNAL_USE_MICROMAP && entry->micromap.is_ext;
     }
+}
+
+static inline bool journal_fill_reads_memory(const struct journal_entry *entry)
+{
+    return entry->info == FILL_READS_ACCEL || entry->info == FILL_READS_MICROMAP;
 }
 
 /* If inputs of builds are copied, an entry of JOURNAL_COPIED_BUILDS has room for a pointer behind

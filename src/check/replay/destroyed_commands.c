@@ -1,0 +1,146 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The part of destroyed.c that is about commands which are no builds: copies, queries,
+ * serializations and deserializations. */
+#include "src/check/replay/judge.h"
+#include "src/check/replay/object_states.h"
+#include "src/check/replay/replay.h"
+#include "src/rules/shared.h"
+
+/* The rules about src and dst of a command; RULE_COUNT: it has none, or no rule. */
+struct command_rules {
+    enum rule src_alive, src_backed, dst_alive, dst_backed;
+};
+
+static struct command_rules rules_of_command(enum build_command command)
+{
+#define RULES(src, src_backed, dst, dst_backed)                                                    \
+    (struct command_rules)                                                                         \
+    {                                                                                              \
+        RULE_##src, RULE_##src_backed, RULE_##dst, RULE_##dst_backed                               \
+    }
+    switch ((int)command) {
+    case COMMAND_CmdCopyAccelerationStructureKHR:
+        return RULES(VkCopyAccelerationStructureInfoKHR_src_parameter, copy_src_is_backed,
+                     VkCopyAccelerationStructureInfoKHR_dst_parameter, copy_dst_is_backed);
+    case COMMAND_CmdCopyAccelerationStructureNV:
+        return RULES(vkCmdCopyAccelerationStructureNV_src_parameter, copy_src_is_backed,
+                     vkCmdCopyAccelerationStructureNV_dst_parameter, copy_dst_is_backed);
+    case COMMAND_CmdCopyAccelerationStructureToMemoryKHR:
+        return RULES(VkCopyAccelerationStructureToMemoryInfoKHR_src_parameter, copy_src_is_backed,
+                     COUNT, COUNT);
+    case COMMAND_CmdCopyMemoryToAccelerationStructureKHR:
+        return RULES(COUNT, COUNT, VkCopyMemoryToAccelerationStructureInfoKHR_dst_parameter,
+                     copy_dst_is_backed);
+    case COMMAND_CmdWriteAccelerationStructuresPropertiesKHR:
+        return RULES(
+            vkCmdWriteAccelerationStructuresPropertiesKHR_pAccelerationStructures_parameter,
+            queried_structure_is_backed, COUNT, COUNT);
+    case COMMAND_CmdWriteAccelerationStructuresPropertiesNV:
+        return RULES(vkCmdWriteAccelerationStructuresPropertiesNV_pAccelerationStructures_parameter,
+                     queried_structure_is_backed, COUNT, COUNT);
+    case COMMAND_CmdCopyMicromapEXT:
+        return RULES(VkCopyMicromapInfoEXT_src_parameter, copy_src_is_backed,
+                     VkCopyMicromapInfoEXT_dst_parameter, copy_dst_is_backed);
+    case COMMAND_CmdCopyMicromapToMemoryEXT:
+        return RULES(VkCopyMicromapToMemoryInfoEXT_src_parameter, copy_src_is_backed, COUNT, COUNT);
+    case COMMAND_CmdCopyMemoryToMicromapEXT:
+        return RULES(COUNT, COUNT, VkCopyMemoryToMicromapInfoEXT_dst_parameter, copy_dst_is_backed);
+    case COMMAND_CmdWriteMicromapsPropertiesEXT:
+        return RULES(vkCmdWriteMicromapsPropertiesEXT_pMicromaps_parameter,
+                     queried_structure_is_backed, COUNT, COUNT);
+    default:
+        return RULES(COUNT, COUNT, COUNT, COUNT);
+    }
+#undef RULES
+}
+
+/* An object that a command uses. */
+struct command_use {
+    const char *field;
+    uint64_t handle, id;
+    bool was_backed;
+    enum rule alive, backed;
+};
+
+static VkObjectType type_of_entry(const struct journal_entry *entry)
+{
+    if (journal_entry_reads_micromap(entry) || entry->command == COMMAND_CmdCopyMemoryToMicromapEXT)
+        return VK_OBJECT_TYPE_MICROMAP_EXT;
+    return journal_entry_is_nv(entry) ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
+                                      : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
+}
+
+static void check_use(struct replay *replay, const struct journal *journal,
+                      const struct journal_entry *entry, const struct command_use *use)
+{
+    const VkObjectType type = type_of_entry(entry);
+    if (!use->id || use->alive == RULE_COUNT)
+        return;
+    const struct object_state state =
+        object_state_find(replay->resources, type, use->handle, use->id, use->was_backed);
+    const bool is_destroyed = state.is_destroyed;
+    struct judge judge;
+    struct finding finding;
+    if (!is_destroyed && !state.lost_memory)
+        return;
+    judge_begin_read(&judge, replay, journal, entry);
+    finding_says(&finding, use->field,
+                 is_destroyed ? "{} was destroyed after the command was recorded"
+                 : state.buffer_is_destroyed
+                     ? "{} lost its memory after the command was recorded: its VkBuffer was "
+                       "destroyed"
+                     : "{} lost its memory after the command was recorded: its VkDeviceMemory was "
+                       "freed",
+                 is_destroyed ? destroyed_object(type, use->handle, use->id)
+                              : object(type, use->handle));
+    judge_report(&judge, is_destroyed ? use->alive : use->backed, &finding);
+}
+
+/* The memory at a device address, which was in a buffer when the command was recorded. */
+static void check_memory(struct replay *replay, const struct journal *journal,
+                         const struct journal_entry *entry, const char *field,
+                         VkDeviceAddress address)
+{
+    struct address_facts facts;
+    struct judge judge;
+    struct finding finding;
+    resources_look_up_address(replay->resources, address, &facts);
+    if (facts.status != ADDRESS_NOWHERE && facts.status != ADDRESS_UNBOUND)
+        return;
+    judge_begin_read(&judge, replay, journal, entry);
+    if (facts.status == ADDRESS_NOWHERE)
+        finding_says(&finding, field,
+                     "{} was in a buffer that was destroyed after the command was recorded",
+                     address_of_missing(VK_OBJECT_TYPE_BUFFER, address));
+    else
+        finding_says(
+            &finding, field, "{} is in {}, whose memory was freed after the command was recorded",
+            hex(address), object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts.buffer));
+    judge_report(&judge,
+                 facts.status == ADDRESS_NOWHERE ? RULE_copy_memory_address_is_valid
+                                                 : RULE_copy_memory_is_backed,
+                 &finding);
+}
+
+static bool is_query(const struct journal_entry *entry)
+{
+    return entry->kind == JOURNAL_READ && entry->read.query != VK_QUERY_TYPE_MAX_ENUM;
+}
+
+void replay_destroyed_command(struct replay *replay, const struct journal *journal,
+                              const struct journal_entry *entry)
+{
+    const struct command_rules rules = rules_of_command((enum build_command)entry->command);
+    if (JOURNAL_BIT(entry->kind) & JOURNAL_READS)
+        check_use(replay, journal, entry,
+                  &(struct command_use){is_query(entry) ? "" : "src", entry->src, entry->src_id,
+                                        entry->src_backing, rules.src_alive, rules.src_backed});
+    if (JOURNAL_BIT(entry->kind) & JOURNAL_WRITES)
+        check_use(replay, journal, entry,
+                  &(struct command_use){"dst", entry->dst, entry->dst_id, entry->dst_backing,
+                                        rules.dst_alive, rules.dst_backed});
+    if (entry->kind == JOURNAL_READ && !is_query(entry) && entry->read.dst_size)
+        check_memory(replay, journal, entry, "dst.deviceAddress", entry->dst);
+    if (entry->kind == JOURNAL_FILL && journal_fill_reads_memory(entry) && entry->src_id)
+        check_memory(replay, journal, entry, "src.deviceAddress", entry->src_id);
+}
