@@ -5,11 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/hazards/descriptors.h"
+#include "layer/hazards/pipelines.h"
 #include "layer/intercepts/intercepts.h"
 #include "src/base/handle_table.h"
 #include "src/base/reader_lock.h"
 #include "src/state/commands/journal.h"
+#include "src/state/resources/descriptors.h"
 
 bool hazard_recording_start(struct hazard_recording *recording, VkCommandBuffer handle)
 {
@@ -149,8 +150,9 @@ struct image {
 
 struct hazard_objects {
     struct reader_lock lock;
-    struct handle_table images, render_passes, tracing[TRACING_OBJECTS];
+    struct handle_table images, render_passes;
     struct descriptor_sets sets;
+    struct shader_pipelines pipelines;
 };
 
 struct hazard_objects *hazard_objects_create(void)
@@ -164,15 +166,19 @@ void hazard_objects_destroy(struct hazard_objects *objects)
         return;
     handle_table_drop(&objects->images, free);
     handle_table_drop(&objects->render_passes, free);
-    for (unsigned i = 0; i < TRACING_OBJECTS; i++)
-        handle_table_drop(&objects->tracing[i], free);
     descriptor_sets_end(&objects->sets);
+    shader_pipelines_end(&objects->pipelines);
     free(objects);
 }
 
 struct descriptor_sets *hazard_objects_sets(struct hazard_objects *objects)
 {
     return objects ? &objects->sets : NULL;
+}
+
+struct shader_pipelines *hazard_objects_pipelines(struct hazard_objects *objects)
+{
+    return objects ? &objects->pipelines : NULL;
 }
 
 /* Takes over the record, which may be NULL: then the handle is removed. */
@@ -248,25 +254,6 @@ const struct subpass_dependency *hazard_objects_dependencies(struct hazard_objec
         return NULL;
     *count = record->count;
     return record->dependencies;
-}
-
-/* ---- shaders with ray queries by handle: a record says that there is one */
-
-void hazard_objects_set_tracing(struct hazard_objects *objects, enum tracing_object type,
-                                uint64_t handle, bool traces)
-{
-    if (objects && handle && (traces || hazard_objects_trace(objects, type, handle)))
-        set(objects, &objects->tracing[type], handle, traces ? malloc(1) : NULL);
-}
-
-bool hazard_objects_trace(struct hazard_objects *objects, enum tracing_object type, uint64_t handle)
-{
-    if (!objects || !handle)
-        return false;
-    unsigned stripe = reader_lock_enter(&objects->lock);
-    const bool traces = handle_table_find(&objects->tracing[type], handle);
-    reader_lock_leave(&objects->lock, stripe);
-    return traces;
 }
 
 /* ---- records what host commands access */

@@ -71,7 +71,7 @@ void hazard_recording_add_nv(struct hazard_recording *recording, const struct ha
                              const struct nv_accel_facts *facts);
 
 /* ---- Objects that only the hazard check tracks: formats of images, dependencies of render passes,
- * and which shader modules and pipelines trace rays. Has a lock of its own. */
+ * descriptor sets, shader modules and pipelines. Has locks of its own. */
 
 struct hazard_objects;
 
@@ -101,16 +101,11 @@ const struct subpass_dependency *hazard_objects_dependencies(struct hazard_objec
                                                              VkRenderPass render_pass,
                                                              uint32_t *count);
 
-/* Returns NULL for NULL. */
+/* Both return NULL for NULL. */
 struct descriptor_sets;
 struct descriptor_sets *hazard_objects_sets(struct hazard_objects *objects);
-
-/* Modules and compute pipelines of shaders with ray queries; others have no record. */
-enum tracing_object { TRACING_MODULE, TRACING_PIPELINE, TRACING_OBJECTS };
-void hazard_objects_set_tracing(struct hazard_objects *objects, enum tracing_object type,
-                                uint64_t handle, bool traces);
-bool hazard_objects_trace(struct hazard_objects *objects, enum tracing_object type,
-                          uint64_t handle);
+struct shader_pipelines;
+struct shader_pipelines *hazard_objects_pipelines(struct hazard_objects *objects);
 
 /* ---- records what host commands access, and mapped memory behind host addresses */
 

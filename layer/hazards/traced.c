@@ -1,66 +1,264 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Follows descriptor sets with acceleration structures, and records which structures are bound when
- * a command traces rays. */
 #include "layer/hazards/traced.h"
 
-#include "layer/hazards/descriptors.h"
+#include <string.h>
+
 #include "observers.h"
-#include "src/base/chain.h"
 #include "src/base/readable.h"
 
-/* ---- layouts: some sets cannot be followed */
+enum {
+    WRITTEN_MAX = 16, /* buffers of one command; more count as writes anywhere */
+    TRACED_MAX = 16,  /* structures that one command may trace; more are unknown */
+};
 
-static bool may_hold_structures(VkDescriptorType type)
+/* A command while it is recorded. */
+struct shader_recording {
+    struct hazard_recording *recording;
+    const struct shader_command *command;
+    struct descriptor_sets *sets;
+    struct shader_pipeline *pipeline; /* NULL: unknown */
+    struct hazard_bytes written[WRITTEN_MAX];
+    uint64_t written_objects[WRITTEN_MAX];
+    uint32_t written_count;
+    bool writes_anywhere;
+};
+
+/* Returns UINT32_MAX if it is unknown what the descriptors of a binding are. */
+static uint32_t find_bound(const struct shader_recording *shaders,
+                           const struct shader_binding *binding, struct held_descriptor *found,
+                           uint32_t count)
 {
-    return type == VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR ||
-           type == VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_NV ||
-           type == VK_DESCRIPTOR_TYPE_PARTITIONED_ACCELERATION_STRUCTURE_NV ||
-           type == VK_DESCRIPTOR_TYPE_MUTABLE_EXT;
+    const struct bound_shaders *bound = shaders->recording->journal->bound;
+    return bound ? bound_shaders_find(bound, shaders->sets, shaders->command->point, binding->set,
+                                      binding->binding, found, count)
+                 : UINT32_MAX;
 }
 
-/* Whether the set may be written after it is bound. Flags that cannot be read count as such. */
-static bool binding_changes(const VkDescriptorSetLayoutCreateInfo *info, uint32_t binding)
+/* ---- what shaders may write */
+
+/* Returns false if the bytes are unknown. A null descriptor has none. */
+static bool add_written(struct shader_recording *shaders, const struct held_descriptor *item)
 {
-    const VkDescriptorSetLayoutBindingFlagsCreateInfo *flags =
-        chain_find(info->pNext, VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_BINDING_FLAGS_CREATE_INFO);
-    if (!flags || !flags->bindingCount)
+    struct hazard_recording *recording = shaders->recording;
+    struct memory_bytes all;
+    if (!item->handle)
+        return true;
+    if (!item->is_buffer || shaders->written_count == WRITTEN_MAX ||
+        !resources_find_buffer_bytes(recording->device->resources,
+                                     (VkBuffer)(uintptr_t)item->handle, &all) ||
+        !all.memory_id)
         return false;
-    return binding >= flags->bindingCount ||
-           !readable(readable_cache_of_thread(), flags->pBindingFlags,
-                     flags->bindingCount * sizeof(*flags->pBindingFlags)) ||
-           flags->pBindingFlags[binding] & VK_DESCRIPTOR_BINDING_UPDATE_AFTER_BIND_BIT;
+    if (item->offset >= all.size)
+        return true;
+    const uint64_t begin = all.begin + item->offset;
+    const uint64_t size =
+        item->range < all.size - item->offset ? item->range : all.size - item->offset;
+    shaders->written_objects[shaders->written_count] = item->handle;
+    shaders->written[shaders->written_count++] =
+        (struct hazard_bytes){all.memory_id, begin, begin + size};
+    return true;
 }
 
-void hazards_note_set_layout(struct layer_device *device,
+static void find_written(struct shader_recording *shaders)
+{
+    const struct shader_bindings *stores =
+        shaders->pipeline ? &shader_pipeline_facts(shaders->pipeline)->stores : NULL;
+    struct held_descriptor found[WRITTEN_MAX];
+    shaders->writes_anywhere = !stores || stores->has_others;
+    for (uint32_t i = 0; !shaders->writes_anywhere && i < stores->count; i++) {
+        const uint32_t count = find_bound(shaders, &stores->items[i], found, WRITTEN_MAX);
+        shaders->writes_anywhere |= count > WRITTEN_MAX;
+        for (uint32_t k = 0; !shaders->writes_anywhere && k < count; k++)
+            shaders->writes_anywhere |= !add_written(shaders, &found[k]);
+    }
+    if (shaders->writes_anywhere)
+        shaders->written_count = 0;
+}
+
+static void add_writes(const struct shader_recording *shaders)
+{
+    const struct hazard_use use = {.kind = shaders->command->write, .role = HAZARD_SHADER};
+    if (shaders->writes_anywhere)
+        hazard_recording_add_anywhere(shaders->recording, &use);
+    for (uint32_t i = 0; i < shaders->written_count; i++)
+        hazard_recording_add(shaders->recording, &use, VK_OBJECT_TYPE_BUFFER,
+                             shaders->written_objects[i], &shaders->written[i]);
+}
+
+/* ---- what shaders trace */
+
+/* Adds an entry for a structure. One that is destroyed has no memory. Returns false if it is
+ * unknown where the structure lies. */
+static bool add_structure(const struct shader_recording *shaders, enum hazard_role role,
+                          uint64_t structure)
+{
+    struct hazard_recording *recording = shaders->recording;
+    const struct hazard_use use = {.kind = shaders->command->trace, .role = role};
+    struct accel_facts facts;
+    resources_look_up_accel(recording->device->resources,
+                            (VkAccelerationStructureKHR)(uintptr_t)structure, &facts);
+    if (facts.alive == YES) {
+        if (!facts.memory || facts.is_sparse || !facts.size ||
+            !hazard_memory_id(recording->journal, recording->device->resources, facts.memory))
+            return false;
+        hazard_recording_add_accel(recording, &use, &facts, 1);
+        return true;
+    }
+    struct hazard_entry *entry = hazard_recording_add_entry(recording, HAZARD_ACCESS, &use);
+    if (!entry)
+        return false;
+    entry->object_type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
+    entry->object = structure;
+    return true;
+}
+
+/* Finds the structures that the command may trace, `traced` alone if that is known. Returns 0 if
+ * others may be traced, too. */
+static uint32_t find_traced(const struct shader_recording *shaders,
+                            const struct traced_descriptor *traced, uint64_t found[TRACED_MAX])
+{
+    const struct shader_bindings *used = &shader_pipeline_facts(shaders->pipeline)->structures;
+    struct held_descriptor items[TRACED_MAX];
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < used->count; i++) {
+        const struct shader_binding *binding = &used->items[i];
+        const bool is_other = traced->is_known &&
+                              (binding->set != traced->set || binding->binding != traced->binding);
+        const uint32_t all = is_other ? 0 : find_bound(shaders, binding, items, TRACED_MAX);
+        if (all > TRACED_MAX - count)
+            return 0;
+        for (uint32_t k = 0; k < all; k++)
+            if (!traced->is_known || items[k].element == traced->element)
+                found[count++] = items[k].handle;
+    }
+    return used->has_others && !traced->is_known ? 0 : count;
+}
+
+/* Adds the structures that a command traces for certain, and its trace. Behind an unknown structure
+ * nothing is known of the trace. A null descriptor is traced without an access. */
+static void add_trace(const struct shader_recording *shaders,
+                      const struct traced_descriptor *traced)
+{
+    uint64_t found[TRACED_MAX];
+    const uint32_t count = find_traced(shaders, traced, found);
+    for (uint32_t i = 0; i < count; i++)
+        if (!found[i])
+            return;
+    for (uint32_t i = 0; i < count; i++)
+        if (!add_structure(shaders, HAZARD_TRACED, found[i]))
+            return;
+    if (!shaders->recording->journal->lacks_hazards)
+        hazard_recording_add_anywhere(
+            shaders->recording,
+            &(struct hazard_use){.kind = shaders->command->trace, .role = HAZARD_SHADER});
+}
+
+/* Adds the structures of descriptors that must be valid because the shaders use them statically,
+ * whether or not they are traced. */
+static void add_used(const struct shader_recording *shaders)
+{
+    const struct shader_bindings *used = &shader_pipeline_facts(shaders->pipeline)->structures;
+    for (uint32_t i = 0; i < used->count; i++) {
+        struct held_descriptor item;
+        if (find_bound(shaders, &used->items[i], &item, 1) == 1 && item.must_be_valid &&
+            item.handle)
+            add_structure(shaders, HAZARD_USED, item.handle);
+    }
+}
+
+static bool find_certain_trace(const struct shader_recording *shaders,
+                               struct traced_descriptor *traced)
+{
+    const struct bound_shaders *bound = shaders->recording->journal->bound;
+    struct shader_launch launch = {.pushed = bound ? &bound->constants : NULL};
+    memcpy(launch.base, shaders->command->base, sizeof(launch.base));
+    memcpy(launch.size, shaders->command->size, sizeof(launch.size));
+    *traced = (struct traced_descriptor){.is_known = false};
+    return shader_pipeline_traces(shaders->pipeline, &launch, traced);
+}
+
+/* ---- commands */
+
+/* Conditional rendering leaves dispatches out, and no traces of rays. */
+static bool may_be_left_out(const struct shader_recording *shaders)
+{
+    const struct command_buffer *command_buffer = shaders->recording->command_buffer;
+    return shaders->command->point == SHADERS_OF_COMPUTE &&
+           (shaders->recording->journal->has_condition ||
+            (command_buffer && command_buffer->inherits_conditions));
+}
+
+/* A command whose size is in device memory may run no shader, but its descriptors must be valid. */
+static void record(struct shader_recording *shaders)
+{
+    const struct shader_facts *facts =
+        shaders->pipeline ? shader_pipeline_facts(shaders->pipeline) : NULL;
+    const bool uses_structures = facts && facts->is_known && facts->structures.count &&
+                                 shaders->command->trace != ACCESS_KINDS;
+    struct traced_descriptor traced;
+    find_written(shaders);
+    if (!shaders->writes_anywhere && !shaders->written_count && !uses_structures &&
+        !(facts && facts->may_trace))
+        return;
+    hazard_recording_command(shaders->recording, shaders->command->name, NULL);
+    add_writes(shaders);
+    if (uses_structures)
+        add_used(shaders);
+    if (shaders->pipeline && shaders->command->trace != ACCESS_KINDS && shaders->command->size[0] &&
+        !may_be_left_out(shaders) && find_certain_trace(shaders, &traced))
+        add_trace(shaders, &traced);
+}
+
+void hazards_add_shaders(struct hazard_recording *recording, const struct shader_command *command)
+{
+    struct hazard_objects *objects = recording->device->hazard_objects;
+    const struct bound_shaders *bound = recording->journal->bound;
+    struct shader_recording shaders = {
+        .recording = recording, .command = command, .sets = hazard_objects_sets(objects)};
+    if (bound && objects)
+        shaders.pipeline = shader_pipelines_find(hazard_objects_pipelines(objects),
+                                                 bound->pipelines[command->point]);
+    record(&shaders);
+    shader_pipeline_release(shaders.pipeline);
+}
+
+/* ---- descriptor sets */
+
+void hazards_note_set_layout(struct layer_device *device, VkDescriptorSetLayout layout,
                              const VkDescriptorSetLayoutCreateInfo *info)
 {
-    const bool is_followed =
-        !(info->flags & (VK_DESCRIPTOR_SET_LAYOUT_CREATE_DESCRIPTOR_BUFFER_BIT_EXT |
-                         VK_DESCRIPTOR_SET_LAYOUT_CREATE_INDIRECT_BINDABLE_BIT_NV));
-    for (uint32_t i = 0; i < info->bindingCount; i++)
-        if (may_hold_structures(info->pBindings[i].descriptorType) &&
-            (!is_followed || binding_changes(info, i)))
-            hazards_lack_descriptors(device);
+    struct descriptor_sets *sets = hazard_objects_sets(device->hazard_objects);
+    if (sets)
+        descriptor_sets_note_layout(sets, layout, info);
 }
 
-/* ---- writes */
-
-/* An array of descriptors may go on in the next binding: what it overwrites there stays known, too,
- * which can only hide a mistake. */
-static void write_structures(struct descriptor_sets *sets, uint64_t set,
-                             const VkWriteDescriptorSet *to)
+void hazards_forget_set_layout(struct layer_device *device, VkDescriptorSetLayout layout)
 {
-    const VkWriteDescriptorSetAccelerationStructureKHR *from =
-        chain_find(to->pNext, VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET_ACCELERATION_STRUCTURE_KHR);
-    if (to->descriptorType != VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR || !from ||
-        !readable(readable_cache_of_thread(), from->pAccelerationStructures,
-                  from->accelerationStructureCount * sizeof(*from->pAccelerationStructures))) {
-        descriptor_sets_lose(sets, set);
-        return;
-    }
-    for (uint32_t i = 0; i < from->accelerationStructureCount; i++)
-        descriptor_sets_write(sets, set, to->dstBinding, to->dstArrayElement + i,
-                              (uint64_t)(uintptr_t)from->pAccelerationStructures[i]);
+    struct descriptor_sets *sets = hazard_objects_sets(device->hazard_objects);
+    if (sets && layout)
+        descriptor_sets_forget_layout(sets, layout);
+}
+
+void hazards_allocate_sets(struct layer_device *device, const VkDescriptorSetAllocateInfo *info,
+                           VkDescriptorSet *all)
+{
+    struct descriptor_sets *sets = hazard_objects_sets(device->hazard_objects);
+    if (sets)
+        descriptor_sets_allocate(sets, info, all);
+}
+
+void hazards_free_sets(struct layer_device *device, uint32_t count, const VkDescriptorSet *all)
+{
+    struct descriptor_sets *sets = hazard_objects_sets(device->hazard_objects);
+    if (sets)
+        descriptor_sets_free(sets, count, all);
+}
+
+void hazards_end_set_pool(struct layer_device *device, VkDescriptorPool pool)
+{
+    struct descriptor_sets *sets = hazard_objects_sets(device->hazard_objects);
+    if (sets && pool)
+        descriptor_sets_end_pool(sets, pool);
 }
 
 void hazards_update_sets(struct layer_device *device, uint32_t write_count,
@@ -69,11 +267,9 @@ void hazards_update_sets(struct layer_device *device, uint32_t write_count,
 {
     struct descriptor_sets *sets = hazard_objects_sets(device->hazard_objects);
     for (uint32_t i = 0; sets && i < write_count; i++)
-        if (may_hold_structures(writes[i].descriptorType))
-            write_structures(sets, (uint64_t)(uintptr_t)writes[i].dstSet, &writes[i]);
+        descriptor_sets_write(sets, &writes[i]);
     for (uint32_t i = 0; sets && i < copy_count; i++)
-        descriptor_sets_copy(sets, (uint64_t)(uintptr_t)copies[i].srcSet,
-                             (uint64_t)(uintptr_t)copies[i].dstSet);
+        descriptor_sets_copy(sets, &copies[i]);
 }
 
 /* What a template writes is not followed. */
@@ -81,155 +277,123 @@ void hazards_update_set_by_template(struct layer_device *device, VkDescriptorSet
 {
     struct descriptor_sets *sets = hazard_objects_sets(device->hazard_objects);
     if (sets)
-        descriptor_sets_lose(sets, (uint64_t)(uintptr_t)set);
+        descriptor_sets_lose(sets, set);
 }
 
-/* Sets end with their pool, too, so only the beginning of a set is followed. */
-void hazards_allocate_sets(struct layer_device *device, uint32_t count, VkDescriptorSet *all)
+/* ---- what is bound in command buffers */
+
+static bool find_point(VkPipelineBindPoint bind_point, enum shader_point *point)
 {
-    struct descriptor_sets *sets = hazard_objects_sets(device->hazard_objects);
-    for (uint32_t i = 0; sets && i < count; i++)
-        descriptor_sets_forget(sets, (uint64_t)(uintptr_t)all[i]);
+    switch (bind_point) {
+    case VK_PIPELINE_BIND_POINT_COMPUTE:
+        *point = SHADERS_OF_COMPUTE;
+        return true;
+    case VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR:
+        *point = SHADERS_OF_RAYS;
+        return true;
+    case VK_PIPELINE_BIND_POINT_GRAPHICS:
+        *point = SHADERS_OF_GRAPHICS;
+        return true;
+    default:
+        return false;
+    }
 }
 
-void hazards_lack_descriptors(struct layer_device *device)
+/* Returns what is bound, for a change; NULL if memory runs out. */
+static struct bound_shaders *change_bound(struct hazard_recording *recording)
 {
-    struct descriptor_sets *sets = hazard_objects_sets(device->hazard_objects);
-    if (sets)
-        descriptor_sets_lack(sets);
+    recording->journal->shaders_end = NULL;
+    return bound_shaders_of(recording->journal);
 }
 
-/* ---- in command buffers */
+void hazards_bind_pipeline(struct hazard_recording *recording, VkPipelineBindPoint bind_point,
+                           VkPipeline pipeline)
+{
+    struct bound_shaders *bound = change_bound(recording);
+    enum shader_point point;
+    if (bound && find_point(bind_point, &point))
+        bound->pipelines[point] = (uint64_t)(uintptr_t)pipeline;
+}
 
-static void bind_sets(struct journal *journal, enum traced_point point, uint32_t first,
+/* Shader objects are not followed. */
+void hazards_bind_shaders(struct hazard_recording *recording)
+{
+    struct bound_shaders *bound = change_bound(recording);
+    if (bound)
+        memset(bound->pipelines, 0, sizeof(bound->pipelines));
+}
+
+static void bind_sets(struct hazard_recording *recording, enum shader_point point, uint32_t first,
                       uint32_t count, const VkDescriptorSet *sets)
 {
-    journal->shaders_end = NULL;
-    journal->has_sets = true;
-    journal->lacks_sets |= first > JOURNAL_SETS || count > JOURNAL_SETS - first;
-    for (uint32_t i = 0; !journal->lacks_sets && i < count; i++)
-        journal->sets[point][first + i] = (uint64_t)(uintptr_t)sets[i];
+    struct bound_shaders *bound = change_bound(recording);
+    for (uint32_t i = 0; bound && i < count && first < BOUND_SETS; i++)
+        bound_shaders_bind_set(bound, point, first + i, sets ? (uint64_t)(uintptr_t)sets[i] : 0);
 }
 
-void hazards_bind_sets(struct hazard_recording *recording, VkPipelineBindPoint point,
+void hazards_bind_sets(struct hazard_recording *recording, VkPipelineBindPoint bind_point,
                        uint32_t first, uint32_t count, const VkDescriptorSet *sets)
 {
-    if (point == VK_PIPELINE_BIND_POINT_COMPUTE)
-        bind_sets(recording->journal, TRACED_BY_COMPUTE, first, count, sets);
-    else if (point == VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR)
-        bind_sets(recording->journal, TRACED_BY_RAYS, first, count, sets);
+    enum shader_point point;
+    if (find_point(bind_point, &point))
+        bind_sets(recording, point, first, count, sets);
 }
 
-/* The stages of all ray tracing shaders: from ray generation to callable. */
-static const VkShaderStageFlags ray_stages =
-    VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR |
-    VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR | VK_SHADER_STAGE_MISS_BIT_KHR |
-    VK_SHADER_STAGE_INTERSECTION_BIT_KHR | VK_SHADER_STAGE_CALLABLE_BIT_KHR;
+/* The stages of each bind point. */
+static const VkShaderStageFlags stages_of_point[SHADER_POINTS] = {
+    [SHADERS_OF_COMPUTE] = VK_SHADER_STAGE_COMPUTE_BIT,
+    [SHADERS_OF_RAYS] = VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR |
+                        VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR | VK_SHADER_STAGE_MISS_BIT_KHR |
+                        VK_SHADER_STAGE_INTERSECTION_BIT_KHR | VK_SHADER_STAGE_CALLABLE_BIT_KHR,
+    [SHADERS_OF_GRAPHICS] =
+        VK_SHADER_STAGE_ALL_GRAPHICS | VK_SHADER_STAGE_TASK_BIT_EXT | VK_SHADER_STAGE_MESH_BIT_EXT,
+};
 
 void hazards_bind_sets_2(struct hazard_recording *recording, const VkBindDescriptorSetsInfo *info)
 {
-    if (info->stageFlags & VK_SHADER_STAGE_COMPUTE_BIT)
-        bind_sets(recording->journal, TRACED_BY_COMPUTE, info->firstSet, info->descriptorSetCount,
-                  info->pDescriptorSets);
-    if (info->stageFlags & ray_stages)
-        bind_sets(recording->journal, TRACED_BY_RAYS, info->firstSet, info->descriptorSetCount,
-                  info->pDescriptorSets);
+    for (unsigned i = 0; i < SHADER_POINTS; i++)
+        if (info->stageFlags & stages_of_point[i])
+            bind_sets(recording, (enum shader_point)i, info->firstSet, info->descriptorSetCount,
+                      info->pDescriptorSets);
 }
 
-/* Descriptors that are pushed are those of a set whose handle is the address of its place in the
- * journal. What a recording before has pushed is not there any more. */
-static void push_set(struct hazard_recording *recording, enum traced_point point, uint32_t set,
+static void push_set(struct hazard_recording *recording, enum shader_point point, uint32_t set,
                      uint32_t count, const VkWriteDescriptorSet *writes)
 {
-    struct journal *journal = recording->journal;
-    struct descriptor_sets *sets = hazard_objects_sets(recording->device->hazard_objects);
-    const uint64_t pushed =
-        set < JOURNAL_SETS ? (uint64_t)(uintptr_t)&journal->sets[point][set] : 0;
-    const VkDescriptorSet handle = (VkDescriptorSet)(uintptr_t)pushed;
-    if (sets && pushed && journal->sets[point][set] != pushed)
-        descriptor_sets_forget(sets, pushed);
-    bind_sets(journal, point, set, 1, &handle);
-    for (uint32_t i = 0; sets && pushed && i < count; i++)
-        if (may_hold_structures(writes[i].descriptorType))
-            write_structures(sets, pushed, &writes[i]);
+    struct bound_shaders *bound = change_bound(recording);
+    struct held_set *pushed = bound ? bound_shaders_push(bound, point, set) : NULL;
+    for (uint32_t i = 0; pushed && i < count; i++)
+        held_set_write(pushed, &writes[i]);
 }
 
-void hazards_push_set(struct hazard_recording *recording, VkPipelineBindPoint point, uint32_t set,
-                      uint32_t count, const VkWriteDescriptorSet *writes)
+void hazards_push_set(struct hazard_recording *recording, VkPipelineBindPoint bind_point,
+                      uint32_t set, uint32_t count, const VkWriteDescriptorSet *writes)
 {
-    if (point == VK_PIPELINE_BIND_POINT_COMPUTE)
-        push_set(recording, TRACED_BY_COMPUTE, set, count, writes);
-    else if (point == VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR)
-        push_set(recording, TRACED_BY_RAYS, set, count, writes);
+    enum shader_point point;
+    if (find_point(bind_point, &point))
+        push_set(recording, point, set, count, writes);
 }
 
 void hazards_push_set_2(struct hazard_recording *recording, const VkPushDescriptorSetInfo *info)
 {
-    if (info->stageFlags & VK_SHADER_STAGE_COMPUTE_BIT)
-        push_set(recording, TRACED_BY_COMPUTE, info->set, info->descriptorWriteCount,
-                 info->pDescriptorWrites);
-    if (info->stageFlags & ray_stages)
-        push_set(recording, TRACED_BY_RAYS, info->set, info->descriptorWriteCount,
-                 info->pDescriptorWrites);
+    for (unsigned i = 0; i < SHADER_POINTS; i++)
+        if (info->stageFlags & stages_of_point[i])
+            push_set(recording, (enum shader_point)i, info->set, info->descriptorWriteCount,
+                     info->pDescriptorWrites);
 }
 
-/* Which structures a template pushes is not followed. */
-void hazards_push_by_template(struct hazard_recording *recording)
+/* What a template pushes is not followed. */
+void hazards_push_by_template(struct hazard_recording *recording, uint32_t set)
 {
-    recording->journal->has_sets = recording->journal->lacks_sets = true;
+    bind_sets(recording, SHADERS_OF_COMPUTE, set, 1, NULL);
+    bind_sets(recording, SHADERS_OF_RAYS, set, 1, NULL);
+    bind_sets(recording, SHADERS_OF_GRAPHICS, set, 1, NULL);
 }
 
-/* Finds the structures that are bound. Returns 0 if others may be, too. */
-static uint32_t find_bound(struct hazard_recording *recording, enum traced_point point,
-                           uint64_t found[TRACED_MAX])
+void hazards_push_constants(struct hazard_recording *recording, uint32_t offset, uint32_t size,
+                            const void *values)
 {
-    const struct journal *journal = recording->journal;
-    struct descriptor_sets *sets = hazard_objects_sets(recording->device->hazard_objects);
-    uint32_t count = 0;
-    if (!sets || !journal->has_sets || journal->lacks_sets || atomic_load(&sets->lacks))
-        return 0;
-    for (uint32_t i = 0; i < JOURNAL_SETS; i++)
-        if (journal->sets[point][i] &&
-            !descriptor_sets_find(sets, journal->sets[point][i], found, &count))
-            return 0;
-    return count;
-}
-
-/* Returns false if it is unknown where the structure lies. It may be destroyed. */
-static bool locate_structure(struct hazard_recording *recording, uint64_t structure,
-                             struct accel_facts *facts)
-{
-    resources_look_up_accel(recording->device->resources,
-                            (VkAccelerationStructureKHR)(uintptr_t)structure, facts);
-    return facts->alive != YES ||
-           (facts->memory && !facts->is_sparse && facts->size &&
-            hazard_memory_id(recording->journal, recording->device->resources, facts->memory));
-}
-
-static void add_traced(struct hazard_recording *recording, const struct hazard_use *use,
-                       uint64_t structure, const struct accel_facts *facts)
-{
-    if (facts->alive == YES) {
-        hazard_recording_add_accel(recording, use, facts, 1);
-        return;
-    }
-    struct hazard_entry *entry = hazard_recording_add_entry(recording, HAZARD_ACCESS, use);
-    if (!entry)
-        return;
-    entry->object_type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
-    entry->object = structure;
-}
-
-void hazards_add_traced(struct hazard_recording *recording, enum access_kind kind,
-                        enum traced_point point)
-{
-    const struct hazard_use use = {.kind = kind, .role = HAZARD_TRACED};
-    uint64_t bound[TRACED_MAX];
-    struct accel_facts facts[TRACED_MAX];
-    const uint32_t count = find_bound(recording, point, bound);
-    uint32_t located = 0;
-    while (located < count && locate_structure(recording, bound[located], &facts[located]))
-        located++;
-    for (uint32_t i = 0; located == count && i < count; i++)
-        add_traced(recording, &use, bound[i], &facts[i]);
+    struct bound_shaders *bound = change_bound(recording);
+    if (bound && readable(readable_cache_of_thread(), values, size))
+        bound_shaders_push_constants(bound, offset, size, values);
 }

@@ -22,6 +22,7 @@ FOLDERS = (
     "src/bvh",
     "src/figures",
     "src/hazards",
+    "src/shaders",
     "src/state",
     "src/view",
     "src/rules",

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Writes of unknown bytes, by shaders. */
+/* Writes that shaders may make. */
 #include "src/hazards/engine.h"
 
 static struct write_anywhere *write_at(struct writes_anywhere *writes, uint64_t position)
@@ -25,19 +25,21 @@ static void drop_first(struct hazards *hazards)
 {
     struct writes_anywhere *writes = &hazards->writes;
     const struct write_anywhere *write = write_at(writes, writes->first++);
-    writes->dropped = write->number;
+    writes->dropped[write->queue] = write->number;
     if (!is_settled(hazards, write))
         writes->lost = write->number;
 }
 
-uint64_t hazards_write_anywhere(struct hazards *hazards, enum access_kind kind)
+uint64_t hazards_write_anywhere(struct hazards *hazards, enum access_kind kind,
+                                const struct hazard_bytes *bytes)
 {
     struct writes_anywhere *writes = &hazards->writes;
     struct past *past = &hazards->queues[hazards->queue].past;
     const uint64_t number = ++hazards->number;
     if (writes->end - writes->first == WRITES_ANYWHERE)
         drop_first(hazards);
-    *write_at(writes, writes->end++) = (struct write_anywhere){number, hazards->queue, kind};
+    *write_at(writes, writes->end++) = (struct write_anywhere){
+        number, hazards->queue, kind, bytes ? *bytes : (struct hazard_bytes){.memory = 0}};
     writes->queues |= UINT32_C(1) << hazards->queue;
     if (kind < ACCESS_KINDS) {
         past->stages |= (stage_set)1 << access_stage(kind);
@@ -72,18 +74,47 @@ uint64_t hazards_first_open_write(struct hazards *hazards, enum access_kind read
     return hazards->number + 1;
 }
 
+struct hazard_side hazards_last_access(const struct hazards *hazards)
+{
+    return (struct hazard_side){.queue = hazards->queue, .number = hazards->number};
+}
+
+static bool may_write(const struct write_anywhere *write, const struct hazard_bytes *bytes)
+{
+    return !write->bytes.memory ||
+           (write->bytes.memory == bytes->memory && write->bytes.begin < bytes->end &&
+            bytes->begin < write->bytes.end);
+}
+
+/* Whether a write is not kept any more that may have come behind the access `since`. */
+static bool has_dropped_since(const struct writes_anywhere *writes, uint64_t first,
+                              const struct hazard_side *since)
+{
+    for (uint32_t rest = writes->queues; rest; rest &= rest - 1) {
+        const uint32_t queue = (uint32_t)__builtin_ctz(rest);
+        if (writes->dropped[queue] >= (queue == since->queue ? since->number : first))
+            return true;
+    }
+    return false;
+}
+
 bool hazards_read_misses_writes(struct hazards *hazards, uint64_t first,
-                                const struct hazard_access *read, struct hazard *hazard)
+                                const struct hazard_side *since, const struct hazard_access *read,
+                                struct hazard *hazard)
 {
     struct writes_anywhere *writes = &hazards->writes;
     const struct write_anywhere *last = NULL;
-    if (writes->dropped >= first)
+    if (has_dropped_since(writes, first, since))
         return false;
     for (uint64_t i = writes->end; i-- > writes->first && write_at(writes, i)->number >= first;) {
         const struct write_anywhere *write = write_at(writes, i);
-        if (is_visible(hazards, write, read->kind))
+        if (!may_write(write, &read->bytes))
+            continue;
+        const bool visible = is_visible(hazards, write, read->kind);
+        if (visible && (write->number > since->number || write->queue != since->queue))
             return false;
-        last = last ? last : write;
+        if (!visible && !last)
+            last = write;
     }
     if (!last)
         return false;

@@ -176,16 +176,18 @@ struct hazard_memory {
     struct ranges ranges;
 };
 
-/* Writes of unknown bytes, in ascending order: a ring of the last ones. */
+/* Writes by shaders, in ascending order: a ring of the last ones. */
 enum { WRITES_ANYWHERE = 4096 };
 struct writes_anywhere {
     struct write_anywhere {
         uint64_t number;
         uint32_t queue;
         enum access_kind kind;
+        struct hazard_bytes bytes; /* memory 0: unknown */
     } items[WRITES_ANYWHERE];
     uint64_t first, end; /* positions, modulo WRITES_ANYWHERE */
-    uint64_t dropped;    /* the number of the last write that is not kept; 0: none */
+    /* The number of the last write of each queue that is not kept; 0: none. */
+    uint64_t dropped[HAZARD_QUEUES];
     uint64_t lost;       /* of the last one that was dropped before it was settled; 0: none */
     uint32_t queues;     /* bits of the queues that had such writes */
 };

@@ -74,6 +74,7 @@ enum hazard_type {
     READ_RACING_HOST,  /* the host has written what a build reads that need not be complete */
     TRACE_OF_DESTROYED,  /* a command traces rays in what the host has destroyed */
     READ_OF_OVERWRITTEN, /* a structure is read whose bytes something else has written */
+    TRACE_OF_UNBUILT,    /* a command traces rays in what no command has built */
 };
 
 struct hazard {
@@ -147,22 +148,30 @@ void hazards_write_after(struct hazards *hazards, const struct hazard_side *read
  * 0 if there is none. */
 uint64_t hazards_write_since(struct hazards *hazards, uint64_t since, struct hazard_bytes *bytes);
 
-/* ---- Writes of unknown bytes, by shaders. The last ones are kept.
+/* ---- Writes that shaders may make. The last ones are kept.
  *
  * If the data that a build reads has changed since an earlier build read it, and no access that was
- * described can have written it, one of these writes has. It is a hazard if none of them is visible
- * to the later build. */
+ * described can have written it, one of these writes has. It is a hazard if none of those that were
+ * submitted since the earlier build is visible to the later one: a write before the earlier build
+ * that was not visible to that one is a hazard, too. */
 
-/* Describes such a write by the current command. `kind`: see access_is_anywhere(); ACCESS_KINDS: it
- * happens at an unknown stage, and counts as visible. Returns its number. */
-uint64_t hazards_write_anywhere(struct hazards *hazards, enum access_kind kind);
+/* Describes a write by the current command. `kind`: see access_is_anywhere(); ACCESS_KINDS: it
+ * happens at an unknown stage, and counts as visible. `bytes`: all that it may write; NULL: any.
+ * Returns its number. */
+uint64_t hazards_write_anywhere(struct hazards *hazards, enum access_kind kind,
+                                const struct hazard_bytes *bytes);
 /* Returns the number of the first write that is not certainly visible to a read of that kind now:
  * from it on, writes may happen after the read. */
 uint64_t hazards_first_open_write(struct hazards *hazards, enum access_kind read);
-/* Whether there are writes from the number `first` on, and none of them is visible to the read.
- * Then fills `hazard` with the last of them; the later access has the last number given. */
+/* Returns the last access that was described. */
+struct hazard_side hazards_last_access(const struct hazards *hazards);
+/* Whether there are writes from the number `first` on that may have written bytes of the read, and
+ * none of them is both visible to the read and behind the access `since`, or on another queue than
+ * that. Then fills `hazard` with the last of them that is not visible; the later access has the
+ * last number given. */
 bool hazards_read_misses_writes(struct hazards *hazards, uint64_t first,
-                                const struct hazard_access *read, struct hazard *hazard);
+                                const struct hazard_side *since, const struct hazard_access *read,
+                                struct hazard *hazard);
 
 /* All dependencies of one vkCmdPipelineBarrier. They do not continue each other. */
 void hazards_barriers(struct hazards *hazards, const struct hazard_barrier *barriers,

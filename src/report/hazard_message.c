@@ -25,6 +25,8 @@ enum hazard_id hazard_id_of(const struct hazard *hazard)
         return HAZARD_ID_TRACE_DESTROYED;
     case READ_OF_OVERWRITTEN:
         return HAZARD_ID_OVERWRITTEN;
+    case TRACE_OF_UNBUILT:
+        return HAZARD_ID_TRACE_UNBUILT;
     case WRITE_AFTER_WRITE:
         break;
     }
@@ -96,6 +98,8 @@ static const char *plain_member(enum hazard_role role)
     case HAZARD_MEMORY:
         return "deviceAddress";
     case HAZARD_SHADER:
+    case HAZARD_TRACED:
+    case HAZARD_USED:
         return "a shader";
     default:
         return "an input";
@@ -252,6 +256,27 @@ static void append_trace_of_destroyed(struct text_buffer *text, struct message *
         text_append(text, ". %s before this command executed. %s.", how, remedy);
 }
 
+static void append_use_of_destroyed(struct text_buffer *text, struct message *message,
+                                    const struct hazard_report *report)
+{
+    text_append(text, " statically uses a descriptor that holds ");
+    append_lost(text, message, report);
+    text_append(text,
+                ". %s before this command executed. Write another structure to the "
+                "descriptor set, or keep this one.",
+                report->is_freed ? "Its memory was freed" : "That was destroyed");
+}
+
+static void append_trace_of_unbuilt(struct text_buffer *text, struct message *message,
+                                    const struct hazard_report *report)
+{
+    text_append(text, " traces rays in ");
+    append_object_of(text, message, &report->later);
+    text_append(text,
+                ". No command has built it, or copied to it, before this command executed. "
+                "Build the structure first, or bind the one that is built.");
+}
+
 static void append_accesses(struct text_buffer *text, struct message *message,
                             const struct hazard_report *report)
 {
@@ -327,6 +352,10 @@ void message_of_hazard(struct message *message, const struct hazard_report *repo
     if (report->hazard.type == READ_RACING_HOST) {
         append_host_write(&text, message, report);
         hazard_append_timeout(&text, report->timeout);
+    } else if (report->hazard.type == TRACE_OF_UNBUILT) {
+        append_trace_of_unbuilt(&text, message, report);
+    } else if (report->hazard.type == TRACE_OF_DESTROYED && report->is_used) {
+        append_use_of_destroyed(&text, message, report);
     } else if (report->hazard.type == TRACE_OF_DESTROYED) {
         append_trace_of_destroyed(&text, message, report);
     } else if (report->hazard.type == READ_OF_OVERWRITTEN) {

@@ -47,6 +47,7 @@ struct hazard_report {
      * is known. */
     uint64_t timeout;
     bool is_freed;     /* it is alive, and its memory was freed */
+    bool is_used;      /* a descriptor is used statically; whether rays are traced is unknown */
     uint32_t more;     /* accesses of the same kind in this command that have such a hazard, too */
     bool is_own_write; /* READ_OF_OVERWRITTEN: both accesses are of one build */
     /* Of a READ_AFTER_WRITE: the command also writes the bytes with this kind of access, and needs

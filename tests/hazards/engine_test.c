@@ -386,7 +386,7 @@ TEST(pieces_are_found_without_memory_for_an_index)
 static uint64_t write_anywhere(struct hazards *hazards, enum access_kind kind)
 {
     hazards_begin_command(hazards);
-    return hazards_write_anywhere(hazards, kind);
+    return hazards_write_anywhere(hazards, kind, NULL);
 }
 
 /* A barrier from writes of compute shaders, of no bytes, to the inputs of builds. */
@@ -412,7 +412,8 @@ static uint64_t missed(struct hazards *hazards, uint64_t first)
     const struct hazard_access read = {ACCESS_BUILD_SHADER_READ, {MEMORY, 0, 1}};
     hazards_begin_command(hazards);
     hazards_access(hazards, &read);
-    if (!hazards_read_misses_writes(hazards, first, &read, &hazard))
+    const struct hazard_side since = {.queue = hazards_last_access(hazards).queue, .number = first - 1};
+    if (!hazards_read_misses_writes(hazards, first, &since, &read, &hazard))
         return 0;
     assert_int_equal(hazard.type, READ_AFTER_SHADER);
     return hazard.earlier.number;

@@ -64,12 +64,22 @@ struct play_block {
     _Alignas(16) unsigned char bytes[];
 };
 
-/* Compute pipelines of programs, which they create at the first use. */
-enum { PLAY_SHADE, PLAY_TRACE, PLAY_TRACE_SET, PLAY_TRACE_PUSHED, PLAY_SHADERS };
+/* Pipelines of programs, which they create at the first use. */
+enum {
+    PLAY_SHADE,
+    PLAY_SHADE_SET,
+    PLAY_TRACE,
+    PLAY_TRACE_SET,
+    PLAY_TRACE_IF,
+    PLAY_TRACE_DISABLED,
+    PLAY_TRACE_PUSHED,
+    PLAY_RAYS,
+    PLAY_SHADERS
+};
 struct play_shader {
     VkPipelineLayout layout;
     VkPipeline pipeline;
-    VkDescriptorSetLayout set; /* of those that trace structures of a set */
+    VkDescriptorSetLayout set; /* of those that access what a set holds */
     VkDescriptorPool pool;
     VkDescriptorSet last_set;
 };

@@ -53,7 +53,8 @@ static bool is_compared(const struct hazard_judge *judge)
 static void judge_access_anywhere(struct hazard_judge *judge, enum access_kind kind)
 {
     if (access_is_write(kind))
-        hazards_write_anywhere(judge->hazards, access_is_anywhere(kind) ? kind : ACCESS_KINDS);
+        hazards_write_anywhere(judge->hazards, access_is_anywhere(kind) ? kind : ACCESS_KINDS,
+                               NULL);
     else
         judge_trace(judge, kind);
 }
@@ -116,6 +117,10 @@ static void judge_access(struct hazard_judge *judge, const struct hazard_command
     }
     if (item->role == HAZARD_TRACED)
         judge_traced(judge, item);
+    else if (item->role == HAZARD_USED)
+        judge_used(judge, item);
+    else if (item->role == HAZARD_SHADER && item->bytes.memory)
+        hazards_write_anywhere(judge->hazards, (enum access_kind)item->access, &item->bytes);
     else if (item->bytes.memory)
         judge_bytes(judge, item);
     else

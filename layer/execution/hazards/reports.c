@@ -47,9 +47,9 @@ static void name_traced(const struct hazard_judge *judge, uint64_t number,
                         struct hazard_access_text *side)
 {
     for (uint32_t i = 0; i < judge->shaders.top_count; i++)
-        if (judge->shaders.tops[i].trace.side.number == number) {
+        if (judge->shaders.tops[i]->trace.side.number == number) {
             side->type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
-            side->object = judge->shaders.tops[i].structure;
+            side->object = judge->shaders.tops[i]->structure;
         }
 }
 

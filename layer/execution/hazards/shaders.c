@@ -11,60 +11,83 @@ enum { INPUTS_KEPT = 1 << 16 };
 
 /* ---- top-level structures */
 
-static void remove_top(struct shader_judge *judge, uint32_t top)
+static void remove_top(struct shader_judge *judge, struct top_level *top)
 {
-    free(judge->tops[top].references);
-    judge->tops[top] = judge->tops[--judge->top_count];
+    judge->tops[top->index] = judge->tops[--judge->top_count];
+    judge->tops[top->index]->index = top->index;
+    judge->gone_count -= top->is_gone;
+    if (judge->last_built == top)
+        judge->last_built = NULL;
+    handle_table_remove(&judge->by_handle, top->structure);
+    free(top->references);
+    free(top);
 }
 
-/* Returns top_count if there is none. */
-static uint32_t find_top(const struct shader_judge *judge, uint64_t structure)
+struct top_level *shader_judge_find_top(const struct shader_judge *judge, uint64_t structure)
 {
-    uint32_t i = 0;
-    while (i < judge->top_count && judge->tops[i].structure != structure)
-        i++;
-    return i;
+    return handle_table_find(&judge->by_handle, structure);
 }
 
-/* Removes the top-level structures that are gone, which makes room for others. */
-static void remove_gone(struct shader_judge *judge)
+/* The oldest one of those that are destroyed is the one that was built first. */
+static void remove_oldest_gone(struct shader_judge *judge)
 {
-    uint32_t i = 0;
-    while (i < judge->top_count && !judge->tops[i].is_gone)
-        i++;
-    if (i < judge->top_count)
-        remove_top(judge, i);
+    struct top_level *oldest = NULL;
+    for (uint32_t i = 0; i < judge->top_count; i++)
+        if (judge->tops[i]->is_gone && (!oldest || judge->tops[i]->command < oldest->command))
+            oldest = judge->tops[i];
+    if (oldest)
+        remove_top(judge, oldest);
+}
+
+/* Returns false if memory runs out. */
+static bool keep_top(struct shader_judge *judge, const struct top_level *top)
+{
+    struct top_level *kept = malloc(sizeof(*kept));
+    if (!kept || !ARRAY_HAS_ROOM(judge->tops, judge->top_count, judge->top_capacity) ||
+        !handle_table_set(&judge->by_handle, top->structure, kept)) {
+        free(kept);
+        return false;
+    }
+    *kept = *top;
+    kept->index = judge->top_count;
+    judge->tops[judge->top_count++] = kept;
+    return true;
 }
 
 void shader_judge_add_top(struct shader_judge *judge, const struct top_level *top)
 {
-    const uint32_t old = find_top(judge, top->structure);
-    if (old < judge->top_count)
+    struct top_level *old = shader_judge_find_top(judge, top->structure);
+    if (old)
         remove_top(judge, old);
-    if (judge->top_count == TOP_LEVELS_KEPT)
-        remove_gone(judge);
-    if (top->first.memory && judge->top_count < TOP_LEVELS_KEPT)
-        judge->tops[judge->top_count++] = *top;
-    else
+    if (judge->gone_count > GONE_KEPT)
+        remove_oldest_gone(judge);
+    if (!top->first.memory || !keep_top(judge, top))
         judge->lacks_tops = true;
 }
 
 void shader_judge_end_top(struct shader_judge *judge, uint64_t structure,
                           const struct lost_structure *lost)
 {
-    const uint32_t i = find_top(judge, structure);
-    if (i == judge->top_count)
+    struct top_level *top = shader_judge_find_top(judge, structure);
+    if (!top)
         return;
-    judge->tops[i].is_gone = true;
-    judge->tops[i].reference_count = 0;
-    judge->tops[i].lost = lost ? *lost : (struct lost_structure){0};
+    judge->gone_count += !top->is_gone;
+    top->is_gone = true;
+    top->reference_count = 0;
+    top->lost = lost ? *lost : (struct lost_structure){0};
 }
 
+/* References of one build follow each other. */
 static struct top_level *find_built(struct shader_judge *judge, uint64_t command, uint32_t position)
 {
+    struct top_level *last = judge->last_built;
+    if (last && last->command == command && last->position == position)
+        return last;
     for (uint32_t i = judge->top_count; i-- > 0;)
-        if (judge->tops[i].command == command && judge->tops[i].position == position)
-            return &judge->tops[i];
+        if (judge->tops[i]->command == command && judge->tops[i]->position == position) {
+            judge->last_built = judge->tops[i];
+            return judge->tops[i];
+        }
     return NULL;
 }
 
@@ -110,53 +133,91 @@ uint64_t top_level_drop(struct top_level *top, uint64_t structure, uint64_t memo
     return first;
 }
 
-static bool is_top(const struct top_level *top, uint64_t structure,
-                   const struct hazard_bytes *first)
+struct top_level *shader_judge_find_top_at(const struct shader_judge *judge, uint64_t structure,
+                                           const struct hazard_bytes *first)
 {
-    const bool is_there =
-        first->memory ? top->first.memory == first->memory && top->first.begin == first->begin
-                      : top->is_gone;
-    return top->structure == structure && is_there;
+    struct top_level *top = shader_judge_find_top(judge, structure);
+    const bool is_there = top && (first->memory ? top->first.memory == first->memory &&
+                                                      top->first.begin == first->begin
+                                                : top->is_gone);
+    return is_there ? top : NULL;
 }
 
+/* Whether something that is known was written where a structure begins. */
+static bool is_place_of_top(const struct shader_judge *judge, const struct hazard_bytes *first)
+{
+    for (uint32_t i = 0; i < judge->top_count; i++)
+        if (judge->tops[i]->first.memory == first->memory &&
+            judge->tops[i]->first.begin == first->begin)
+            return true;
+    return false;
+}
+
+/* A structure that is not among those that were written, alive, and where no other one was written,
+ * is one that nothing has built. */
 void shader_judge_add_traced(struct shader_judge *judge, uint64_t structure,
-                             const struct hazard_bytes *first)
+                             const struct hazard_bytes *first, bool is_alive)
 {
-    uint32_t i = 0;
-    while (i < judge->top_count && !is_top(&judge->tops[i], structure, first))
-        i++;
-    judge->traced.is_incomplete |= i == judge->top_count;
-    if (i == judge->top_count || judge->traced.has[i])
-        return;
-    judge->traced.has[i] = true;
-    judge->traced.count++;
+    struct top_level *top = shader_judge_find_top_at(judge, structure, first);
+    const bool is_unbuilt = is_alive && first->memory && !judge->lacks_tops &&
+                            !shader_judge_find_top(judge, structure) &&
+                            !is_place_of_top(judge, first);
+    for (uint32_t i = 0; top && i < judge->traced.count; i++)
+        if (judge->traced.tops[i] == top)
+            return;
+    if (top && judge->traced.count < TRACED_KEPT)
+        judge->traced.tops[judge->traced.count++] = top;
+    else if (is_unbuilt && judge->traced.unbuilt != structure)
+        judge->traced.unbuilt_count++;
+    else if (!is_unbuilt)
+        judge->traced.is_unknown = true;
+    if (is_unbuilt)
+        judge->traced.unbuilt = structure;
 }
 
-static bool may_be_traced(const struct shader_judge *judge, uint32_t top)
+/* Whether it is known from descriptors what the command may trace. */
+static bool has_candidates(const struct shader_judge *judge)
 {
-    return !judge->traced.count || judge->traced.is_incomplete ? !judge->tops[top].is_gone
-                                                               : judge->traced.has[top];
+    return judge->traced.count || judge->traced.unbuilt_count || judge->traced.is_unknown;
 }
 
 struct top_level *shader_judge_only_top(struct shader_judge *judge)
 {
-    struct top_level *only = NULL;
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < judge->top_count; i++)
-        if (may_be_traced(judge, i)) {
-            only = &judge->tops[i];
-            count++;
-        }
-    return count == 1 && !judge->lacks_tops && only->is_built ? only : NULL;
+    struct top_level *only = judge->traced.tops[0];
+    uint32_t count = judge->traced.count + judge->traced.unbuilt_count;
+    if (judge->traced.is_unknown || (has_candidates(judge) && count != 1))
+        return NULL;
+    if (!has_candidates(judge)) {
+        if (judge->lacks_tops)
+            return NULL;
+        for (uint32_t i = 0; i < judge->top_count; i++)
+            if (!judge->tops[i]->is_gone) {
+                only = judge->tops[i];
+                count++;
+            }
+    }
+    return count == 1 && only && only->is_built ? only : NULL;
+}
+
+uint64_t shader_judge_unbuilt(const struct shader_judge *judge)
+{
+    const bool is_certain =
+        !judge->traced.is_unknown && !judge->traced.count && judge->traced.unbuilt_count == 1;
+    return is_certain ? judge->traced.unbuilt : 0;
 }
 
 bool shader_judge_trace(struct shader_judge *judge, enum access_kind kind, struct hazard *hazard)
 {
+    const bool has_all = !has_candidates(judge);
+    const uint32_t count = has_all ? judge->top_count : judge->traced.count;
+    struct top_level *const *tops = has_all ? judge->tops : judge->traced.tops;
     bool found = false;
-    for (uint32_t i = 0; i < judge->top_count && !judge->lacks_tops; i++) {
-        const struct top_level *top = &judge->tops[i];
+    if (judge->traced.is_unknown || (has_all && judge->lacks_tops))
+        return false;
+    for (uint32_t i = 0; i < count; i++) {
+        const struct top_level *top = tops[i];
         struct hazard early;
-        if (!may_be_traced(judge, i) || top->is_gone)
+        if (top->is_gone)
             continue;
         if (!hazards_read_is_early(judge->hazards, &(struct hazard_access){kind, top->first},
                                    &early))
@@ -175,7 +236,8 @@ bool shader_judge_trace(struct shader_judge *judge, enum access_kind kind, struc
 struct input_read {
     uint64_t begin, end;
     uint64_t stride, size, hash; /* of the data that the last build read */
-    uint64_t first_open; /* see hazards_first_open_write(), at that build; 0: there was none */
+    uint64_t first_open;     /* see hazards_first_open_write(), at that build; 0: there was none */
+    struct hazard_side side; /* the read of that build */
 };
 
 /* What builds have read of one VkDeviceMemory, in ascending order of `begin`. */
@@ -280,9 +342,11 @@ bool shader_judge_read(struct shader_judge *judge, enum access_kind kind,
     input->size = data->size;
     input->hash = data->hash;
     input->first_open = judge->first_open;
+    input->side = hazards_last_access(judge->hazards);
     return before.first_open && before.stride == data->stride && before.size == data->size &&
            before.hash != data->hash &&
-           hazards_read_misses_writes(judge->hazards, before.first_open, &read, hazard);
+           hazards_read_misses_writes(judge->hazards, before.first_open, &before.side, &read,
+                                      hazard);
 }
 
 void shader_judge_forget_memory(struct shader_judge *judge, uint64_t memory)
@@ -299,7 +363,7 @@ void shader_judge_forget_memory(struct shader_judge *judge, uint64_t memory)
 void shader_judge_begin_command(struct shader_judge *judge)
 {
     judge->first_open = 0;
-    if (judge->traced.count || judge->traced.is_incomplete)
+    if (has_candidates(judge))
         memset(&judge->traced, 0, sizeof(judge->traced));
 }
 
@@ -311,6 +375,8 @@ void shader_judge_begin(struct shader_judge *judge, struct hazards *hazards)
 void shader_judge_end(struct shader_judge *judge)
 {
     while (judge->top_count)
-        remove_top(judge, 0);
+        remove_top(judge, judge->tops[0]);
+    free(judge->tops);
+    handle_table_release(&judge->by_handle);
     shader_judge_forget_inputs(judge);
 }

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What shaders must have read and written. Descriptors and code are not followed, so this tells few
- * mistakes:
+/* What shaders must have read and written, as far as that is certain:
  *
- * - A command that traces rays executes, and no top-level structure is visible to it: whichever it
- *   traces, it reads too early.
- * - If there is only one top-level structure, the command traces that one: builds that overwrite it
- *   must wait, and neither it nor what its instances refer to may be destroyed meanwhile.
+ * - A command certainly traces rays, and no top-level structure that it may trace is visible to it:
+ *   whichever it traces, it reads too early. Or nothing has built the structure.
+ * - If there is only one such structure, builds that overwrite it must wait, and neither it nor
+ * what its instances refer to may be destroyed meanwhile.
+ * - A shader uses a descriptor statically whose structure was destroyed.
  * - A build reads data that have changed since an earlier build read the same bytes, and no access
  *   that is known can have written them. So a shader did, and no write by shaders since then is
  *   visible to the build.
@@ -20,7 +20,10 @@
 #include "src/state/order/clock.h"
 #include "src/state/resources/destroyed.h"
 
-enum { TOP_LEVELS_KEPT = 64 };
+enum {
+    GONE_KEPT = 64,   /* destroyed top-level structures; the oldest ones are forgotten */
+    TRACED_KEPT = 16, /* structures that a command may trace; more are unknown */
+};
 
 /* Elements that a build has read: vertices, boxes or instances. */
 struct data_read {
@@ -44,6 +47,7 @@ struct lost_structure {
 };
 
 struct top_level {
+    uint32_t index;            /* in shader_judge.tops */
     uint64_t structure;        /* handle */
     struct hazard_bytes first; /* its first byte */
     bool is_built;             /* by a build; else by a copy: it may not be top-level */
@@ -67,14 +71,18 @@ struct top_level {
 
 struct shader_judge {
     struct hazards *hazards;
-    struct top_level tops[TOP_LEVELS_KEPT];
-    uint32_t top_count;
-    bool lacks_tops; /* others may exist */
-    /* The tops that the current command may trace, by their indices, if `count` > 0; all else. */
+    struct top_level **tops;       /* owned */
+    struct handle_table by_handle; /* the same */
+    uint32_t top_count, top_capacity, gone_count;
+    struct top_level *last_built; /* by shader_judge_add_reference(); NULL: none */
+    bool lacks_tops;              /* others may exist */
+    /* What the current command may trace: these, if there are any; else each structure. */
     struct {
+        struct top_level *tops[TRACED_KEPT];
         uint32_t count;
-        bool is_incomplete; /* others, too: all count */
-        bool has[TOP_LEVELS_KEPT];
+        uint32_t unbuilt_count; /* structures that nothing has built */
+        uint64_t unbuilt;       /* the last one of them */
+        bool is_unknown;        /* nothing is certain */
     } traced;
     struct handle_table inputs; /* what builds have read, by id of memory + 1 */
     uint32_t input_count;
@@ -102,15 +110,24 @@ bool top_level_refers(struct top_level *top, uint64_t structure);
 /* Removes the references to a structure, or into memory. Returns the handle of the first one; 0 if
  * there was none. */
 uint64_t top_level_drop(struct top_level *top, uint64_t structure, uint64_t memory);
-/* The current command may trace a structure, which lies there (without memory: it was destroyed),
- * and others only if this is called for them, too. Without a call it may trace all. */
+/* Returns NULL if there is none. */
+struct top_level *shader_judge_find_top(const struct shader_judge *judge, uint64_t structure);
+/* Returns the structure of that handle which lies there (without memory: which was destroyed), or
+ * NULL. */
+struct top_level *shader_judge_find_top_at(const struct shader_judge *judge, uint64_t structure,
+                                           const struct hazard_bytes *first);
+/* The current command may trace a structure, which lies there, and others only if this is called
+ * for them, too. Without a call it may trace all. `is_alive`: it still lies there now. */
 void shader_judge_add_traced(struct shader_judge *judge, uint64_t structure,
-                             const struct hazard_bytes *first);
+                             const struct hazard_bytes *first, bool is_alive);
 /* The next access of the current command traces rays. Returns whether it does so too early; then
  * fills `hazard`. */
 bool shader_judge_trace(struct shader_judge *judge, enum access_kind kind, struct hazard *hazard);
 /* Returns the structure that a command traces, whichever it is; NULL if that is unknown. */
 struct top_level *shader_judge_only_top(struct shader_judge *judge);
+/* Returns the structure that a command traces and that nothing has built; 0: that is not certain.
+ */
+uint64_t shader_judge_unbuilt(const struct shader_judge *judge);
 
 /* The bytes were written by an access that is known. */
 void shader_judge_write(struct shader_judge *judge, const struct hazard_bytes *bytes);

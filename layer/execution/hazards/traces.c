@@ -10,9 +10,11 @@
 
 /* ---- reports */
 
-/* Reports that something was destroyed which the last trace of a structure reads. */
+/* Reports that something was destroyed which an access of that number reads, or whose descriptor it
+ * uses (`is_used`). */
 static void report_lost(const struct hazard_judge *judge, const struct top_level *top,
-                        const struct lost_structure *lost, bool is_pending)
+                        uint64_t number, const struct lost_structure *lost, bool is_pending,
+                        bool is_used)
 {
     struct hazard_report report = {
         .hazard = {.type = TRACE_OF_DESTROYED, .is_racing = is_pending},
@@ -20,14 +22,28 @@ static void report_lost(const struct hazard_judge *judge, const struct top_level
         .destroyed_name = lost->name,
         .is_freed = lost->is_freed,
         .write = ACCESS_KINDS,
+        .is_used = is_used,
     };
     if (judge->lost ||
         !reporter_wants_hazard(judge->device->instance->reporter, HAZARD_ID_TRACE_DESTROYED) ||
-        !hazard_judge_find_side(judge, top->trace.side.number, &report.later))
+        !hazard_judge_find_side(judge, number, &report.later))
         return;
     report.earlier.origin = report.later.origin;
     report.later.type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
     report.later.object = lost->structure == top->structure ? 0 : top->structure;
+    reporter_send_hazard(judge->device->instance->reporter, &report);
+}
+
+static void report_unbuilt(const struct hazard_judge *judge, uint64_t structure, uint64_t number)
+{
+    struct hazard_report report = {.hazard = {.type = TRACE_OF_UNBUILT},
+                                   .write = ACCESS_KINDS};
+    if (judge->lost ||
+        !reporter_wants_hazard(judge->device->instance->reporter, HAZARD_ID_TRACE_UNBUILT) ||
+        !hazard_judge_find_side(judge, number, &report.later))
+        return;
+    report.later.type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
+    report.later.object = structure;
     reporter_send_hazard(judge->device->instance->reporter, &report);
 }
 
@@ -71,7 +87,7 @@ void judge_bottom(struct hazard_judge *judge, const struct hazard_access *write,
                   uint64_t number)
 {
     for (uint32_t i = 0; i < judge->shaders.top_count; i++) {
-        struct top_level *top = &judge->shaders.tops[i];
+        struct top_level *top = judge->shaders.tops[i];
         if ((top->changed && !top->trace.side.number) || !top_level_refers(top, structure))
             continue;
         top->changed = structure;
@@ -87,7 +103,7 @@ static void note_trace(const struct hazard_judge *judge, struct top_level *top,
     const struct timestamp batch = record->batch->timestamp;
     top->trace = (struct top_trace){{batch.queue, number, access->kind}, batch, record->untracked};
     if (top->lost.structure)
-        report_lost(judge, top, &top->lost, false);
+        report_lost(judge, top, number, &top->lost, false, false);
     else
         advise_rebuild(judge, top);
     top->lost.structure = top->changed = 0;
@@ -99,7 +115,8 @@ void judge_trace(struct hazard_judge *judge, enum access_kind kind)
     struct top_level *top = shader_judge_only_top(&judge->shaders);
     struct hazard_access access = {.kind = kind};
     struct hazard hazard;
-    const bool is_early = shader_judge_trace(&judge->shaders, kind, &hazard);
+    const uint64_t unbuilt = shader_judge_unbuilt(&judge->shaders);
+    const bool is_early = !unbuilt && shader_judge_trace(&judge->shaders, kind, &hazard);
     if (top && !is_early && !top->is_gone)
         access.bytes = top->first;
     hazard.later.number = top ? judge_structure_read(judge, &access, top->structure)
@@ -108,13 +125,38 @@ void judge_trace(struct hazard_judge *judge, enum access_kind kind)
         hazard_judge_found(judge, &hazard);
     if (top)
         note_trace(judge, top, &access, hazard.later.number);
+    if (unbuilt)
+        report_unbuilt(judge, unbuilt, hazard.later.number);
+}
+
+/* Whether the structure of a handle lies there now. */
+static bool is_alive_at(const struct hazard_judge *judge, uint64_t structure,
+                        const struct hazard_bytes *first)
+{
+    struct accel_facts facts;
+    resources_look_up_accel(judge->device->resources,
+                            (VkAccelerationStructureKHR)(uintptr_t)structure, &facts);
+    return facts.alive == YES && facts.memory && facts.begin == first->begin &&
+           resources_find_memory_id(judge->device->resources, facts.memory) == first->memory;
 }
 
 /* The structure may be the one that the trace behind it reads. */
 void judge_traced(struct hazard_judge *judge, const struct hazard_entry *item)
 {
     hazards_access(judge->hazards, &(struct hazard_access){.kind = (enum access_kind)item->access});
-    shader_judge_add_traced(&judge->shaders, item->object, &item->bytes);
+    shader_judge_add_traced(&judge->shaders, item->object, &item->bytes,
+                            is_alive_at(judge, item->object, &item->bytes));
+}
+
+void judge_used(struct hazard_judge *judge, const struct hazard_entry *item)
+{
+    const struct hazard_access none = {.kind = (enum access_kind)item->access};
+    const uint64_t number = hazards_access(judge->hazards, &none);
+    struct top_level *top = shader_judge_find_top_at(&judge->shaders, item->object, &item->bytes);
+    if (!top || !top->is_gone || top->lost.structure != top->structure)
+        return;
+    report_lost(judge, top, number, &top->lost, false, true);
+    top->lost.structure = 0;
 }
 
 /* ---- what is destroyed */
@@ -150,7 +192,7 @@ static void lose(struct hazard_judge *judge, struct top_level *top,
     const bool is_pending = is_trace_pending(top, ended);
     const bool is_reported = is_pending || !execution_clock_has(&ended->observed, top->batch);
     if (is_pending)
-        report_lost(judge, top, lost, true);
+        report_lost(judge, top, top->trace.side.number, lost, true, false);
     if (ended->ended == STRUCTURE_DESTROYED && lost->structure == top->structure)
         shader_judge_end_top(&judge->shaders, top->structure, is_reported ? NULL : lost);
     else if (!is_reported)
@@ -160,7 +202,7 @@ static void lose(struct hazard_judge *judge, struct top_level *top,
 void judge_end_of_traced(struct hazard_judge *judge, const struct ended_object *ended)
 {
     for (uint32_t i = 0; i < judge->shaders.top_count; i++) {
-        struct top_level *top = &judge->shaders.tops[i];
+        struct top_level *top = judge->shaders.tops[i];
         struct lost_structure lost;
         if (!top->is_gone && find_lost(top, ended, &lost))
             lose(judge, top, ended, &lost);

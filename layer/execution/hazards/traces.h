@@ -13,7 +13,9 @@ void judge_bottom(struct hazard_judge *judge, const struct hazard_access *write,
                   uint64_t number);
 /* The command may trace this structure: an entry HAZARD_TRACED. */
 void judge_traced(struct hazard_judge *judge, const struct hazard_entry *item);
-/* The command traces rays. */
+/* A shader of the command uses a descriptor of this structure statically: an entry HAZARD_USED. */
+void judge_used(struct hazard_judge *judge, const struct hazard_entry *item);
+/* The command certainly traces rays. */
 void judge_trace(struct hazard_judge *judge, enum access_kind kind);
 /* A structure was destroyed, or memory freed. */
 void judge_end_of_traced(struct hazard_judge *judge, const struct ended_object *ended);

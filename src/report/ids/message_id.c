@@ -64,6 +64,8 @@ static const char *hazard_name(enum hazard_id hazard)
         return "ASSAY-trace-destroyed";
     case HAZARD_ID_OVERWRITTEN:
         return "ASSAY-structure-overwritten";
+    case HAZARD_ID_TRACE_UNBUILT:
+        return "ASSAY-trace-unbuilt";
     case HAZARD_ID_COUNT:
         break;
     }

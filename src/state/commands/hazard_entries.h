@@ -26,8 +26,9 @@ enum hazard_role {
     HAZARD_MICROMAP,    /* attached to a geometry */
     HAZARD_REFERENCE,   /* a structure that an instance refers to */
     HAZARD_MEMORY,      /* deviceAddress of a serialization or deserialization */
-    HAZARD_SHADER,      /* a shader of a dispatch, trace or draw */
+    HAZARD_SHADER,      /* a shader of a dispatch, trace or draw; bytes that it may write */
     HAZARD_TRACED,      /* a structure that such a shader may trace, in front of the trace */
+    HAZARD_USED,        /* a structure of a descriptor that such a shader uses statically */
     HAZARD_ROLES,
 };
 

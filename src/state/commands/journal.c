@@ -7,6 +7,7 @@
 
 #include "src/base/array.h"
 #include "src/base/recording_path.h"
+#include "src/state/commands/bound_shaders.h"
 
 struct journal *journal_create(VkCommandBuffer command_buffer)
 {
@@ -181,29 +182,23 @@ __attribute__((cold, noinline)) static void release_held(struct journal *journal
     if (journal->work)
         journal->release_work(journal->work);
     journal->work = NULL;
-}
-
-static void forget_sets(struct journal *journal)
-{
-    memset(journal->sets, 0, sizeof(journal->sets));
-    journal->has_sets = journal->lacks_sets = false;
+    bound_shaders_free(journal->bound);
+    journal->bound = NULL;
 }
 
 /* Every recording begins with this call, and most recordings have nothing to release. */
 ON_RECORDING_PATH void journal_clear(struct journal *journal)
 {
-    if (journal->has_references || journal->origin_count || journal->work)
+    if (journal->has_references || journal->origin_count || journal->work ||
+        journal->bound)
         release_held(journal);
     if (!chunk_list_is_empty(&journal->entries))
         forget_recent_inputs(journal);
-    if (journal->has_sets)
-        forget_sets(journal);
     chunk_list_clear(&journal->entries);
     journal->has_references = journal->has_sources_to_check = false;
     journal->secondary_count = 0;
     journal->has_events = journal->writes_queries = journal->incomplete = false;
-    journal->lacks_hazards = journal->awaits_inputs = journal->has_tracing_pipeline = false;
-    journal->has_condition = false;
+    journal->lacks_hazards = journal->awaits_inputs = journal->has_condition = false;
     journal->reads_host_data = false;
     journal->shaders_end = NULL;
     journal_begin_call(journal);

@@ -21,6 +21,7 @@
 #include "src/state/order/clock.h"
 #include "vuid-tables/rules.h"
 
+struct bound_shaders;
 struct call_site;
 struct recent_memory;
 struct recorded_build;
@@ -261,10 +262,6 @@ struct host_view {
     struct execution_clock executed, submitted;
 };
 
-/* Bind points whose commands trace rays, and the descriptor sets of each that are followed. */
-enum traced_point { TRACED_BY_COMPUTE, TRACED_BY_RAYS, TRACED_POINTS };
-enum { JOURNAL_SETS = 8 };
-
 struct journal {
     atomic_uint references;
     uint32_t label_changes;         /* of the labels of the last origin */
@@ -284,12 +281,8 @@ struct journal {
     /* Setting hazards: the end of the entries of the last command with shaders, and its name. */
     const void *shaders_end;
     const char *shaders_name;
-    bool has_tracing_pipeline; /* setting hazards: the bound compute pipeline traces rays */
-    bool has_condition;        /* setting hazards: conditional rendering may leave dispatches out */
-    /* Setting hazards: the VkDescriptorSets that are bound at each bind point; 0: none. */
-    bool has_sets;   /* false: all are 0 */
-    bool lacks_sets; /* others may be bound, too */
-    uint64_t sets[TRACED_POINTS][JOURNAL_SETS];
+    bool has_condition; /* setting hazards: conditional rendering may leave dispatches out */
+    struct bound_shaders *bound; /* owned; NULL: nothing is known to be bound */
     bool binds;                /* all entries are JOURNAL_BIND */
     bool has_references;       /* see journal_entry_has_references */
     bool has_sources_to_check; /* see journal_entry_has_source_to_check */

@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "src/state/commands/bound_shaders.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "src/state/commands/journal.h"
+
+struct bound_shaders *bound_shaders_of(struct journal *journal)
+{
+    if (journal->bound)
+        return journal->bound;
+    journal->bound = calloc(1, sizeof(*journal->bound));
+    for (unsigned i = 0; journal->bound && i < SHADER_POINTS; i++)
+        journal->bound->pushed_set[i] = BOUND_SETS;
+    return journal->bound;
+}
+
+void bound_shaders_free(struct bound_shaders *bound)
+{
+    for (unsigned i = 0; bound && i < SHADER_POINTS; i++)
+        held_set_clear(&bound->pushed[i]);
+    free(bound);
+}
+
+void bound_shaders_bind_set(struct bound_shaders *bound, enum shader_point point, uint32_t set,
+                            uint64_t handle)
+{
+    if (set >= BOUND_SETS)
+        return;
+    bound->sets[point][set] = handle;
+    if (bound->pushed_set[point] == set)
+        bound->pushed_set[point] = BOUND_SETS;
+}
+
+struct held_set *bound_shaders_push(struct bound_shaders *bound, enum shader_point point,
+                                    uint32_t set)
+{
+    if (set >= BOUND_SETS)
+        return NULL;
+    if (bound->pushed_set[point] != set)
+        held_set_clear(&bound->pushed[point]);
+    bound->pushed_set[point] = set;
+    return &bound->pushed[point];
+}
+
+uint32_t bound_shaders_find(const struct bound_shaders *bound, struct descriptor_sets *sets,
+                            enum shader_point point, uint32_t set, uint32_t binding,
+                            struct held_descriptor *found, uint32_t count)
+{
+    if (set >= BOUND_SETS)
+        return UINT32_MAX;
+    if (bound->pushed_set[point] == set)
+        return held_set_find(&bound->pushed[point], binding, found, count);
+    return descriptor_sets_find(sets, bound->sets[point][set], binding, found, count);
+}
+
+/* Offset and size are multiples of 4, or the call is invalid. */
+void bound_shaders_push_constants(struct bound_shaders *bound, uint32_t offset, uint32_t size,
+                                  const void *values)
+{
+    struct pushed_constants *constants = &bound->constants;
+    for (uint32_t i = 0; i < size / 4 && offset / 4 + i < PUSHED_BYTES / 4; i++) {
+        memcpy(&constants->words[offset / 4 + i], (const char *)values + (size_t)i * 4, 4);
+        constants->known |= UINT64_C(1) << (offset / 4 + i);
+    }
+}

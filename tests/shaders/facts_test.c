@@ -1,0 +1,159 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the call tree of a shader can do. */
+#include "src/shaders/facts.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/state/unit_test.h"
+
+static const uint32_t descriptors[] = {
+#include "descriptors_comp.h"
+};
+static const uint32_t none[] = {
+#include "accesses_none_comp.h"
+};
+static const uint32_t reads[] = {
+#include "accesses_reads_comp.h"
+};
+static const uint32_t writes[] = {
+#include "accesses_stores_comp.h"
+};
+static const uint32_t calls[] = {
+#include "accesses_calls_comp.h"
+};
+static const uint32_t counts[] = {
+#include "accesses_counts_comp.h"
+};
+static const uint32_t links[] = {
+#include "accesses_links_comp.h"
+};
+static const uint32_t bound[] = {
+#include "trace_set_comp.h"
+};
+static const uint32_t by_address[] = {
+#include "trace_comp.h"
+};
+
+static bool read_facts(const uint32_t *code, size_t size, struct shader_facts *facts)
+{
+    struct spirv spirv;
+    *facts = shader_facts_unknown();
+    if (!spirv_open(&spirv, code, size))
+        return false;
+    const uint32_t entry =
+        spirv_find_entry(&spirv, "main", shader_model(VK_SHADER_STAGE_COMPUTE_BIT));
+    if (entry)
+        shader_facts_read(&spirv, entry, facts);
+    spirv_close(&spirv);
+    return entry;
+}
+
+/* Each of these also writes the buffer of binding 0. */
+TEST(stores_through_addresses_are_found)
+{
+    const struct {
+        const uint32_t *code;
+        size_t size;
+        bool stores;
+    } cases[] = {
+        {descriptors, sizeof(descriptors), false},
+        {none, sizeof(none), false},
+        {reads, sizeof(reads), false},
+        {writes, sizeof(writes), true},
+        {calls, sizeof(calls), true},
+        {counts, sizeof(counts), true},
+        {links, sizeof(links), true},
+    };
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        struct shader_facts facts;
+        assert_true(read_facts(cases[i].code, cases[i].size, &facts));
+        assert_true(facts.is_known);
+        assert_false(facts.may_trace);
+        assert_int_equal(facts.stores_addresses, cases[i].stores);
+        assert_int_equal(facts.stores.has_others, cases[i].stores);
+        assert_int_equal(facts.stores.count, 1);
+        assert_true(shader_bindings_have(&facts.stores, 0, 0));
+        assert_int_equal(facts.structures.count, 0);
+    }
+}
+
+TEST(structures_are_found)
+{
+    struct shader_facts facts;
+    assert_true(read_facts(bound, sizeof(bound), &facts));
+    assert_true(facts.may_trace);
+    assert_int_equal(facts.structures.count, 1);
+    assert_true(shader_bindings_have(&facts.structures, 0, 0));
+    assert_false(facts.structures.has_others);
+    assert_int_equal(facts.stores.count, 0);
+    assert_true(read_facts(by_address, sizeof(by_address), &facts));
+    assert_true(facts.may_trace);
+    assert_int_equal(facts.structures.count, 0);
+    assert_true(facts.structures.has_others);
+}
+
+TEST(entry_points_have_a_name_and_a_stage)
+{
+    struct spirv spirv;
+    assert_true(spirv_open(&spirv, none, sizeof(none)));
+    assert_int_not_equal(
+        spirv_find_entry(&spirv, "main", shader_model(VK_SHADER_STAGE_COMPUTE_BIT)), 0);
+    assert_int_equal(spirv_find_entry(&spirv, "main", shader_model(VK_SHADER_STAGE_FRAGMENT_BIT)),
+                     0);
+    assert_int_equal(spirv_find_entry(&spirv, "mai", shader_model(VK_SHADER_STAGE_COMPUTE_BIT)), 0);
+    assert_int_equal(spirv_find_entry(&spirv, "main2", shader_model(VK_SHADER_STAGE_COMPUTE_BIT)),
+                     0);
+    assert_int_equal(spirv_find_entry(&spirv, NULL, shader_model(VK_SHADER_STAGE_COMPUTE_BIT)), 0);
+    spirv_close(&spirv);
+}
+
+TEST(facts_of_a_pipeline_are_those_of_all_shaders)
+{
+    struct shader_facts facts, other;
+    assert_true(read_facts(bound, sizeof(bound), &facts));
+    assert_true(read_facts(descriptors, sizeof(descriptors), &other));
+    shader_facts_add(&facts, &other);
+    assert_true(facts.is_known && facts.may_trace);
+    assert_true(shader_bindings_have(&facts.structures, 0, 0));
+    assert_true(shader_bindings_have(&facts.stores, 0, 0));
+    for (uint32_t i = 0; i <= SHADER_BINDINGS; i++) {
+        other.stores.items[0] = (struct shader_binding){1, i};
+        shader_facts_add(&facts, &other);
+    }
+    assert_true(facts.stores.has_others);
+    other = shader_facts_unknown();
+    shader_facts_add(&facts, &other);
+    assert_false(facts.is_known);
+    assert_true(facts.stores_addresses);
+}
+
+/* What is no code may do anything. Copies end where the memory does, for the sanitizers. */
+TEST(damaged_code_is_unknown)
+{
+    struct shader_facts facts;
+    assert_false(read_facts(NULL, 0, &facts));
+    assert_false(read_facts(NULL, sizeof(reads), &facts));
+    assert_true(facts.stores_addresses);
+    for (size_t words = 0; words < sizeof(reads) / sizeof(reads[0]); words++) {
+        uint32_t *copy = malloc(words ? words * sizeof(*copy) : 1);
+        assert_non_null(copy);
+        memcpy(copy, reads, words * sizeof(*copy));
+        read_facts(copy, words * sizeof(*copy), &facts);
+        for (size_t i = 0; i < words; i++) {
+            copy[i] ^= 0x10001u << (i + words) % 15;
+            read_facts(copy, words * sizeof(*copy), &facts);
+            copy[i] = reads[i];
+        }
+        free(copy);
+    }
+    uint32_t copy[sizeof(reads) / sizeof(reads[0])];
+    memcpy(copy, reads, sizeof(reads));
+    copy[5] = 17; /* an instruction of 0 words */
+    assert_false(read_facts(copy, sizeof(copy), &facts));
+    copy[5] = 0xffff0011; /* longer than the module */
+    assert_false(read_facts(copy, sizeof(copy), &facts));
+    memcpy(copy, reads, sizeof(reads));
+    copy[3] = UINT32_MAX; /* ids without end */
+    assert_false(read_facts(copy, sizeof(copy), &facts));
+}
