@@ -92,7 +92,8 @@ static bool has_dropped_since(const struct writes_anywhere *writes, uint64_t fir
 {
     for (uint32_t rest = writes->queues; rest; rest &= rest - 1) {
         const uint32_t queue = (uint32_t)__builtin_ctz(rest);
-        if (writes->dropped[queue] >= (queue == since->queue ? since->number : first))
+        if (queue == since->queue ? writes->dropped[queue] > since->number
+                                  : writes->dropped[queue] >= first)
             return true;
     }
     return false;
