@@ -89,6 +89,7 @@ static void judge_structure(struct hazard_judge *judge, const struct hazard_entr
         return;
     }
     const uint64_t number = hazards_access(judge->hazards, &access);
+    judge_overlaps(judge, &access, number, item->object);
     judge_written(judge, item->object, number, &item->bytes);
     if (item->role == HAZARD_DST)
         judge_bottom(judge, &access, item->object, number);
@@ -97,10 +98,13 @@ static void judge_structure(struct hazard_judge *judge, const struct hazard_entr
 static void judge_bytes(struct hazard_judge *judge, const struct hazard_entry *item)
 {
     const struct hazard_access access = {(enum access_kind)item->access, item->bytes};
-    if (is_of_structure(item))
+    if (is_of_structure(item)) {
         judge_structure(judge, item);
-    else
-        hazards_access(judge->hazards, &access);
+    } else {
+        const uint64_t number = hazards_access(judge->hazards, &access);
+        if (access_is_write(access.kind))
+            judge_overlaps(judge, &access, number, 0);
+    }
     if (access_is_write(access.kind))
         shader_judge_write(&judge->shaders, &item->bytes);
 }

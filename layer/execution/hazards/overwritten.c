@@ -4,19 +4,123 @@
 #include "layer/execution/hazards/overwritten.h"
 
 #include <stdlib.h>
+#include <string.h>
+
+#include "layer/execution/hazards/traces.h"
+#include "src/base/array.h"
 
 /* A position that no build has. */
 enum { NO_BUILD = UINT32_MAX };
 
-/* The last write of a structure. */
-struct written {
+/* A write of something else. */
+struct overwriting {
     uint64_t number; /* of the access */
     struct hazard_bytes bytes;
+    struct hazard_access_text side;
 };
+
+/* The last write of a structure. */
+struct written {
+    uint64_t structure; /* handle */
+    uint64_t number;    /* of the access */
+    struct hazard_bytes bytes;
+    struct overwriting *overwriting; /* owned; NULL: nothing has overwritten the structure since */
+};
+
+/* The structures that were written in one VkDeviceMemory. */
+struct written_places {
+    struct written **items;
+    uint32_t count, capacity;
+    uint64_t longest; /* no structure has more bytes */
+    bool is_sorted;   /* by their first bytes */
+};
+
+static void free_places(void *record)
+{
+    struct written_places *places = record;
+    free(places->items);
+    free(places);
+}
+
+static void free_written(void *record)
+{
+    struct written *written = record;
+    free(written->overwriting);
+    free(written);
+}
+
+/* ---- places */
+
+static int compare_places(const void *left, const void *right)
+{
+    const struct written *a = *(struct written *const *)left, *b = *(struct written *const *)right;
+    return (a->bytes.begin > b->bytes.begin) - (a->bytes.begin < b->bytes.begin);
+}
+
+/* Returns the first structure that begins at `begin` or behind it. */
+static uint32_t find_begin(struct written_places *places, uint64_t begin)
+{
+    uint32_t low = 0, high = places->count;
+    if (!places->is_sorted)
+        qsort(places->items, places->count, sizeof(places->items[0]), compare_places);
+    places->is_sorted = true;
+    while (low < high) {
+        const uint32_t middle = low + (high - low) / 2;
+        if (places->items[middle]->bytes.begin < begin)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+static struct written_places *find_places(struct hazard_judge *judge, uint64_t memory)
+{
+    return handle_table_find(&judge->written_places, memory + 1);
+}
+
+static void leave_place(struct hazard_judge *judge, const struct written *written)
+{
+    struct written_places *places = find_places(judge, written->bytes.memory);
+    uint32_t i = places ? find_begin(places, written->bytes.begin) : 0;
+    while (places && i < places->count && places->items[i] != written)
+        i++;
+    if (!places || i == places->count)
+        return;
+    places->count--;
+    memmove(&places->items[i], &places->items[i + 1],
+            (places->count - i) * sizeof(places->items[0]));
+}
+
+/* Without memory the structure is not found by its bytes, and nothing is told of it. */
+static void take_place(struct hazard_judge *judge, struct written *written)
+{
+    struct written_places *places = find_places(judge, written->bytes.memory);
+    if (!places) {
+        places = calloc(1, sizeof(*places));
+        if (places &&
+            !handle_table_set(&judge->written_places, written->bytes.memory + 1, places)) {
+            free(places);
+            places = NULL;
+        }
+    }
+    if (!places || !ARRAY_HAS_ROOM(places->items, places->count, places->capacity))
+        return;
+    places->is_sorted = places->count == 0;
+    places->items[places->count++] = written;
+    if (places->longest < written->bytes.end - written->bytes.begin)
+        places->longest = written->bytes.end - written->bytes.begin;
+}
+
+/* ---- what was written */
 
 static void forget_written(struct hazard_judge *judge, uint64_t structure)
 {
-    free(handle_table_remove(&judge->written, structure));
+    struct written *written = handle_table_remove(&judge->written, structure);
+    if (!written)
+        return;
+    leave_place(judge, written);
+    free_written(written);
 }
 
 /* Returns the record of a structure, and adds one if there is none; NULL if memory runs out. */
@@ -26,8 +130,10 @@ static struct written *find_written(struct hazard_judge *judge, uint64_t structu
     if (written)
         return written;
     written = calloc(1, sizeof(*written));
-    if (written && handle_table_set(&judge->written, structure, written))
+    if (written && handle_table_set(&judge->written, structure, written)) {
+        written->structure = structure;
         return written;
+    }
     free(written);
     return NULL;
 }
@@ -36,27 +142,98 @@ void judge_written(struct hazard_judge *judge, uint64_t structure, uint64_t numb
                    const struct hazard_bytes *bytes)
 {
     struct written *written = number ? find_written(judge, structure) : NULL;
-    if (written)
-        *written = (struct written){number, *bytes};
-    else
+    if (!written) {
         forget_written(judge, structure);
+        return;
+    }
+    const bool is_moved = memcmp(&written->bytes, bytes, sizeof(*bytes)) != 0;
+    if (is_moved && written->bytes.memory)
+        leave_place(judge, written);
+    free(written->overwriting);
+    written->overwriting = NULL;
+    written->number = number;
+    written->bytes = *bytes;
+    if (is_moved)
+        take_place(judge, written);
 }
 
 void judge_forget_all_written(struct hazard_judge *judge)
 {
-    handle_table_drop(&judge->written, free);
+    handle_table_drop(&judge->written, free_written);
+    handle_table_drop(&judge->written_places, free_places);
 }
 
+struct hazard_bytes judge_written_bytes(const struct hazard_judge *judge, uint64_t structure,
+                                        const struct hazard_bytes *first)
+{
+    const struct written *written = handle_table_find(&judge->written, structure);
+    const bool is_there =
+        written && written->bytes.memory == first->memory && written->bytes.begin == first->begin;
+    return is_there ? written->bytes : *first;
+}
+
+/* ---- writes of something else */
+
+/* Keeps how the first such write is described: its batch is forgotten when it is complete. Labels
+ * belong to the command buffer, and are left out. */
+static void note_overwriting(struct hazard_judge *judge, struct written *written, uint64_t number,
+                             const struct hazard_bytes *bytes)
+{
+    struct overwriting *overwriting =
+        written->overwriting ? NULL : malloc(sizeof(*written->overwriting));
+    if (!overwriting)
+        return;
+    *overwriting = (struct overwriting){.number = number, .bytes = *bytes};
+    if (hazard_judge_find_side(judge, number, &overwriting->side)) {
+        overwriting->side.origin.labels = overwriting->side.origin.queue_labels = NULL;
+        written->overwriting = overwriting;
+    } else {
+        free(overwriting);
+    }
+}
+
+/* A structure that begins where another one does has its address, too: which of them is meant by it
+ * is unknown. */
+void judge_overlaps(struct hazard_judge *judge, const struct hazard_access *write, uint64_t number,
+                    uint64_t own)
+{
+    struct written_places *places = find_places(judge, write->bytes.memory);
+    if (!places)
+        return;
+    const uint64_t begin = write->bytes.begin, end = write->bytes.end;
+    uint32_t i = find_begin(places, begin < places->longest ? 0 : begin - places->longest);
+    for (; i < places->count && places->items[i]->bytes.begin < end; i++) {
+        struct written *written = places->items[i];
+        struct hazard_access both = *write;
+        if (written->structure == own || written->bytes.end <= begin ||
+            (own && written->bytes.begin == begin))
+            continue;
+        both.bytes.begin = begin > written->bytes.begin ? begin : written->bytes.begin;
+        both.bytes.end = end < written->bytes.end ? end : written->bytes.end;
+        note_overwriting(judge, written, number, &both.bytes);
+        judge_write_after_trace(judge, &both, written->structure, number);
+    }
+}
+
+/* ---- reads */
+
 /* Returns the number of a write that came after the structure's own last one, and of which bytes;
- * 0: none is known. */
+ * 0: none is known. If its batch may be forgotten, describes it (`is_kept`). */
 static uint64_t find_overwriting(const struct hazard_judge *judge, uint64_t structure,
-                                 struct hazard_bytes *bytes)
+                                 struct hazard_bytes *bytes, struct hazard_access_text *side,
+                                 bool *is_kept)
 {
     const struct written *own = handle_table_find(&judge->written, structure);
     if (!own)
         return 0;
     *bytes = own->bytes;
-    return hazards_write_since(judge->hazards, own->number, bytes);
+    const uint64_t last = hazards_write_since(judge->hazards, own->number, bytes);
+    *is_kept = !last && own->overwriting;
+    if (!*is_kept)
+        return last;
+    *bytes = own->overwriting->bytes;
+    *side = own->overwriting->side;
+    return own->overwriting->number;
 }
 
 /* Whether a write by the current command is of the build at that position. */
@@ -73,16 +250,20 @@ static uint64_t judge_read(struct hazard_judge *judge, const struct hazard_acces
 {
     struct hazard early;
     struct hazard_bytes bytes;
-    const uint64_t last = find_overwriting(judge, structure, &bytes);
+    struct hazard_access_text earlier;
+    bool is_kept = false; /* `earlier` */
+    const uint64_t last = find_overwriting(judge, structure, &bytes, &earlier, &is_kept);
     const bool is_late = last &&
                          (last < judge->command_first || is_of_build(judge, last, position)) &&
                          !hazards_read_is_early(judge->hazards, read, &early);
     const uint64_t number = hazards_access(judge->hazards, read);
     if (is_late)
-        hazard_judge_found(judge, &(struct hazard){.type = READ_OF_OVERWRITTEN,
-                                                   .earlier = {.number = last},
-                                                   .later = {.number = number, .kind = read->kind},
-                                                   .bytes = bytes});
+        hazard_judge_found_after(judge,
+                                 &(struct hazard){.type = READ_OF_OVERWRITTEN,
+                                                  .earlier = {.number = last},
+                                                  .later = {.number = number, .kind = read->kind},
+                                                  .bytes = bytes},
+                                 is_kept ? &earlier : NULL);
     return number;
 }
 

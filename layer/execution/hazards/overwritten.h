@@ -11,6 +11,15 @@
 void judge_written(struct hazard_judge *judge, uint64_t structure, uint64_t number,
                    const struct hazard_bytes *bytes);
 void judge_forget_all_written(struct hazard_judge *judge);
+/* Returns the bytes of a structure that begins there, as far as its last write tells; else `first`.
+ */
+struct hazard_bytes judge_written_bytes(const struct hazard_judge *judge, uint64_t structure,
+                                        const struct hazard_bytes *first);
+/* The access of that number writes bytes. `own`: the structure that it builds or copies to; 0: it
+ * writes something else. Other structures of these bytes are overwritten, until they are built
+ * again, and must not be traced meanwhile. */
+void judge_overlaps(struct hazard_judge *judge, const struct hazard_access *write, uint64_t number,
+                    uint64_t own);
 /* An access by the current command reads the structure, whose first byte that is. Returns the
  * number of the access. What the command itself writes is left to its valid usage. */
 uint64_t judge_structure_read(struct hazard_judge *judge, const struct hazard_access *read,

@@ -133,10 +133,12 @@ static void report_kind(const struct hazard_judge *judge, const struct kind_of_h
                                    .is_own_write =
                                        kind->first.earlier.number >= judge->command_first,
                                    .write = kind->write};
+    report.earlier = kind->earlier;
     if (!hazard_judge_find_side(judge, kind->first.later.number, &report.later) ||
-        !hazard_judge_find_side(judge, kind->first.earlier.number, &report.earlier))
+        (!kind->knows_earlier &&
+         !hazard_judge_find_side(judge, kind->first.earlier.number, &report.earlier)))
         return;
-    if (kind->first.type == READ_OF_OVERWRITTEN)
+    if (report.later.role == HAZARD_SHADER && !report.later.object)
         name_traced(judge, kind->first.later.number, &report.later);
     if (kind->first.type == EARLY_TRACE) {
         report.later.type = report.earlier.type;
@@ -182,17 +184,29 @@ static bool add_to_kind(struct kind_of_hazard *kind, const struct hazard *hazard
     return true;
 }
 
-/* The engine's callback. */
-void hazard_judge_found(void *user, const struct hazard *hazard)
+void hazard_judge_found_after(struct hazard_judge *judge, const struct hazard *hazard,
+                              const struct hazard_access_text *earlier)
 {
-    struct hazard_judge *judge = user;
     if (judge->lost ||
         !reporter_wants_hazard(judge->device->instance->reporter, hazard_id_of(hazard)))
         return;
     for (uint32_t i = 0; i < judge->kind_count; i++)
         if (add_to_kind(&judge->kinds[i], hazard))
             return;
-    if (judge->kind_count < HAZARD_KINDS_REPORTED)
-        judge->kinds[judge->kind_count++] =
-            (struct kind_of_hazard){*hazard, 1, hazard->earlier.number, ACCESS_KINDS};
+    if (judge->kind_count == HAZARD_KINDS_REPORTED)
+        return;
+    struct kind_of_hazard *kind = &judge->kinds[judge->kind_count++];
+    *kind = (struct kind_of_hazard){.first = *hazard,
+                                    .count = 1,
+                                    .last_earlier = hazard->earlier.number,
+                                    .write = ACCESS_KINDS,
+                                    .knows_earlier = earlier != NULL};
+    if (earlier)
+        kind->earlier = *earlier;
+}
+
+/* The engine's callback. */
+void hazard_judge_found(void *user, const struct hazard *hazard)
+{
+    hazard_judge_found_after(user, hazard, NULL);
 }

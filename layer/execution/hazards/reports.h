@@ -18,6 +18,8 @@ struct kind_of_hazard {
     /* Of a READ_AFTER_WRITE: the command also writes what it reads, with this kind of access, and
      * the same dependency is missing for that; else ACCESS_KINDS. */
     enum access_kind write;
+    bool knows_earlier; /* `earlier` describes the earlier access: its batch may be forgotten */
+    struct hazard_access_text earlier;
 };
 
 struct hazard_judge {
@@ -29,9 +31,9 @@ struct hazard_judge {
      * order of their accesses' numbers, up to `last`; NULL: none. */
     struct batch_list *batches;
     struct order_batch *last;
-    uint32_t judged_count;       /* that are kept */
-    uint64_t batch_count;        /* that were judged */
-    struct handle_table written; /* see overwritten.c */
+    uint32_t judged_count;                       /* that are kept */
+    uint64_t batch_count;                        /* that were judged */
+    struct handle_table written, written_places; /* see overwritten.c */
     struct hazard_batch_record *current;
     uint64_t command_first; /* number of the current command's first access */
     struct kind_of_hazard kinds[HAZARD_KINDS_REPORTED];
@@ -54,6 +56,9 @@ void hazard_judge_find_barrier(const struct hazard_judge *judge, const struct ha
                                struct hazard_barrier_text *barrier);
 /* The current command has a hazard. `user`: a struct hazard_judge. */
 void hazard_judge_found(void *user, const struct hazard *hazard);
+/* The same, with a description of the earlier access. */
+void hazard_judge_found_after(struct hazard_judge *judge, const struct hazard *hazard,
+                              const struct hazard_access_text *earlier);
 /* Sends what the current command has, and ends it. */
 void hazard_judge_report(struct hazard_judge *judge);
 

@@ -36,8 +36,7 @@ static void report_lost(const struct hazard_judge *judge, const struct top_level
 
 static void report_unbuilt(const struct hazard_judge *judge, uint64_t structure, uint64_t number)
 {
-    struct hazard_report report = {.hazard = {.type = TRACE_OF_UNBUILT},
-                                   .write = ACCESS_KINDS};
+    struct hazard_report report = {.hazard = {.type = TRACE_OF_UNBUILT}, .write = ACCESS_KINDS};
     if (judge->lost ||
         !reporter_wants_hazard(judge->device->instance->reporter, HAZARD_ID_TRACE_UNBUILT) ||
         !hazard_judge_find_side(judge, number, &report.later))
@@ -96,6 +95,16 @@ void judge_bottom(struct hazard_judge *judge, const struct hazard_access *write,
     }
 }
 
+void judge_write_after_trace(struct hazard_judge *judge, const struct hazard_access *write,
+                             uint64_t structure, uint64_t number)
+{
+    for (uint32_t i = 0; i < judge->shaders.top_count; i++) {
+        struct top_level *top = judge->shaders.tops[i];
+        if (top->trace.side.number && top_level_refers(top, structure))
+            hazards_write_after(judge->hazards, &top->trace.side, number, write);
+    }
+}
+
 static void note_trace(const struct hazard_judge *judge, struct top_level *top,
                        const struct hazard_access *access, uint64_t number)
 {
@@ -118,7 +127,7 @@ void judge_trace(struct hazard_judge *judge, enum access_kind kind)
     const uint64_t unbuilt = shader_judge_unbuilt(&judge->shaders);
     const bool is_early = !unbuilt && shader_judge_trace(&judge->shaders, kind, &hazard);
     if (top && !is_early && !top->is_gone)
-        access.bytes = top->first;
+        access.bytes = judge_written_bytes(judge, top->structure, &top->first);
     hazard.later.number = top ? judge_structure_read(judge, &access, top->structure)
                               : hazards_access(judge->hazards, &access);
     if (is_early)
