@@ -303,7 +303,7 @@ static bool find_point(VkPipelineBindPoint bind_point, enum shader_point *point)
 static struct bound_shaders *change_bound(struct hazard_recording *recording)
 {
     recording->journal->shaders_end = NULL;
-    return bound_shaders_of(recording->journal);
+    return bound_shaders_change(&recording->journal->bound);
 }
 
 void hazards_bind_pipeline(struct hazard_recording *recording, VkPipelineBindPoint bind_point,

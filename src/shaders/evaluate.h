@@ -3,7 +3,7 @@
 #ifndef ASSAY_SHADERS_EVALUATE_H
 #define ASSAY_SHADERS_EVALUATE_H
 
-#include "src/shaders/paths.h"
+#include "src/shaders/launch.h"
 #include "src/shaders/values.h"
 
 struct invocation {

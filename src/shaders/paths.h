@@ -6,24 +6,8 @@
 #ifndef ASSAY_SHADERS_PATHS_H
 #define ASSAY_SHADERS_PATHS_H
 
-#include <vulkan/vulkan_core.h>
-
+#include "src/shaders/launch.h"
 #include "src/shaders/spirv.h"
-
-enum { PUSHED_BYTES = 256 }; /* push constants behind them are unknown */
-
-/* The push constants of a command. */
-struct pushed_constants {
-    uint32_t words[PUSHED_BYTES / 4];
-    uint64_t known; /* a bit for each word */
-};
-
-struct shader_launch {
-    const VkSpecializationInfo *constants; /* may be NULL */
-    const struct pushed_constants *pushed; /* NULL: unknown */
-    uint32_t size[3]; /* workgroups of a dispatch, or the size of a trace; 0: unknown */
-    uint32_t base[3]; /* the first workgroup */
-};
 
 /* The descriptor of the structure that is traced. */
 struct traced_descriptor {

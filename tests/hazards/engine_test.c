@@ -412,7 +412,8 @@ static uint64_t missed(struct hazards *hazards, uint64_t first)
     const struct hazard_access read = {ACCESS_BUILD_SHADER_READ, {MEMORY, 0, 1}};
     hazards_begin_command(hazards);
     hazards_access(hazards, &read);
-    const struct hazard_side since = {.queue = hazards_last_access(hazards).queue, .number = first - 1};
+    const struct hazard_side since = {.queue = hazards_last_access(hazards).queue,
+                                      .number = first - 1};
     if (!hazards_read_misses_writes(hazards, first, &since, &read, &hazard))
         return 0;
     assert_int_equal(hazard.type, READ_AFTER_SHADER);

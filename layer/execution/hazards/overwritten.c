@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/execution/hazards/traces.h"
 #include "src/base/array.h"
 
 /* A position that no build has. */
@@ -211,7 +210,7 @@ void judge_overlaps(struct hazard_judge *judge, const struct hazard_access *writ
         both.bytes.begin = begin > written->bytes.begin ? begin : written->bytes.begin;
         both.bytes.end = end < written->bytes.end ? end : written->bytes.end;
         note_overwriting(judge, written, number, &both.bytes);
-        judge_write_after_trace(judge, &both, written->structure, number);
+        shader_judge_overwrite(&judge->shaders, &both, written->structure, number);
     }
 }
 

@@ -231,6 +231,16 @@ bool shader_judge_trace(struct shader_judge *judge, enum access_kind kind, struc
     return found;
 }
 
+void shader_judge_overwrite(struct shader_judge *judge, const struct hazard_access *write,
+                            uint64_t structure, uint64_t number)
+{
+    for (uint32_t i = 0; i < judge->top_count; i++) {
+        struct top_level *top = judge->tops[i];
+        if (top->trace.side.number && top_level_refers(top, structure))
+            hazards_write_after(judge->hazards, &top->trace.side, number, write);
+    }
+}
+
 /* ---- what builds have read */
 
 struct input_read {

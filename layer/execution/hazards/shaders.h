@@ -129,6 +129,10 @@ struct top_level *shader_judge_only_top(struct shader_judge *judge);
  */
 uint64_t shader_judge_unbuilt(const struct shader_judge *judge);
 
+/* An access of that number writes bytes of a structure, and does not build it. */
+void shader_judge_overwrite(struct shader_judge *judge, const struct hazard_access *write,
+                            uint64_t structure, uint64_t number);
+
 /* The bytes were written by an access that is known. */
 void shader_judge_write(struct shader_judge *judge, const struct hazard_bytes *bytes);
 /* The current command has read data, by an access of that kind. Returns whether a shader wrote them

@@ -95,16 +95,6 @@ void judge_bottom(struct hazard_judge *judge, const struct hazard_access *write,
     }
 }
 
-void judge_write_after_trace(struct hazard_judge *judge, const struct hazard_access *write,
-                             uint64_t structure, uint64_t number)
-{
-    for (uint32_t i = 0; i < judge->shaders.top_count; i++) {
-        struct top_level *top = judge->shaders.tops[i];
-        if (top->trace.side.number && top_level_refers(top, structure))
-            hazards_write_after(judge->hazards, &top->trace.side, number, write);
-    }
-}
-
 static void note_trace(const struct hazard_judge *judge, struct top_level *top,
                        const struct hazard_access *access, uint64_t number)
 {

@@ -11,9 +11,6 @@ void judge_top(struct hazard_judge *judge, const struct hazard_command *command,
 /* An access of that number writes a structure to which instances may refer. */
 void judge_bottom(struct hazard_judge *judge, const struct hazard_access *write, uint64_t structure,
                   uint64_t number);
-/* An access of that number writes bytes of such a structure, and does not build it. */
-void judge_write_after_trace(struct hazard_judge *judge, const struct hazard_access *write,
-                             uint64_t structure, uint64_t number);
 /* The command may trace this structure: an entry HAZARD_TRACED. */
 void judge_traced(struct hazard_judge *judge, const struct hazard_entry *item);
 /* A shader of the command uses a descriptor of this structure statically: an entry HAZARD_USED. */

@@ -4,16 +4,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "src/state/commands/journal.h"
-
-struct bound_shaders *bound_shaders_of(struct journal *journal)
+struct bound_shaders *bound_shaders_change(struct bound_shaders **bound)
 {
-    if (journal->bound)
-        return journal->bound;
-    journal->bound = calloc(1, sizeof(*journal->bound));
-    for (unsigned i = 0; journal->bound && i < SHADER_POINTS; i++)
-        journal->bound->pushed_set[i] = BOUND_SETS;
-    return journal->bound;
+    if (*bound)
+        return *bound;
+    *bound = calloc(1, sizeof(**bound));
+    for (unsigned i = 0; *bound && i < SHADER_POINTS; i++)
+        (*bound)->pushed_set[i] = BOUND_SETS;
+    return *bound;
 }
 
 void bound_shaders_free(struct bound_shaders *bound)

@@ -4,7 +4,7 @@
 #ifndef ASSAY_STATE_COMMANDS_BOUND_SHADERS_H
 #define ASSAY_STATE_COMMANDS_BOUND_SHADERS_H
 
-#include "src/shaders/paths.h"
+#include "src/shaders/launch.h"
 #include "src/state/resources/descriptors.h"
 
 /* Bind points. */
@@ -20,11 +20,9 @@ struct bound_shaders {
     struct pushed_constants constants;
 };
 
-struct journal;
-
-/* Returns what is bound in the journal's command buffer; NULL if memory runs out: nothing is known
- * then. */
-struct bound_shaders *bound_shaders_of(struct journal *journal);
+/* Returns `*bound`, which is created if it is NULL. Returns NULL if memory runs out: nothing is
+ * known then. */
+struct bound_shaders *bound_shaders_change(struct bound_shaders **bound);
 /* Accepts NULL. */
 void bound_shaders_free(struct bound_shaders *bound);
 

@@ -189,8 +189,7 @@ __attribute__((cold, noinline)) static void release_held(struct journal *journal
 /* Every recording begins with this call, and most recordings have nothing to release. */
 ON_RECORDING_PATH void journal_clear(struct journal *journal)
 {
-    if (journal->has_references || journal->origin_count || journal->work ||
-        journal->bound)
+    if (journal->has_references || journal->origin_count || journal->work || journal->bound)
         release_held(journal);
     if (!chunk_list_is_empty(&journal->entries))
         forget_recent_inputs(journal);
