@@ -89,6 +89,8 @@ static void leave_place(struct hazard_judge *judge, const struct written *writte
     places->count--;
     memmove(&places->items[i], &places->items[i + 1],
             (places->count - i) * sizeof(places->items[0]));
+    if (!places->count)
+        free_places(handle_table_remove(&judge->written_places, written->bytes.memory + 1));
 }
 
 /* Without memory the structure is not found by its bytes, and nothing is told of it. */
