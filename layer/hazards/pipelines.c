@@ -84,7 +84,8 @@ static struct shader_code *find_code(struct shader_pipelines *pipelines,
 
 /* A shader that a command begins with, and that may trace. */
 struct first_shader {
-    struct shader_code *code;
+    struct shader_code *code; /* NULL: unknown */
+    struct spirv spirv;       /* of the code */
     uint32_t entry;
     VkSpecializationInfo constants; /* owned copies */
 };
@@ -102,6 +103,8 @@ void shader_pipeline_release(struct shader_pipeline *pipeline)
     if (!pipeline || atomic_fetch_sub(&pipeline->references, 1) != 1)
         return;
     for (uint32_t i = 0; i < pipeline->count; i++) {
+        if (pipeline->shaders[i].code)
+            spirv_close(&pipeline->shaders[i].spirv);
         release_code(pipeline->shaders[i].code);
         free((void *)pipeline->shaders[i].constants.pMapEntries);
         free((void *)pipeline->shaders[i].constants.pData);
@@ -156,12 +159,15 @@ static void read_stage(struct shader_pipelines *pipelines,
         const uint32_t entry = spirv_find_entry(&spirv, stage->pName, shader_model(stage->stage));
         if (entry)
             shader_facts_read(&spirv, entry, &read);
-        if (entry && first && copy_constants(stage->pSpecializationInfo, &first->constants)) {
+        if (entry && first && read.may_trace &&
+            copy_constants(stage->pSpecializationInfo, &first->constants)) {
             first->entry = entry;
             first->code = code;
+            first->spirv = spirv;
             code = NULL;
+        } else {
+            spirv_close(&spirv);
         }
-        spirv_close(&spirv);
     }
     release_code(code);
     shader_facts_add(facts, &read);
@@ -199,13 +205,9 @@ bool shader_pipeline_traces(const struct shader_pipeline *pipeline, struct shade
     bool traces = pipeline->is_whole && pipeline->count && pipeline->facts.may_trace;
     for (uint32_t i = 0; traces && i < pipeline->count; i++) {
         const struct first_shader *shader = &pipeline->shaders[i];
-        struct spirv spirv;
         launch->constants = &shader->constants;
-        traces = shader->code && spirv_open(&spirv, shader->code->words, shader->code->size);
-        if (!traces)
-            break;
-        traces = shader_certainly_traces(&spirv, shader->entry, launch, traced);
-        spirv_close(&spirv);
+        traces =
+            shader->code && shader_certainly_traces(&shader->spirv, shader->entry, launch, traced);
     }
     traced->is_known &= pipeline->count == 1;
     return traces;

@@ -170,7 +170,8 @@ static bool find_certain_trace(const struct shader_recording *shaders,
                                struct traced_descriptor *traced)
 {
     const struct bound_shaders *bound = shaders->recording->journal->bound;
-    struct shader_launch launch = {.pushed = bound ? &bound->constants : NULL};
+    struct shader_launch launch = {.pushed =
+                                       bound ? &bound->constants[shaders->command->point] : NULL};
     memcpy(launch.base, shaders->command->base, sizeof(launch.base));
     memcpy(launch.size, shaders->command->size, sizeof(launch.size));
     *traced = (struct traced_descriptor){.is_known = false};
@@ -339,20 +340,10 @@ void hazards_bind_sets(struct hazard_recording *recording, VkPipelineBindPoint b
         bind_sets(recording, point, first, count, sets);
 }
 
-/* The stages of each bind point. */
-static const VkShaderStageFlags stages_of_point[SHADER_POINTS] = {
-    [SHADERS_OF_COMPUTE] = VK_SHADER_STAGE_COMPUTE_BIT,
-    [SHADERS_OF_RAYS] = VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR |
-                        VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR | VK_SHADER_STAGE_MISS_BIT_KHR |
-                        VK_SHADER_STAGE_INTERSECTION_BIT_KHR | VK_SHADER_STAGE_CALLABLE_BIT_KHR,
-    [SHADERS_OF_GRAPHICS] =
-        VK_SHADER_STAGE_ALL_GRAPHICS | VK_SHADER_STAGE_TASK_BIT_EXT | VK_SHADER_STAGE_MESH_BIT_EXT,
-};
-
 void hazards_bind_sets_2(struct hazard_recording *recording, const VkBindDescriptorSetsInfo *info)
 {
     for (unsigned i = 0; i < SHADER_POINTS; i++)
-        if (info->stageFlags & stages_of_point[i])
+        if (shader_point_has((enum shader_point)i, info->stageFlags))
             bind_sets(recording, (enum shader_point)i, info->firstSet, info->descriptorSetCount,
                       info->pDescriptorSets);
 }
@@ -377,7 +368,7 @@ void hazards_push_set(struct hazard_recording *recording, VkPipelineBindPoint bi
 void hazards_push_set_2(struct hazard_recording *recording, const VkPushDescriptorSetInfo *info)
 {
     for (unsigned i = 0; i < SHADER_POINTS; i++)
-        if (info->stageFlags & stages_of_point[i])
+        if (shader_point_has((enum shader_point)i, info->stageFlags))
             push_set(recording, (enum shader_point)i, info->set, info->descriptorWriteCount,
                      info->pDescriptorWrites);
 }
@@ -390,10 +381,10 @@ void hazards_push_by_template(struct hazard_recording *recording, uint32_t set)
     bind_sets(recording, SHADERS_OF_GRAPHICS, set, 1, NULL);
 }
 
-void hazards_push_constants(struct hazard_recording *recording, uint32_t offset, uint32_t size,
-                            const void *values)
+void hazards_push_constants(struct hazard_recording *recording, VkShaderStageFlags stages,
+                            uint32_t offset, uint32_t size, const void *values)
 {
     struct bound_shaders *bound = change_bound(recording);
     if (bound && readable(readable_cache_of_thread(), values, size))
-        bound_shaders_push_constants(bound, offset, size, values);
+        bound_shaders_push_constants(bound, stages, offset, size, values);
 }

@@ -53,13 +53,37 @@ uint32_t bound_shaders_find(const struct bound_shaders *bound, struct descriptor
     return descriptor_sets_find(sets, bound->sets[point][set], binding, found, count);
 }
 
-/* Offset and size are multiples of 4, or the call is invalid. */
-void bound_shaders_push_constants(struct bound_shaders *bound, uint32_t offset, uint32_t size,
-                                  const void *values)
+/* The stages of each bind point. */
+static const VkShaderStageFlags stages_of_point[SHADER_POINTS] = {
+    [SHADERS_OF_COMPUTE] = VK_SHADER_STAGE_COMPUTE_BIT,
+    [SHADERS_OF_RAYS] = VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR |
+                        VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR | VK_SHADER_STAGE_MISS_BIT_KHR |
+                        VK_SHADER_STAGE_INTERSECTION_BIT_KHR | VK_SHADER_STAGE_CALLABLE_BIT_KHR,
+    [SHADERS_OF_GRAPHICS] =
+        VK_SHADER_STAGE_ALL_GRAPHICS | VK_SHADER_STAGE_TASK_BIT_EXT | VK_SHADER_STAGE_MESH_BIT_EXT,
+};
+
+bool shader_point_has(enum shader_point point, VkShaderStageFlags stages)
 {
-    struct pushed_constants *constants = &bound->constants;
+    return stages & stages_of_point[point];
+}
+
+/* Offset and size are multiples of 4, or the call is invalid. */
+static void push(struct pushed_constants *constants, bool is_known, uint32_t offset, uint32_t size,
+                 const void *values)
+{
     for (uint32_t i = 0; i < size / 4 && offset / 4 + i < PUSHED_BYTES / 4; i++) {
-        memcpy(&constants->words[offset / 4 + i], (const char *)values + (size_t)i * 4, 4);
-        constants->known |= UINT64_C(1) << (offset / 4 + i);
+        const uint32_t word = offset / 4 + i;
+        memcpy(&constants->words[word], (const char *)values + (size_t)i * 4, 4);
+        constants->known &= ~(UINT64_C(1) << word);
+        constants->known |= (uint64_t)is_known << word;
     }
+}
+
+void bound_shaders_push_constants(struct bound_shaders *bound, VkShaderStageFlags stages,
+                                  uint32_t offset, uint32_t size, const void *values)
+{
+    for (unsigned i = 0; i < SHADER_POINTS; i++)
+        push(&bound->constants[i], shader_point_has((enum shader_point)i, stages), offset, size,
+             values);
 }

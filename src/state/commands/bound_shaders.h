@@ -17,7 +17,7 @@ struct bound_shaders {
     /* Pushed descriptors, which stand in place of the set of that number; BOUND_SETS: none. */
     struct held_set pushed[SHADER_POINTS];
     uint32_t pushed_set[SHADER_POINTS];
-    struct pushed_constants constants;
+    struct pushed_constants constants[SHADER_POINTS];
 };
 
 /* Returns `*bound`, which is created if it is NULL. Returns NULL if memory runs out: nothing is
@@ -36,7 +36,11 @@ struct held_set *bound_shaders_push(struct bound_shaders *bound, enum shader_poi
 uint32_t bound_shaders_find(const struct bound_shaders *bound, struct descriptor_sets *sets,
                             enum shader_point point, uint32_t set, uint32_t binding,
                             struct held_descriptor *found, uint32_t count);
-void bound_shaders_push_constants(struct bound_shaders *bound, uint32_t offset, uint32_t size,
-                                  const void *values);
+/* The values become those of the bind points whose stages are named, and are unknown for the
+ * others: their layout is another one. */
+void bound_shaders_push_constants(struct bound_shaders *bound, VkShaderStageFlags stages,
+                                  uint32_t offset, uint32_t size, const void *values);
+/* Whether one of the stages belongs to a bind point. */
+bool shader_point_has(enum shader_point point, VkShaderStageFlags stages);
 
 #endif
