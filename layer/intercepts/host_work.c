@@ -44,18 +44,19 @@ bool layer_record(struct layer_device *device, VkCommandBuffer handle,
     return call.skip;
 }
 
-void layer_run_host_command(struct layer_device *device, struct journal *journal)
+bool layer_run_host_command(struct layer_device *device, struct journal *journal)
 {
     struct submission *submission =
         submission_begin(device->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
     if (!submission) {
         journal_release(journal);
-        return;
+        return false;
     }
     submission_add_batch(submission);
     submission_add_work(submission, journal);
     submission_prepare(submission);
     submission_finish(submission, VK_SUCCESS);
+    return true;
 }
 
 /* ---- host commands from begin to end */

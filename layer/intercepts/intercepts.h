@@ -137,8 +137,9 @@ bool layer_record(struct layer_device *device, VkCommandBuffer handle,
                   struct journal_entry *entries, uint32_t count);
 
 /* Places a host command in execution order among the batches. Takes ownership of the journal. If
- * that is NULL, because memory ran out, the order becomes unknown. */
-void layer_run_host_command(struct layer_device *device, struct journal *journal);
+ * that is NULL, because memory ran out, the order becomes unknown. Returns false if memory runs out
+ * for the command: then nothing is known of it. */
+bool layer_run_host_command(struct layer_device *device, struct journal *journal);
 
 /* ---- A host command that builds or copies acceleration structures, from begin to end. Its effects
  * are a journal of its own. The journal is judged before the call. It is applied when the work has

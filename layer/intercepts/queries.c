@@ -206,6 +206,7 @@ static struct journal *begin_reading(struct layer_device *device)
     struct host_view *host = malloc(sizeof(*host));
     struct idle_wait wait;
     if (!journal || !host) {
+        advice_note_unseen_sizes(device->advice);
         journal_release(journal);
         free(host);
         return NULL;
@@ -215,6 +216,14 @@ static struct journal *begin_reading(struct layer_device *device)
     execution_order_start_idle(device->order, VK_NULL_HANDLE, &wait);
     host->submitted = wait.clock;
     return journal;
+}
+
+/* Without memory for an answer the application knows sizes that the layer does not. */
+static void end_reading(struct layer_device *device, struct journal *reading)
+{
+    const bool is_complete = !reading->incomplete;
+    if (!layer_run_host_command(device, reading) || !is_complete)
+        advice_note_unseen_sizes(device->advice);
 }
 
 /* Whether a later copy is validated against results of this type. */
@@ -337,7 +346,7 @@ void note_query_results(struct layer_device *device, struct journal *reading, Vk
                      query_pool_clamp(&pool, first, count), &results) &&
         (result == VK_SUCCESS || partial))
         advice_note_unseen_sizes(device->advice);
-    layer_run_host_command(device, reading);
+    end_reading(device, reading);
 }
 
 struct journal *begin_size_reading(struct layer_device *device, VkQueryType type)
@@ -363,5 +372,5 @@ void note_sizes(struct layer_device *device, struct journal *reading, uint32_t c
         journal_add(reading, &answer);
     }
     if (reading)
-        layer_run_host_command(device, reading);
+        end_reading(device, reading);
 }
