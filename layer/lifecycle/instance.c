@@ -12,6 +12,7 @@
 #include "observers.h"
 #include "src/base/chain.h"
 #include "src/platform/modules.h"
+#include "src/state/commands/call_sites.h"
 
 static const VkLayerProperties own_layer = {
     .layerName = ASSAY_LAYER_NAME,
@@ -104,11 +105,17 @@ static uint32_t requested_api_version(const VkInstanceCreateInfo *create_info)
     return application && application->apiVersion ? application->apiVersion : VK_API_VERSION_1_0;
 }
 
-/* Whether the code at the address belongs to a layer. */
-static bool is_in_layer(const void *address)
+/* Whether a layer calls. The first address that is not of this library tells: the compiler may or
+ * may not have left a frame of the library's own entry in front of it. */
+static bool is_called_by_layer(const struct call_stack *stack)
 {
-    struct module_place place;
-    return module_find((uintptr_t)address, &place) && place.is_layer;
+    struct module_place own, place;
+    if (!module_find((uintptr_t)&is_called_by_layer, &own))
+        return false;
+    for (uint32_t i = 0; i < stack->count && module_find(stack->addresses[i], &place); i++)
+        if (strcmp(place.path, own.path) != 0)
+            return place.is_layer;
+    return false;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_CreateInstance(const VkInstanceCreateInfo *pCreateInfo,
@@ -125,6 +132,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateInstance(const VkInstanceCreateInfo *
     if (!create)
         return VK_ERROR_INITIALIZATION_FAILED;
 
+    struct call_stack stack;
+    call_stack_walk_tables(__builtin_frame_address(0), __builtin_return_address(0), &stack);
     struct layer_instance *state = calloc(1, sizeof(*state));
     if (!state)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -140,7 +149,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateInstance(const VkInstanceCreateInfo *
 
     state->handle = *pInstance;
     state->api_version = requested_api_version(pCreateInfo);
-    state->is_below_layer = is_in_layer(__builtin_return_address(0));
+    state->is_below_layer = is_called_by_layer(&stack);
     state->has_properties2 =
         enables_extension(pCreateInfo, VK_KHR_GET_PHYSICAL_DEVICE_PROPERTIES_2_EXTENSION_NAME);
     vkuInitInstanceDispatchTable(*pInstance, &state->vk, next_proc_addr);
