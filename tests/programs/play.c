@@ -221,7 +221,7 @@ static void stop_watching(void) {}
 #else
 enum { LINE_HANGS = 120 /* seconds; no line takes as long, however busy the machine is */ };
 
-static const struct play *volatile watched;
+static const struct play *_Atomic watched; /* of several threads, the last one */
 
 static void say(const char *text)
 {
@@ -232,11 +232,12 @@ static void say(const char *text)
 /* A call of the program does not return, so only the process can end. */
 static void report_hang(int number)
 {
+    const struct play *play = watched;
     (void)number;
-    say(watched->program->name);
+    say(play->program->name);
     say(": hangs, in the line\n    ");
-    say(watched->at < watched->program->line_count ? watched->program->lines[watched->at].text
-                                                   : "behind the last one");
+    say(play->at < play->program->line_count ? play->program->lines[play->at].text
+                                             : "behind the last one");
     say("\n");
     _exit(1);
 }
