@@ -120,7 +120,7 @@ static enum path_end leave_region(struct walk *walk, const struct spirv_instruct
 struct path {
     uint32_t block, previous; /* previous: 0: unknown */
     uint32_t selection_merge; /* of the current block; 0: none */
-    /* Merge blocks and headers of the loops around, from the outermost one. */
+    /* Merge blocks of the loops around, from the outermost one. */
     uint32_t loops[LOOPS_MAX];
     uint32_t loop_count;
 };

@@ -26,12 +26,12 @@ struct written {
     struct overwriting *overwriting; /* owned; NULL: nothing has overwritten the structure since */
 };
 
-/* The structures that were written in one VkDeviceMemory. */
+/* The structures that were written in one VkDeviceMemory, in ascending order of their first bytes.
+ */
 struct written_places {
     struct written **items;
     uint32_t count, capacity;
     uint64_t longest; /* no structure has more bytes */
-    bool is_sorted;   /* by their first bytes */
 };
 
 static void free_places(void *record)
@@ -50,19 +50,10 @@ static void free_written(void *record)
 
 /* ---- places */
 
-static int compare_places(const void *left, const void *right)
-{
-    const struct written *a = *(struct written *const *)left, *b = *(struct written *const *)right;
-    return (a->bytes.begin > b->bytes.begin) - (a->bytes.begin < b->bytes.begin);
-}
-
 /* Returns the first structure that begins at `begin` or behind it. */
-static uint32_t find_begin(struct written_places *places, uint64_t begin)
+static uint32_t find_begin(const struct written_places *places, uint64_t begin)
 {
     uint32_t low = 0, high = places->count;
-    if (!places->is_sorted)
-        qsort(places->items, places->count, sizeof(places->items[0]), compare_places);
-    places->is_sorted = true;
     while (low < high) {
         const uint32_t middle = low + (high - low) / 2;
         if (places->items[middle]->bytes.begin < begin)
@@ -107,8 +98,11 @@ static void take_place(struct hazard_judge *judge, struct written *written)
     }
     if (!places || !ARRAY_HAS_ROOM(places->items, places->count, places->capacity))
         return;
-    places->is_sorted = places->count == 0;
-    places->items[places->count++] = written;
+    const uint32_t i = find_begin(places, written->bytes.begin);
+    memmove(&places->items[i + 1], &places->items[i],
+            (places->count - i) * sizeof(places->items[0]));
+    places->items[i] = written;
+    places->count++;
     if (places->longest < written->bytes.end - written->bytes.begin)
         places->longest = written->bytes.end - written->bytes.begin;
 }
