@@ -18,9 +18,8 @@ const struct rule_info rule_infos[RULE_COUNT] = {
     .vuid[COMMAND_INDIRECT] = VUID_vkCmdBuildAccelerationStructuresIndirectKHR_##tail,
 #define HOST(tail) .vuid[COMMAND_HOST] = VUID_vkBuildAccelerationStructuresKHR_##tail,
 #define NV(tail) .vuid[COMMAND_NV] = VUID_vkCmdBuildAccelerationStructureNV_##tail,
-#define DEVICE_WARNING(name) .vuid[COMMAND_DEVICE] = WARNING_##name,
-#define NV_WARNING(name) .vuid[COMMAND_NV] = WARNING_##name,
-#define SHARED_WARNING(command, name) .vuid[COMMAND_##command] = WARNING_##name,
+#define OWN_WARNING(command, name) .vuid[COMMAND_##command] = WARNING_##name,
+#define SHARED_WARNING(command, name) OWN_WARNING(command, name)
 #define IN_NV(structure, tail) .vuid[COMMAND_NV] = VUID_##structure##_##tail,
 #define INFO_NV(structure, tail)                                                                   \
     IN_NV(structure, tail).vuid[COMMAND_CreateAccelerationStructureNV] = VUID_##structure##_##tail,
@@ -50,8 +49,7 @@ enum rule rule_of_vuid(enum vuid vuid)
 #define INDIRECT(tail) case VUID_vkCmdBuildAccelerationStructuresIndirectKHR_##tail:
 #define HOST(tail) case VUID_vkBuildAccelerationStructuresKHR_##tail:
 #define NV(tail) case VUID_vkCmdBuildAccelerationStructureNV_##tail:
-#define DEVICE_WARNING(name) case WARNING_##name:
-#define NV_WARNING(name) case WARNING_##name:
+#define OWN_WARNING(command, name) case WARNING_##name:
 #define SHARED_WARNING(command, name)
 #define IN(structure, tail) case VUID_##structure##_##tail:
 #define IN_NV(structure, tail) case VUID_##structure##_##tail:

@@ -19,10 +19,9 @@
  *     INFO_NV(structure, tail)  the same, and for vkCreateAccelerationStructureNV, which takes the
  *                               structure of the builds to come
  *     WITHIN(structure, tail)   an id of a structure that other commands take, for all of these
- *     DEVICE_WARNING(name) NV_WARNING(name)   an id of the layer's own (warnings.def), reported
- *                               as a warning
- *     SHARED_WARNING(COMMAND, name)   the same for any build command, if another command or row has
- *                               the id, too
+ *     OWN_WARNING(COMMAND, name)   an id of the layer's own (warnings.def), reported as a warning
+ *     SHARED_WARNING(COMMAND, name)   the same for any command, if another command or row has the
+ *                               id, too
  *
  * The last column is optional: HINT("what to do") is the second sentence of a message, such as
  * HINT("Create the VkBuffer with VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT."). It is an imperative that
@@ -95,9 +94,9 @@ enum {
 #define INDIRECT(tail) | 1 << COMMAND_INDIRECT
 #define HOST(tail) | 1 << COMMAND_HOST
 #define NV(tail) | 1 << COMMAND_NV
-#define DEVICE_WARNING(name) | 1 << COMMAND_DEVICE
-#define NV_WARNING(name) | 1 << COMMAND_NV
-#define SHARED_WARNING(command, name) | 1 << COMMAND_##command
+#define OWN_WARNING(command, name)                                                                 \
+    | (COMMAND_##command < BUILD_COMMAND_COUNT) << COMMAND_##command % BUILD_COMMAND_COUNT
+#define SHARED_WARNING(command, name) OWN_WARNING(command, name)
 #define IN(structure, tail) | ((1 << BUILD_COMMAND_COUNT) - 1)
 #define IN_NV(structure, tail) | 1 << COMMAND_NV
 #define INFO_NV(structure, tail) IN_NV(structure, tail)

@@ -70,8 +70,7 @@ void advice_destroy(struct device_advice *advice)
 struct noting {
     struct device_advice *advice;
     struct structures *structures;
-    VkDeviceSize needed_size; /* of the next build; 0: unknown */
-    bool is_tiny;             /* the next build has few primitives */
+    bool is_tiny; /* the next build has few primitives */
     bool has_memory;
 };
 
@@ -83,7 +82,6 @@ static void note_use(struct noting *noting, uint64_t id, enum structure_use use)
 static void note_figures(struct noting *noting, const struct journal_entry *entry)
 {
     const uint32_t few = noting->advice->limits->of[ADVICE_LIMIT_few_primitives];
-    noting->needed_size = entry->src;
     noting->is_tiny = entry->info && entry->number && entry->number <= few;
 }
 
@@ -114,10 +112,9 @@ static void note_build(struct noting *noting, const struct journal_entry *entry)
 {
     noting->has_memory &=
         structures_note_build(noting->structures, entry->dst_id, noting->advice->submissions,
-                              entry->built.flags, noting->needed_size);
+                              entry->built.flags, entry->built.needed_size);
     note_tiny(noting, entry->dst_id, noting->is_tiny && is_bottom(entry));
     note_top(noting, is_top(entry));
-    noting->needed_size = 0;
     noting->is_tiny = false;
 }
 
@@ -168,7 +165,6 @@ static void note_entry(struct noting *noting, const struct journal_entry *entry)
         note_build(noting, entry);
         break;
     case JOURNAL_UPDATE:
-        noting->needed_size = 0;
         noting->is_tiny = false;
         note_use(noting, entry->dst_id, USE_UPDATED);
         note_use(noting, entry->src_id, USE_UPDATE_SOURCE);

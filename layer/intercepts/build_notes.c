@@ -170,7 +170,6 @@ add_shapes(struct journal *journal, const struct build_view *build, struct journ
         .info = build->info,
         .ranges = build->ranges,
         .dst_size = build->dst.size,
-        .needed_size = build->sizes.known ? build->sizes.acceleration_structure : 0,
         .dense_readable = build->dense_readable,
         .micromaps = build->micromaps,
         .inputs = build->inputs,
@@ -205,6 +204,8 @@ static inline void note_build(const struct build_call *call, const struct build_
     note_src(entry, build);
     built_describe(&entry->built, build->info, call->view.command_buffer.handle,
                    position_of(call, build));
+    if (build->sizes.known)
+        entry->built.needed_size = build->sizes.acceleration_structure;
     if (built_has_shapes(build->info) || !has_all_geometries(build))
         add_shapes(call->journal, build, entry);
 }
@@ -238,11 +239,9 @@ __attribute__((cold)) static void note_figures(const struct build_call *call,
     entry.info = count_primitives(build, &entry.number);
     if (build->sizes.known && build_is_update(build->info))
         entry.dst = build->sizes.update_scratch;
-    else if (build->sizes.known) {
+    else if (build->sizes.known)
         entry.dst = build->sizes.build_scratch;
-        entry.src = build->sizes.acceleration_structure;
-    }
-    if (entry.info || entry.src || entry.dst)
+    if (entry.info || entry.dst)
         journal_add(call->journal, &entry);
 }
 

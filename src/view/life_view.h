@@ -250,8 +250,11 @@ struct sized_copy_view {
     uint64_t src, dst;        /* handles; dst of a serialization: the address */
     bool serializes, compacts;
     VkDeviceSize dst_size; /* bytes: of the create info, or from the address to the buffer's end */
-    VkDeviceSize queried_size; /* bytes: the serialization size of src, or its compacted size: the
-                                * smallest query result for the build of src */
+    VkDeviceSize queried_size; /* bytes: the serialization size of src; or its size, of a clone; or
+                                * its compacted size: the smallest query result for the build of
+                                * src. 0: the host has not read it */
+    bool is_full;              /* queried_size is the size of src */
+    VkDeviceSize needed_size;  /* bytes: of a clone, what the build of src needs; 0: unknown */
 };
 
 /* One element of pBindInfos of vkBindAccelerationStructureMemoryNV. */

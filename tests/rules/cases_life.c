@@ -339,6 +339,17 @@ static void use_queried_source(struct scene *scene, int dst_size)
                                               scene->infos[INDEXED].type);
 }
 
+/* Dst of a clone is created with so many bytes less than the build of src needs. */
+static void clone_to_less(struct scene *scene, uint32_t missing)
+{
+    const VkDeviceSize size = scene_sizes(scene, INDEXED).accelerationStructureSize;
+    const struct test_buffer buffer = place_buffer(scene);
+    if (command_is_on_host(scene->command))
+        scene_build_before(scene, INDEXED, 1);
+    scene->life.copy.dst =
+        scene_accel_in(scene, &buffer, 0, size - missing, scene->infos[INDEXED].type);
+}
+
 /* Queries the structure that the scene has built, and returns what the host reads. */
 static VkDeviceSize queried_size_of_source(struct scene *scene, VkQueryType type)
 {

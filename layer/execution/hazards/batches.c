@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "src/base/array.h"
+#include "src/state/builds/structures.h"
 
 /* ---- creation */
 
@@ -112,6 +113,66 @@ static struct hazard_place place_of(const struct hazard_command *command,
     return (struct hazard_place){command->journal, command->item->geometry + item->info, kind,
                                  item->geometry & ((UINT32_C(1) << 30) - 1)};
 }
+
+/* ---- copies */
+
+/* Of a structure by its handle. */
+static struct hazard_place place_of_copy(const struct journal *journal, uint64_t structure)
+{
+    return (struct hazard_place){journal, (uint32_t)(structure ^ structure >> 32), COPIED_BYTES, 0};
+}
+
+/* Src and dst share what the host has read of a build's sizes, unless one of them was written again
+ * in this batch. No structure is smaller than its compacted size. */
+static void add_copy(struct hazard_batch_record *batch, const struct structures *structures,
+                     const struct journal *journal, const struct journal_entry *copy)
+{
+    const struct structure *src = structures_find(structures, copy->src_id);
+    const struct structure *dst = structures_find(structures, copy->dst_id);
+    const struct compacted_size *sizes = src && dst ? dst->built.compacted_size : NULL;
+    if (!sizes || src->built.compacted_size != sizes || dst->built.state != BUILT_BEFORE)
+        return;
+    hazard_batch_add(
+        batch, &(struct hazard_input){.place = place_of_copy(journal, copy->dst),
+                                      .structure = copy->dst,
+                                      .bytes.end = smaller_of(sizes->size, copy->read.dst_size)});
+}
+
+/* Recursive: the device limits how deep secondary command buffers nest. */
+static void add_copies(struct hazard_batch_record *batch, const struct structures *structures,
+                       const struct journal *journal)
+{
+    if (!journal || !journal->has_copies)
+        return;
+    struct journal_cursor cursor =
+        journal_start(journal, JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT) |
+                                   JOURNAL_BIT(JOURNAL_EXECUTE));
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+        if (entry->kind == JOURNAL_EXECUTE)
+            add_copies(batch, structures, entry->secondary);
+        else
+            add_copy(batch, structures, journal, entry);
+}
+
+void hazard_batch_add_copies(struct hazard_batch_record *batch, const struct structures *structures)
+{
+    for (uint32_t i = 0; i < batch->batch->command_count; i++)
+        add_copies(batch, structures, batch->batch->commands[i].captured);
+}
+
+struct hazard_bytes hazard_batch_copied(const struct hazard_batch_record *batch,
+                                        const struct journal *journal, uint64_t structure,
+                                        const struct hazard_bytes *first)
+{
+    const struct hazard_place place = place_of_copy(journal, structure);
+    const struct hazard_input *copied = batch->input_count ? find_input(batch, &place) : NULL;
+    struct hazard_bytes bytes = *first;
+    if (copied && copied->structure == structure && copied->bytes.end)
+        bytes.end = bytes.begin + copied->bytes.end;
+    return bytes;
+}
+
+/* ---- data and indices */
 
 const struct data_read *hazard_batch_data(const struct hazard_batch_record *batch,
                                           const struct hazard_command *command,

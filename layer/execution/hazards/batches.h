@@ -11,10 +11,13 @@
 #include "src/state/order/order.h"
 #include "src/state/resources/destroyed.h"
 
+struct structures;
+
 enum hazard_input_kind {
     INPUT_REFERENCE, /* a structure that an instance refers to */
     INPUT_INDICES,   /* the indices of a geometry of triangles */
     INPUT_DATA,      /* the vertices, boxes or instances of a geometry */
+    COPIED_BYTES,    /* what a copy writes of its dst; `position`: see hazard_batch_copied() */
 };
 
 /* A build, and a geometry. */
@@ -103,6 +106,15 @@ void hazard_batch_vertices(const struct hazard_batch_record *batch,
 const struct data_read *hazard_batch_data(const struct hazard_batch_record *batch,
                                           const struct hazard_command *command,
                                           const struct hazard_entry *item);
+/* Finds what the copies of the batch write, as far as the host has read the size of their src. Call
+ * once the batch was replayed, on the thread that runs batches. */
+void hazard_batch_add_copies(struct hazard_batch_record *batch,
+                             const struct structures *structures);
+/* Returns the bytes that a copy of the journal writes of the structure whose first byte is given,
+ * or this byte if they are unknown. */
+struct hazard_bytes hazard_batch_copied(const struct hazard_batch_record *batch,
+                                        const struct journal *journal, uint64_t structure,
+                                        const struct hazard_bytes *first);
 /* Notes a command. Returns false if memory runs out: its accesses can't be found then. */
 bool hazard_batch_note(struct hazard_batch_record *batch, const struct hazard_command *command);
 

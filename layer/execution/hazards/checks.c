@@ -128,10 +128,11 @@ static void hazard_checks_run(void *user, struct order_batch *batch)
     if (!concerns(batch))
         return;
     struct hazard_batch_record *record = hazard_batch_create(batch);
-    if (record)
+    if (record) {
         record->untracked = (uintptr_t)batch->slots[USES_HAZARDS];
-    if (record)
+        hazard_batch_add_copies(record, checks->device->structures);
         order_batch_keep(batch, USES_HAZARDS, record);
+    }
     atomic_fetch_add(record ? &checks->kept : &checks->missed, 1);
 }
 

@@ -80,26 +80,31 @@ static bool is_of_structure(const struct hazard_entry *item)
            (item->role == HAZARD_DST || item->role == HAZARD_TOP_DST || item->role == HAZARD_SRC);
 }
 
-/* A structure is written or read. */
-static void judge_structure(struct hazard_judge *judge, const struct hazard_entry *item)
+/* A structure is written or read. Of the dst of a copy, the journal has the first byte. */
+static void judge_structure(struct hazard_judge *judge, const struct hazard_command *command,
+                            const struct hazard_entry *item)
 {
-    const struct hazard_access access = {(enum access_kind)item->access, item->bytes};
+    struct hazard_access access = {(enum access_kind)item->access, item->bytes};
     if (item->role == HAZARD_SRC) {
         judge_structure_read(judge, &access, item->object);
         return;
     }
+    if (item->bytes.end == item->bytes.begin + 1)
+        access.bytes =
+            hazard_batch_copied(judge->current, command->journal, item->object, &item->bytes);
     const uint64_t number = hazards_access(judge->hazards, &access);
     judge_overlaps(judge, &access, number, item->object);
-    judge_written(judge, item->object, number, &item->bytes);
+    judge_written(judge, item->object, number, &access.bytes);
     if (item->role == HAZARD_DST)
         judge_bottom(judge, &access, item->object, number);
 }
 
-static void judge_bytes(struct hazard_judge *judge, const struct hazard_entry *item)
+static void judge_bytes(struct hazard_judge *judge, const struct hazard_command *command,
+                        const struct hazard_entry *item)
 {
     const struct hazard_access access = {(enum access_kind)item->access, item->bytes};
     if (is_of_structure(item)) {
-        judge_structure(judge, item);
+        judge_structure(judge, command, item);
     } else {
         const uint64_t number = hazards_access(judge->hazards, &access);
         if (access_is_write(access.kind))
@@ -126,7 +131,7 @@ static void judge_access(struct hazard_judge *judge, const struct hazard_command
     else if (item->role == HAZARD_SHADER && item->bytes.memory)
         hazards_write_anywhere(judge->hazards, (enum access_kind)item->access, &item->bytes);
     else if (item->bytes.memory)
-        judge_bytes(judge, item);
+        judge_bytes(judge, command, item);
     else
         judge_access_anywhere(judge, (enum access_kind)item->access);
     if (item->role == HAZARD_TOP_DST)

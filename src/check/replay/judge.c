@@ -143,20 +143,19 @@ static void judge_dense(struct judge *judge, const struct update_view *update)
 
 /* Returns the size that the dst of an update needs: the size of a build or, if the source is
  * compacted, the smaller compacted size. Returns 0 if neither is known. */
-static VkDeviceSize size_needed(const struct geometry_shapes *asked, const struct built *source)
+static VkDeviceSize size_needed(VkDeviceSize asked, const struct built *source)
 {
     VkDeviceSize compacted = source->compacted_size ? source->compacted_size->size : 0;
-    if (!source->compacted)
-        return asked->needed_size;
-    return compacted < asked->needed_size ? compacted : asked->needed_size;
+    return source->compacted && compacted < asked ? compacted : asked;
 }
 
 static void judge_size(struct judge *judge, const struct journal_entry *entry,
                        const struct built *source)
 {
     const struct geometry_shapes *asked = entry->built.shapes;
+    const VkDeviceSize needed = entry->built.needed_size;
     struct finding finding;
-    if (!asked || source->state != BUILT_BEFORE || asked->dst_size >= size_needed(asked, source))
+    if (!asked || source->state != BUILT_BEFORE || asked->dst_size >= size_needed(needed, source))
         return;
     struct value dst = object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, entry->dst);
     if (source->compacted)
@@ -164,13 +163,13 @@ static void judge_size(struct judge *judge, const struct journal_entry *entry,
                      "{} was created with size {}, less than the queried compacted size of its "
                      "source ({}), and less than accelerationStructureSize ({})",
                      dst, number(asked->dst_size), number(source->compacted_size->size),
-                     number(asked->needed_size));
+                     number(needed));
     else
         finding_says(
             &finding, "dstAccelerationStructure",
             "{} was created with size {}, less than accelerationStructureSize ({}), and its "
             "source is not compacted",
-            dst, number(asked->dst_size), number(asked->needed_size));
+            dst, number(asked->dst_size), number(needed));
     judge_report(judge, RULE_dst_is_large_enough, &finding);
 }
 
@@ -237,16 +236,83 @@ void judge_read(struct replay *replay, const struct journal *journal,
     walk_used_source(&judge.walk, &view, &judge.location);
 }
 
-/* Returns the bytes that a copy certainly writes, as the host has read; 0: unknown. The compacted
- * size of a compacted structure is unknown: it is that of its source or less. */
+/* Whether the host has read the size of src, which a clone copies: its copies may have another. */
+static bool knows_full_size(const struct journal_entry *entry, const struct built *source)
+{
+    return entry->kind == JOURNAL_COPY && source->compacted_size && source->compacted_size->full &&
+           source->compacted_size->serialized_id == entry->src_id;
+}
+
+/* Returns the bytes that a copy certainly accesses of src and of dst, as the host has read; 0:
+ * unknown. The compacted size of a compacted structure is unknown: it is that of its source or
+ * less. */
 static VkDeviceSize queried_size(const struct journal_entry *entry, const struct built *source)
 {
     const struct compacted_size *sizes = source->compacted_size;
+    if (!sizes || source->state == BUILT_UNKNOWN)
+        return 0;
     if (entry->kind == JOURNAL_READ)
         return sizes->serialized_id == entry->src_id ? sizes->serialized : 0;
-    return source->state != BUILT_BEFORE || (source->compacted && entry->read.compacts)
-               ? 0
-               : sizes->size;
+    if (source->state != BUILT_BEFORE || (source->compacted && entry->read.compacts))
+        return 0;
+    return knows_full_size(entry, source) ? sizes->full : sizes->size;
+}
+
+/* Where a structure lies that a copy accesses; nowhere if it is not the one that was recorded. */
+struct copied_place {
+    VkDeviceSize size; /* that it was created with; 0: unknown */
+    struct memory_span span;
+};
+
+static struct copied_place find_place(const struct replay *replay,
+                                      const struct journal_entry *entry, uint64_t handle,
+                                      uint64_t id)
+{
+    struct accel_facts facts;
+    struct nv_accel_facts nv_facts;
+    if (!journal_entry_is_nv(entry)) {
+        resources_look_up_accel(replay->resources, (VkAccelerationStructureKHR)(uintptr_t)handle,
+                                &facts);
+        if (facts.id != id || !facts.details_known)
+            return (struct copied_place){0};
+        return (struct copied_place){facts.size,
+                                     memory_span_of(facts.memory, facts.begin, facts.size)};
+    }
+    resources_look_up_nv_accel(replay->resources, (VkAccelerationStructureNV)(uintptr_t)handle,
+                               &nv_facts);
+    nv_shape_release(nv_facts.created);
+    return (struct copied_place){.span =
+                                     nv_facts.id == id ? nv_facts.span : (struct memory_span){0}};
+}
+
+/* Returns the bytes that the build of src needs, which a clone goes on to hold; 0 if they are
+ * unknown, or if src was created with less. A compacted structure needs fewer, and so may one whose
+ * size was queried. */
+static VkDeviceSize cloned_size(const struct journal_entry *entry, const struct built *source,
+                                const struct copied_place *src)
+{
+    const bool is_whole =
+        entry->kind == JOURNAL_COPY && source->state == BUILT_BEFORE && !source->compacted;
+    const bool is_queried = source->compacted_size && source->compacted_size->full_is_queried;
+    return is_whole && !is_queried && src->size >= source->needed_size ? source->needed_size : 0;
+}
+
+/* Structures that begin at the same byte are reported at the call. */
+static void judge_copied_bytes(struct judge *judge, const struct sized_copy_view *copy,
+                               const struct memory_span *src, const struct memory_span *dst)
+{
+    struct finding finding;
+    const uint64_t apart =
+        src->begin < dst->begin ? dst->begin - src->begin : src->begin - dst->begin;
+    if (!src->memory || src->memory != dst->memory || !apart || apart >= copy->queried_size)
+        return;
+    finding_says(&finding, "dst",
+                 "{} begins at byte {} of {}, and src {} at byte {}: the copy accesses {} of each",
+                 object(copy->object_type, copy->dst), hex(dst->begin),
+                 object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)dst->memory),
+                 object(copy->object_type, copy->src), hex(src->begin),
+                 count_of(copy->queried_size, "byte"));
+    judge_report(judge, RULE_copied_memory_does_not_overlap, &finding);
 }
 
 /* Returns the bytes for dst. The application may have placed another buffer at the address of a
@@ -265,12 +331,14 @@ static VkDeviceSize size_of_dst(const struct replay *replay, const struct journa
 void judge_copy_size(struct replay *replay, const struct journal *journal,
                      const struct journal_entry *entry, const struct built *source)
 {
-    const VkDeviceSize size =
-        entry->read.dst_size && source->compacted_size ? queried_size(entry, source) : 0;
-    if (size <= entry->read.dst_size)
-        return;
+    struct copied_place src = {0}, dst = {0};
     struct judge judge;
-    judge_begin_read(&judge, replay, journal, entry);
+    if (!entry->read.dst_size)
+        return;
+    if (entry->kind != JOURNAL_READ) {
+        src = find_place(replay, entry, entry->src, entry->src_id);
+        dst = find_place(replay, entry, entry->dst, entry->dst_id);
+    }
     const struct sized_copy_view view = {
         .object_type = type_of_source(entry),
         .src = entry->src,
@@ -278,9 +346,13 @@ void judge_copy_size(struct replay *replay, const struct journal *journal,
         .serializes = entry->kind == JOURNAL_READ,
         .compacts = entry->read.compacts,
         .dst_size = size_of_dst(replay, entry),
-        .queried_size = size,
+        .queried_size = queried_size(entry, source),
+        .is_full = knows_full_size(entry, source),
+        .needed_size = cloned_size(entry, source, &src),
     };
+    judge_begin_read(&judge, replay, journal, entry);
     walk_sized_copy(&judge.walk, &view, &judge.location);
+    judge_copied_bytes(&judge, &view, &src.span, &dst.span);
 }
 
 /* ---- micromaps that recorded builds use */

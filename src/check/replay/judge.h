@@ -56,7 +56,8 @@ void judge_updated_geometries(struct judge *judge, const struct update_view *upd
 /* Validates an entry of JOURNAL_READS by the last build of its source, if that is known. */
 void judge_read(struct replay *replay, const struct journal *journal,
                 const struct journal_entry *entry, const struct built *source);
-/* Validates the size of dst of a copy, if the compacted size of its source is known. */
+/* Validates the size of dst of a copy, and that it does not overlap src, as far as sizes are known.
+ */
 void judge_copy_size(struct replay *replay, const struct journal *journal,
                      const struct journal_entry *entry, const struct built *source);
 

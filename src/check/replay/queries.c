@@ -32,6 +32,12 @@ static bool is_serialization_size(VkQueryType type)
            type == VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT;
 }
 
+/* Whether copies of a structure may report another result. */
+static bool is_of_one_structure(VkQueryType type)
+{
+    return type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR || is_serialization_size(type);
+}
+
 /* Whether a query of this type reports a size of the build. Queries of a compacted structure don't
  * report the size that its source compacts to. */
 static bool reports_size(const struct built *built, VkQueryType type)
@@ -39,7 +45,7 @@ static bool reports_size(const struct built *built, VkQueryType type)
     if (built->state == BUILT_FILLED)
         return built->is_micromap && is_serialization_size(type);
     return built->state == BUILT_BEFORE && !built->compacted &&
-           (is_serialization_size(type) ||
+           (is_of_one_structure(type) ||
             type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR ||
             type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV);
 }
@@ -53,10 +59,13 @@ static struct compacted_size *compacted_size_of(struct replay *replay,
     struct built *built = &structures_find(replay->structures, entry->src_id)->built;
     if (!built->compacted_size)
         built->compacted_size = compacted_size_create(entry->src_id);
-    if (built->compacted_size && is_serialization_size(type) &&
-        built->compacted_size->serialized_id != entry->src_id)
+    if (!built->compacted_size)
         return NULL;
-    return built->compacted_size;
+    if (type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR)
+        built->compacted_size->full_is_queried = true;
+    return is_of_one_structure(type) && built->compacted_size->serialized_id != entry->src_id
+               ? NULL
+               : built->compacted_size;
 }
 
 void replay_query(struct replay *replay, const struct journal_entry *entry)
@@ -102,8 +111,8 @@ void replay_answer(struct replay *replay, const struct host_view *host,
         entry->src ? compacted_size_of(replay, entry, type) : state->built.compacted_size;
     if (!compacted)
         return;
-    if (is_serialization_size(type)) {
-        compacted->serialized = entry->number;
+    if (is_of_one_structure(type)) {
+        *(is_serialization_size(type) ? &compacted->serialized : &compacted->full) = entry->number;
         return;
     }
     compacted_size_update(compacted, entry->number);

@@ -99,32 +99,37 @@ bool written_query_is_unavailable(const struct written_query_view *written_query
 
 /* ---- the size of dst */
 
-static bool violated_by_size(const struct sized_copy_view *copy, struct finding *finding)
+static bool has_size(const struct sized_copy_view *copy, VkDeviceSize size, const char *which,
+                     struct finding *finding)
 {
-    return violated(finding, "dst",
-                    "{} was created with size {}, less than the queried compacted size of src {} "
-                    "({})",
-                    object(copy->object_type, copy->dst), number(copy->dst_size),
-                    object(copy->object_type, copy->src), number(copy->queried_size));
-}
-
-static bool fits_into_dst(const struct sized_copy_view *copy)
-{
-    return copy->serializes || copy->dst_size >= copy->queried_size;
+    return copy->dst_size >= size ||
+           violated(finding, "dst", "{} was created with size {}, less than {} src {} ({})",
+                    object(copy->object_type, copy->dst), number(copy->dst_size), text(which),
+                    object(copy->object_type, copy->src), number(size));
 }
 
 bool compacting_dst_is_large_enough(const struct sized_copy_view *sized_copy,
                                     struct finding *finding)
 {
-    return !sized_copy->compacts || fits_into_dst(sized_copy) ||
-           violated_by_size(sized_copy, finding);
+    return sized_copy->serializes || !sized_copy->compacts ||
+           has_size(sized_copy, sized_copy->queried_size, "the queried compacted size of", finding);
 }
 
 /* No structure is smaller than its compacted size. */
 bool clone_dst_is_large_enough(const struct sized_copy_view *sized_copy, struct finding *finding)
 {
-    return sized_copy->compacts || fits_into_dst(sized_copy) ||
-           violated_by_size(sized_copy, finding);
+    return sized_copy->serializes || sized_copy->compacts ||
+           has_size(sized_copy, sized_copy->queried_size,
+                    sized_copy->is_full ? "the queried size of" : "the queried compacted size of",
+                    finding);
+}
+
+/* "dst [...] must have been created with the same parameters as src", but no id says so. */
+bool clone_dst_holds_the_build(const struct sized_copy_view *sized_copy, struct finding *finding)
+{
+    return sized_copy->dst_size < sized_copy->queried_size ||
+           has_size(sized_copy, sized_copy->needed_size, "the accelerationStructureSize of",
+                    finding);
 }
 
 bool serialized_data_fits_the_memory(const struct sized_copy_view *sized_copy,

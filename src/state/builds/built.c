@@ -120,8 +120,9 @@ struct compacted_size *compacted_size_create(uint64_t id)
     if (!compacted)
         return NULL;
     atomic_init(&compacted->references, 1);
-    compacted->size = compacted->serialized = 0;
+    compacted->size = compacted->serialized = compacted->full = 0;
     compacted->serialized_id = id;
+    compacted->full_is_queried = false;
     return compacted;
 }
 
@@ -265,7 +266,7 @@ struct geometry_shapes *built_with_micromaps(uint32_t count, const struct microm
     struct geometry_shapes *shapes = allocate_shapes(count, 0, true);
     if (!shapes)
         return NULL;
-    shapes->dst_size = shapes->needed_size = 0;
+    shapes->dst_size = 0;
     memset(shapes->items, 0, count * sizeof(shapes->items[0]));
     memcpy((char *)shapes + micromaps_offset(count, 0), micromaps, count * sizeof(*micromaps));
     return shapes;
@@ -287,7 +288,6 @@ static struct geometry_shapes *describe_geometries(const struct build_descriptio
     if (!shapes)
         return NULL;
     shapes->dst_size = description->dst_size;
-    shapes->needed_size = description->needed_size;
     for (uint32_t i = 0; i < shapes->count; i++)
         shapes->items[i] = describe_geometry(build_geometry(description->info, i),
                                              description->ranges ? &description->ranges[i] : NULL);
@@ -335,7 +335,7 @@ struct geometry_shapes *built_nv_shapes(const VkAccelerationStructureInfoNV *inf
     struct geometry_shapes *shapes = allocate_shapes(count, 0, false);
     if (!shapes)
         return NULL;
-    shapes->dst_size = shapes->needed_size = 0;
+    shapes->dst_size = 0;
     for (uint32_t i = 0; i < count; i++)
         shapes->items[i] =
             is_top ? (struct geometry_shape){.type = VK_GEOMETRY_TYPE_INSTANCES_KHR,

@@ -98,9 +98,7 @@ struct micromap_shape {
 struct geometry_shapes {
     atomic_uint references;
     bool has_micromaps;
-    /* For an update: the size of its dst, and the size required by
-     * vkGetAccelerationStructureBuildSizesKHR, in bytes; 0 if unknown. */
-    VkDeviceSize dst_size, needed_size;
+    VkDeviceSize dst_size; /* of an update: that dst was created with, in bytes; 0: unknown */
     uint32_t count, dense_count;
     struct geometry_shape items[];
 };
@@ -121,6 +119,8 @@ struct compacted_size {
      * have another one. In bytes; 0: no query result was read yet. */
     VkDeviceSize serialized;
     uint64_t serialized_id;
+    VkDeviceSize full; /* the same for its size (VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR) */
+    bool full_is_queried; /* of a structure that holds the build, though perhaps not yet read */
 };
 
 /* A query that was reset is BUILT_NEVER; one that was written since is BUILT_BEFORE. */
@@ -158,6 +158,9 @@ struct built {
     /* In live states and queries: the compacted size of the build, or of the build that was
      * compacted. NULL if it has not been queried. */
     struct compacted_size *compacted_size;
+    /* Bytes: accelerationStructureSize, as vkGetAccelerationStructureBuildSizesKHR returns it for
+     * the build, or for the parameters of the update; 0: unknown. */
+    VkDeviceSize needed_size;
 };
 
 /* Returns the compacted size of the build of a structure, with one reference, or NULL if there is
@@ -206,6 +209,7 @@ static inline void built_describe(struct built *built,
     built->compacted = built->sole = built->unwritten = false;
     built->is_micromap = built->is_original = false;
     built->compacted_size = NULL;
+    built->needed_size = 0;
 }
 
 /* Makes a description unknown except for its position. */
@@ -224,7 +228,7 @@ static inline bool built_has_shapes(const VkAccelerationStructureBuildGeometryIn
 struct build_description {
     const VkAccelerationStructureBuildGeometryInfoKHR *info;
     const VkAccelerationStructureBuildRangeInfoKHR *ranges;
-    VkDeviceSize dst_size, needed_size;    /* see struct geometry_shapes */
+    VkDeviceSize dst_size;                 /* see struct geometry_shapes */
     bool dense_readable;                   /* the chains of dense geometries are readable */
     const struct micromap_uses *micromaps; /* NULL: none */
     struct build_inputs *inputs;           /* shared; NULL: none */

@@ -165,6 +165,7 @@ void command_buffer_execute(struct command_buffer *primary, struct command_buffe
         primary->journal->has_events |= secondary->journal->has_events;
         primary->journal->writes_queries |= secondary->journal->writes_queries;
         primary->journal->awaits_inputs |= secondary->journal->awaits_inputs;
+        primary->journal->has_copies |= secondary->journal->has_copies;
         primary->journal->reads_host_data |= secondary->journal->reads_host_data;
     }
     if (primary->journal && (is_circle || !secondary->journal || secondary->journal->incomplete))

@@ -62,6 +62,7 @@ void journal_add(struct journal *journal, const struct journal_entry *entry)
     const unsigned char size = place->size;
     *place = *entry;
     place->size = size;
+    journal->has_copies |= entry->kind == JOURNAL_COPY || entry->kind == JOURNAL_COMPACT;
     journal_end_entry(journal, place);
 }
 
@@ -198,7 +199,7 @@ ON_RECORDING_PATH void journal_clear(struct journal *journal)
     journal->secondary_count = 0;
     journal->has_events = journal->writes_queries = journal->incomplete = false;
     journal->lacks_hazards = journal->awaits_inputs = journal->has_condition = false;
-    journal->reads_host_data = false;
+    journal->reads_host_data = journal->has_copies = false;
     journal->shaders_end = NULL;
     journal_begin_call(journal);
 }

@@ -36,8 +36,7 @@ enum journal_kind {
     JOURNAL_FILL,    /* dst is written from memory: a deserialization; any write of a micromap */
     JOURNAL_EXECUTE, /* a secondary command buffer */
     /* About the next build. `number`: its primitives, if info is 1; for record_builds, as dst is:
-     * the bytes of scratch memory that it needs, or 0. src: the size in bytes that it needs, or 0;
-     * for advice. */
+     * the bytes of scratch memory that it needs, or 0. */
     JOURNAL_PRIMITIVES,
     JOURNAL_USE_MICROMAP, /* the build of a later entry reads the micromap src */
     JOURNAL_RANGES,       /* the ranges of a call that uses sparse buffers; after its builds */
@@ -294,6 +293,7 @@ struct journal {
     bool lacks_hazards; /* memory ran out for HAZARD entries: all before counts as ordered */
     /* It or a secondary has builds whose data, indices or references level content will find. */
     bool awaits_inputs;
+    bool has_copies; /* it or a secondary has a JOURNAL_COPY or JOURNAL_COMPACT */
     /* Setting hazards: it or a secondary has builds that read buffers which no command writes. */
     bool reads_host_data;
 };
