@@ -281,7 +281,8 @@ static void create_scratch(struct play *play)
     const STRUCT(VkBufferCreateInfo, scratch, .size = play->is_unjudged ? 1 << 19 : 1 << 22,
                  .usage = usage);
     const STRUCT(VkBufferCreateInfo, instances, .size = PLAY_BUFFER_SIZE, .usage = usage);
-    play->scratch = buffer_create(&play->vk, play->device, play->memory_type, &scratch);
+    /* Not cleared: most programs use little of it. */
+    play->scratch = buffer_create_uncleared(&play->vk, play->device, play->memory_type, &scratch);
     play->instances = buffer_create(&play->vk, play->device, play->memory_type, &instances);
 }
 
