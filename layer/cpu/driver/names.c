@@ -5,11 +5,14 @@
 #include "layer/cpu/overlay.h"
 #include "observers.h"
 
-/* `type`: a VkObjectType. VkDebugReportObjectTypeEXT has the same values. */
-bool cpu_makes(struct cpu_overlay *overlay, uint32_t type)
+/* Whether the backend has made the object. `type`: a VkObjectType. VkDebugReportObjectTypeEXT has
+ * the same values. */
+bool cpu_makes(struct cpu_overlay *overlay, uint32_t type, uint64_t handle)
 {
     return (type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR && overlay->acceleration_structure) ||
            (type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV && overlay->ray_tracing_nv) ||
+           (type == VK_OBJECT_TYPE_QUERY_POOL &&
+            cpu_query_pools_has(overlay->device->query_pools, handle)) ||
            (type == VK_OBJECT_TYPE_MICROMAP_EXT && overlay->opacity_micromap_ext) ||
            (type == VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR && overlay->deferred_host_operations);
 }
