@@ -202,7 +202,7 @@ static inline void note_build(const struct build_call *call, const struct build_
     entry->dst_backing = backing_of(&build->dst);
     entry->geometry_by_pointer = build->geometry_pointers != NULL;
     note_src(entry, build);
-    built_describe(&entry->built, build->info, call->view.command_buffer.handle,
+    built_describe(&entry->built, build->info, &call->view.command_buffer,
                    position_of(call, build));
     if (build->sizes.known)
         entry->built.needed_size = build->sizes.acceleration_structure;

@@ -44,16 +44,26 @@ void forget_report_callback(struct layer_instance *instance, VkDebugReportCallba
 
 /* ---- names */
 
+static void set_name(struct layer_device *device, VkObjectType type, uint64_t handle,
+                     const char *name)
+{
+    const struct command_buffer *command_buffer =
+        type == VK_OBJECT_TYPE_COMMAND_BUFFER
+            ? command_buffers_find(device->command_buffers, (VkCommandBuffer)(uintptr_t)handle)
+            : NULL;
+    object_names_set_of(device->names, type, handle, command_buffer ? command_buffer->facts.id : 0,
+                        name);
+}
+
 void note_object_name(struct layer_device *device, const VkDebugUtilsObjectNameInfoEXT *info)
 {
-    object_names_set(device->names, info->objectType, info->objectHandle, info->pObjectName);
+    set_name(device, info->objectType, info->objectHandle, info->pObjectName);
 }
 
 /* The two enumerations of object types have the same values for all types that messages name. */
 void note_marker_name(struct layer_device *device, const VkDebugMarkerObjectNameInfoEXT *info)
 {
-    object_names_set(device->names, (VkObjectType)info->objectType, info->object,
-                     info->pObjectName);
+    set_name(device, (VkObjectType)info->objectType, info->object, info->pObjectName);
 }
 
 /* ---- labels of command buffers */

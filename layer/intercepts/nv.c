@@ -121,6 +121,7 @@ static struct built describe_nv_build(const struct build_call *call,
         shapes = built_nv_shapes(view->info);
     return (struct built){.state = BUILT_BEFORE,
                           .command_buffer = call->view.command_buffer.handle,
+                          .command_buffer_id = call->view.command_buffer.id,
                           .position = position,
                           .flags = view->info->flags,
                           .type = view->info->type,

@@ -97,8 +97,12 @@ static void append_built(struct text_buffer *text, struct message *message,
                     built->build);
         return;
     }
+    char name[MESSAGE_NAME_SIZE] = "";
+    if (names)
+        object_names_get_of(names, VK_OBJECT_TYPE_COMMAND_BUFFER, built->number, built->id, name,
+                            sizeof(name));
     text_append(text, "in ");
-    message_append_object(text, message, VK_OBJECT_TYPE_COMMAND_BUFFER, built->number, names);
+    message_append_named_object(text, message, VK_OBJECT_TYPE_COMMAND_BUFFER, built->number, name);
     text_append(text, ", build %" PRIu32, built->build);
 }
 

@@ -12,18 +12,13 @@ static struct value source(const struct update_view *update)
                   update->src);
 }
 
-static struct value last_build(const struct built *built)
-{
-    return built_at(built->command_buffer, built->position);
-}
-
 #define LAST_BUILT "{} was last built with {} ({})"
 
 bool update_differs(const struct update_view *update, struct finding *finding, const char *field,
                     struct value now, struct value then)
 {
     return violated(finding, field, "is {}, but " LAST_BUILT, now, source(update), then,
-                    last_build(update->source));
+                    built_at(update->source));
 }
 
 bool update_source_was_built_with_allow_update(const struct update_view *update,
@@ -37,7 +32,7 @@ bool update_source_was_built_with_allow_update(const struct update_view *update,
            violated(finding, field,
                     "{} was last built with flags {}, without "
                     "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR ({})",
-                    source(update), build_flags(last->flags), last_build(last));
+                    source(update), build_flags(last->flags), built_at(last));
 }
 
 bool geometry_count_matches_source(const struct update_view *update, struct finding *finding)
@@ -181,7 +176,7 @@ static bool count_matches(const struct updated_geometry_view *geometry, struct f
     return !is_known || !find_count(geometry->asked, update->asked, geometry->index, &now) ||
            !find_count(geometry->source, update->source, geometry->index, &then) || now == then ||
            violated(finding, "", "has primitiveCount {} in its build range, but " LAST_BUILT,
-                    number(now), source(update), number(then), last_build(update->source));
+                    number(now), source(update), number(then), built_at(update->source));
 }
 
 bool primitive_count_matches_source(const struct updated_geometry_view *updated_geometry,

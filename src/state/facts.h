@@ -176,6 +176,7 @@ enum command_buffer_state {
 
 struct command_buffer_facts {
     VkCommandBuffer handle;
+    uint32_t id;              /* never reused; 0 unless alive */
     VkQueueFlags queue_flags; /* of the pool's queue family; 0: unknown */
     enum command_buffer_state state;
     uint32_t build_index; /* builds recorded before this call */

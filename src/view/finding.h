@@ -9,6 +9,7 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
+#include "src/state/builds/built.h"
 #include "vuid-tables/rules.h"
 
 enum value_kind {
@@ -37,7 +38,8 @@ struct value {
     union {
         const char *text; /* VALUE_TEXT, VALUE_FIELD; VALUE_COUNT: the noun's singular */
         double real;      /* VALUE_REAL */
-        uint64_t id;      /* VALUE_DESTROYED: 0: the last object that had the handle */
+        uint64_t id; /* VALUE_DESTROYED: 0: the last object that had the handle; VALUE_BUILT: of
+                      * the command buffer */
         /* VALUE_FLAGS: returns the name of a bit from after the prefix of its type on, such as
          * ALLOW_UPDATE_BIT_KHR, or NULL if it has none. */
         const char *(*name_of_bit)(uint64_t bit);
@@ -127,12 +129,13 @@ static inline struct value field_of(uint32_t build, const char *field)
     return (struct value){.kind = VALUE_FIELD, .build = build, .text = field};
 }
 
-/* The build with this index in a command buffer, or in a call of the host if `command_buffer` is
- * NULL. */
-static inline struct value built_at(VkCommandBuffer command_buffer, uint32_t build)
+/* Where a structure was built: in a command buffer, or by a call of the host. */
+static inline struct value built_at(const struct built *built)
 {
-    return (struct value){
-        .kind = VALUE_BUILT, .number = (uint64_t)(uintptr_t)command_buffer, .build = build};
+    return (struct value){.kind = VALUE_BUILT,
+                          .number = (uint64_t)(uintptr_t)built->command_buffer,
+                          .id = built->command_buffer_id,
+                          .build = built->position};
 }
 
 /* The buffer of a structure that lies in no live memory, and why: a phrase that follows its name.

@@ -63,6 +63,25 @@ TEST_BETWEEN(the_last_object_of_a_handle_counts, open_names, close_names)
     expect_past_name(HANDLE, 2, "chunk");
 }
 
+static void expect_name_of(uint64_t id, const char *name)
+{
+    char found[64];
+    object_names_get_of(names, VK_OBJECT_TYPE_COMMAND_BUFFER, HANDLE, id, found, sizeof(found));
+    assert_string_equal(found, name);
+}
+
+TEST_BETWEEN(a_name_is_of_the_object_with_the_id, open_names, close_names)
+{
+    object_names_set_of(names, VK_OBJECT_TYPE_COMMAND_BUFFER, HANDLE, 1, "frame 1");
+    expect_name_of(1, "frame 1");
+    object_names_end(names, VK_OBJECT_TYPE_COMMAND_BUFFER, HANDLE, 0);
+    object_names_end(names, VK_OBJECT_TYPE_COMMAND_BUFFER, HANDLE, 0); /* 2, without a name */
+    object_names_set_of(names, VK_OBJECT_TYPE_COMMAND_BUFFER, HANDLE, 3, "frame 3");
+    expect_name_of(1, "frame 1");
+    expect_name_of(2, "");
+    expect_name_of(3, "frame 3");
+}
+
 TEST_BETWEEN(objects_of_other_types_have_the_handle, open_names, close_names)
 {
     object_names_set(names, VK_OBJECT_TYPE_QUEUE, HANDLE, "queue");

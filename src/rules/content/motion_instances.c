@@ -127,6 +127,8 @@ bool motion_instance_references_are_valid_handles(
     return !referenced->handle || referenced->alive != NO ||
            violated(finding, content_field(motion_instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose accelerationStructureReference {} is not an "
-                    "acceleration structure of this device",
-                    number(motion_instance->index), hex((uint64_t)(uintptr_t)referenced->handle));
+                    "acceleration structure of this device: it was destroyed or never created",
+                    number(motion_instance->index),
+                    destroyed_object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                                     (uint64_t)(uintptr_t)referenced->handle, 0));
 }

@@ -39,7 +39,7 @@ static bool changed(const struct updated_geometry_view *geometry, struct finding
                     object(is_nv ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
                                  : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                            update->src),
-                    built_at(update->source->command_buffer, update->source->position));
+                    built_at(update->source));
 }
 
 bool inactive_primitives_stay_inactive(const struct updated_geometry_view *updated_geometry,

@@ -70,8 +70,7 @@ bool source_allows_compaction(const struct used_source_view *used_source, struct
            violated(finding, field,
                     "{} was last built with flags {}, without "
                     "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR ({})",
-                    value_of_source(used_source), build_flags(built->flags),
-                    built_at(built->command_buffer, built->position));
+                    value_of_source(used_source), build_flags(built->flags), built_at(built));
 }
 
 bool referenced_micromaps_were_deserialized(const struct used_source_view *used_source,

@@ -10,11 +10,6 @@ static struct value structure(uint64_t handle)
     return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle);
 }
 
-static struct value command_buffer(const struct built *built)
-{
-    return object(VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)built->command_buffer);
-}
-
 /* ---- uses */
 
 bool opacity_micromap_was_constructed_before(const struct used_micromap_view *used_micromap,
@@ -46,9 +41,8 @@ bool opacity_micromap_was_built_as_micromap(const struct used_micromap_view *use
            built->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR ||
            violated(finding, OPACITY_DATA "micromap",
                     "{} was last built with type {}, not "
-                    "VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR (in {}, build {})",
-                    structure(used_micromap->handle), accel_type(built->type),
-                    command_buffer(built), number(built->position));
+                    "VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR ({})",
+                    structure(used_micromap->handle), accel_type(built->type), built_at(built));
 }
 
 bool opacity_triangles_are_within_micromap(const struct used_micromap_view *used_micromap,
@@ -64,11 +58,10 @@ bool opacity_triangles_are_within_micromap(const struct used_micromap_view *used
     return last <= built->shapes->items[0].primitive_count ||
            violated(finding, OPACITY_DATA "baseTriangle",
                     "{} and {} in the build range reach triangle {} of the micromap, but {} was "
-                    "last built with {} (in {})",
+                    "last built with {} ({})",
                     number(use->first), count_of(use->triangle_count, "triangle"), number(last),
                     structure(used_micromap->handle),
-                    count_of(built->shapes->items[0].primitive_count, "triangle"),
-                    command_buffer(built));
+                    count_of(built->shapes->items[0].primitive_count, "triangle"), built_at(built));
 }
 
 /* The last build of a deserialized source is unknown, but the update must have the flags and
@@ -80,10 +73,9 @@ bool opacity_micromap_of_deserialized_source_is_deserialized(
     return !used_micromap->source || used_micromap->source->state != BUILT_FILLED ||
            !used_micromap->use->must_stay || !was_built(used_micromap) ||
            violated(finding, OPACITY_DATA "micromap",
-                    "{} was built (in {}, build {}), but srcAccelerationStructure was "
+                    "{} was built ({}), but srcAccelerationStructure was "
                     "deserialized, so its micromaps must be deserialized, too",
-                    structure(used_micromap->handle), command_buffer(used_micromap->built),
-                    number(used_micromap->built->position));
+                    structure(used_micromap->handle), built_at(used_micromap->built));
 }
 
 /* ---- updates */
@@ -92,9 +84,9 @@ static bool differs(const struct updated_micromap_view *view, struct finding *fi
                     const char *field, const char *now, const char *then, uint64_t handle)
 {
     const struct update_view *update = view->geometry->update;
-    return violated(finding, field, "{}, but {} was last built with {} (in {}, build {})",
-                    text(now), structure(update->src), handle ? structure(handle) : text(then),
-                    command_buffer(update->source), number(update->source->position));
+    return violated(finding, field, "{}, but {} was last built with {} ({})", text(now),
+                    structure(update->src), handle ? structure(handle) : text(then),
+                    built_at(update->source));
 }
 
 static bool are_triangles(const struct updated_micromap_view *view)
@@ -152,10 +144,9 @@ bool opacity_micromap_matches_source(const struct updated_micromap_view *updated
     if (!are_triangles(updated_micromap) || !asked || !before || asked == before ||
         (update->source->flags & may_change))
         return true;
-    return violated(
-        finding, OPACITY_DATA "micromap",
-        "is {}, but {} was last built with {} (in {}, build {}), and without flags that "
-        "let micromaps change",
-        structure(asked), structure(update->src), structure(before), command_buffer(update->source),
-        number(update->source->position));
+    return violated(finding, OPACITY_DATA "micromap",
+                    "is {}, but {} was last built with {} ({}), and without flags that "
+                    "let micromaps change",
+                    structure(asked), structure(update->src), structure(before),
+                    built_at(update->source));
 }

@@ -147,11 +147,12 @@ struct built {
     struct build_inputs *inputs;    /* NULL: not kept */
     VkAccelerationStructureTypeKHR type;
     VkBuildAccelerationStructureFlagsKHR flags;
-    enum built_state state;
-    bool compacted;       /* the structure holds a compacting copy */
-    bool sole;            /* of a query: this is its first write */
-    bool unwritten;       /* of a query: it was reset, and never written before */
-    bool is_micromap : 1; /* BUILT_FILLED by a build of a VkMicromapEXT, with `flags` */
+    uint32_t command_buffer_id; /* 0: unknown */
+    unsigned char state;        /* enum built_state */
+    bool compacted : 1;         /* the structure holds a compacting copy */
+    bool sole : 1;              /* of a query: this is its first write */
+    bool unwritten : 1;         /* of a query: it was reset, and never written before */
+    bool is_micromap : 1;       /* BUILT_FILLED by a build of a VkMicromapEXT, with `flags` */
     /* In live states: a micromap of VK_KHR_opacity_micromap, which nothing but builds has written
      * since it was created. */
     bool is_original : 1;
@@ -196,9 +197,11 @@ struct micromap_uses {
 /* Describes a build as the application gave it, without shapes, which most builds don't keep. */
 static inline void built_describe(struct built *built,
                                   const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                                  VkCommandBuffer command_buffer, uint32_t position)
+                                  const struct command_buffer_facts *command_buffer,
+                                  uint32_t position)
 {
-    built->command_buffer = command_buffer;
+    built->command_buffer = command_buffer->handle;
+    built->command_buffer_id = command_buffer->id;
     built->position = position;
     built->geometry_count = info->geometryCount;
     built->type = info->type;

@@ -108,7 +108,8 @@ struct command_buffers {
     struct reader_lock lock; /* guards the tables, the lists of the pools, unused, and incomplete */
     struct handle_table pools, buffers;
     struct command_buffer *unused; /* records of removed command buffers, for reuse */
-    bool incomplete;               /* memory ran out for a record */
+    uint32_t last_id;
+    bool incomplete; /* memory ran out for a record */
     /* The records found last, by hashes of handles. Commands come in long runs for a few command
      * buffers, so most look-ups end here, without the lock. */
     struct command_buffer *_Atomic recent[1 << RECENT_BITS];
@@ -282,6 +283,7 @@ static void add_command_buffer(struct command_buffers *command_buffers, struct c
     }
     new->level = level;
     new->facts = (struct command_buffer_facts){.handle = handle,
+                                               .id = ++command_buffers->last_id,
                                                .alive = YES,
                                                .state = COMMAND_BUFFER_INITIAL,
                                                .is_protected = pool->is_protected ? YES : NO,

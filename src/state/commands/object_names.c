@@ -16,7 +16,7 @@ struct object_name {
     uint64_t handle;
     bool is_past; /* the object is destroyed */
     bool is_old;  /* and so is a later object that had the handle */
-    uint64_t id;  /* of a destroyed object; 0: none */
+    uint64_t id;  /* of the object; 0: none, or not known yet */
     char text[];
 };
 
@@ -49,6 +49,8 @@ const char *object_type_name(VkObjectType type)
         return "VkAccelerationStructureNV";
     case VK_OBJECT_TYPE_MICROMAP_EXT:
         return "VkMicromapEXT";
+    case VK_OBJECT_TYPE_QUERY_POOL:
+        return "VkQueryPool";
     case VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR:
         return "VkDeferredOperationKHR";
     default:
@@ -116,6 +118,12 @@ static void add_name(struct handle_table *table, uint64_t handle, struct object_
 void object_names_set(struct object_names *names, VkObjectType type, uint64_t handle,
                       const char *name)
 {
+    object_names_set_of(names, type, handle, 0, name);
+}
+
+void object_names_set_of(struct object_names *names, VkObjectType type, uint64_t handle,
+                         uint64_t id, const char *name)
+{
     if (!handle || !object_type_name(type))
         return;
 
@@ -124,7 +132,7 @@ void object_names_set(struct object_names *names, VkObjectType type, uint64_t ha
         size_t size = strlen(name) + 1;
         added = malloc(sizeof(*added) + size);
         if (added) {
-            *added = (struct object_name){.type = type, .handle = handle};
+            *added = (struct object_name){.type = type, .handle = handle, .id = id};
             memcpy(added->text, name, size);
         }
     }
@@ -157,7 +165,7 @@ void object_names_end(struct object_names *names, VkObjectType type, uint64_t ha
         name->is_old |= name->is_past && name->type == type;
     if (live) {
         live->is_past = true;
-        live->id = id;
+        live->id = id ? id : live->id;
         keep_past_name(names, live);
     }
     pthread_mutex_unlock(&names->lock);
@@ -186,28 +194,40 @@ static size_t copy_name(const struct object_name *name, char *buffer, size_t siz
     return length;
 }
 
-size_t object_names_get(const struct object_names *names, VkObjectType type, uint64_t handle,
-                        char *buffer, size_t size)
+/* `is_past`, `is_live`: which objects count. */
+static size_t get_name(const struct object_names *names, VkObjectType type, uint64_t handle,
+                       uint64_t id, bool is_live, bool is_past, char *buffer, size_t size)
 {
     pthread_mutex_t *lock = (pthread_mutex_t *)&names->lock;
     pthread_mutex_lock(lock);
-    size_t length = copy_name(find_live_name(names, type, handle), buffer, size);
+    const struct object_name *name = is_live ? find_live_name(names, type, handle) : NULL;
+    if (name && is_past && name->id != id)
+        name = NULL;
+    if (!name && is_past)
+        name = find_past_name(names, type, handle, id);
+    size_t length = copy_name(name, buffer, size);
     pthread_mutex_unlock(lock);
     if (size)
         buffer[length] = '\0';
     return length;
 }
 
+size_t object_names_get(const struct object_names *names, VkObjectType type, uint64_t handle,
+                        char *buffer, size_t size)
+{
+    return get_name(names, type, handle, 0, true, false, buffer, size);
+}
+
+size_t object_names_get_of(const struct object_names *names, VkObjectType type, uint64_t handle,
+                           uint64_t id, char *buffer, size_t size)
+{
+    return get_name(names, type, handle, id, true, true, buffer, size);
+}
+
 size_t object_names_get_past(const struct object_names *names, VkObjectType type, uint64_t handle,
                              uint64_t id, char *buffer, size_t size)
 {
-    pthread_mutex_t *lock = (pthread_mutex_t *)&names->lock;
-    pthread_mutex_lock(lock);
-    size_t length = copy_name(find_past_name(names, type, handle, id), buffer, size);
-    pthread_mutex_unlock(lock);
-    if (size)
-        buffer[length] = '\0';
-    return length;
+    return get_name(names, type, handle, id, false, true, buffer, size);
 }
 
 size_t object_names_try_get(const struct object_names *names, VkObjectType type, uint64_t handle,

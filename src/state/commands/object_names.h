@@ -26,14 +26,21 @@ const char *object_type_name(VkObjectType type);
  * never name. If memory runs out, the object has no name. */
 void object_names_set(struct object_names *names, VkObjectType type, uint64_t handle,
                       const char *name);
+/* The same for an object whose id is known, such as a command buffer. */
+void object_names_set_of(struct object_names *names, VkObjectType type, uint64_t handle,
+                         uint64_t id, const char *name);
 
-/* The object is destroyed. `id`: as resources_find_id() returned; 0: it has none. */
+/* The object is destroyed. `id`: as resources_find_id() returned; 0: it has none, or it is known
+ * since object_names_set_of(). */
 void object_names_end(struct object_names *names, VkObjectType type, uint64_t handle, uint64_t id);
 
 /* Copies the name of the live object into `buffer`, cut to `size` bytes including the terminator;
  * "" if it has no name. Returns the copied length. */
 size_t object_names_get(const struct object_names *names, VkObjectType type, uint64_t handle,
                         char *buffer, size_t size);
+/* The same for an object that may be alive or destroyed, named by object_names_set_of(). */
+size_t object_names_get_of(const struct object_names *names, VkObjectType type, uint64_t handle,
+                           uint64_t id, char *buffer, size_t size);
 /* The same for a destroyed object; `id` 0: the last one that had the handle. */
 size_t object_names_get_past(const struct object_names *names, VkObjectType type, uint64_t handle,
                              uint64_t id, char *buffer, size_t size);
