@@ -5,34 +5,36 @@
 #include "layer/compare/comparer.h"
 #include "layer/intercepts/intercepts.h"
 #include "observers.h"
-#include "src/state/resources/nv_shape.h"
+#include "src/check/replay/object_states.h"
 
-static unsigned char backing_of(enum tristate backed)
-{
-    return backed == YES ? BACKED_BY_MEMORY : 0;
-}
-
+/* `type`: of both structures. */
 static struct journal_entry copy_entry(const struct layer_device *device,
-                                       enum build_command command,
-                                       const VkCopyAccelerationStructureInfoKHR *info)
+                                       enum build_command command, VkObjectType type,
+                                       uint64_t dst_handle, uint64_t src_handle,
+                                       VkCopyAccelerationStructureModeKHR mode)
 {
-    const bool compacts = info->mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
-    struct accel_facts dst, src;
-    resources_look_up_accel(device->resources, info->dst, &dst);
-    resources_look_up_accel(device->resources, info->src, &src);
+    const bool compacts = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
+    const struct object_facts dst = object_facts_find(device->resources, type, dst_handle);
+    const struct object_facts src = object_facts_find(device->resources, type, src_handle);
     return (struct journal_entry){
-        .dst_backing = backing_of(dst.backed),
-        .src_backing = backing_of(src.backed),
+        .dst_backing = object_backing(&dst),
+        .src_backing = object_backing(&src),
         .kind = compacts ? JOURNAL_COMPACT : JOURNAL_COPY,
         .command = (unsigned char)command,
-        .dst = (uint64_t)(uintptr_t)info->dst,
-        .src = (uint64_t)(uintptr_t)info->src,
+        .dst = dst_handle,
+        .src = src_handle,
         .dst_id = dst.id,
         .src_id = src.id,
-        .read = {.compacts = compacts,
-                 .query = VK_QUERY_TYPE_MAX_ENUM,
-                 .dst_size = dst.details_known ? dst.size : 0},
+        .read = {.compacts = compacts, .query = VK_QUERY_TYPE_MAX_ENUM, .dst_size = dst.size},
     };
+}
+
+static struct journal_entry khr_copy_entry(const struct layer_device *device,
+                                           enum build_command command,
+                                           const VkCopyAccelerationStructureInfoKHR *info)
+{
+    return copy_entry(device, command, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                      (uint64_t)(uintptr_t)info->dst, (uint64_t)(uintptr_t)info->src, info->mode);
 }
 
 /* `address`: of device memory, or 0. */
@@ -40,11 +42,11 @@ static struct journal_entry fill_entry(const struct layer_device *device,
                                        enum build_command command, VkAccelerationStructureKHR dst,
                                        VkDeviceAddress address)
 {
-    struct accel_facts facts;
-    resources_look_up_accel(device->resources, dst, &facts);
+    const struct object_facts facts = object_facts_find(
+        device->resources, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)dst);
     return (struct journal_entry){.kind = JOURNAL_FILL,
                                   .command = (unsigned char)command,
-                                  .dst_backing = backing_of(facts.backed),
+                                  .dst_backing = object_backing(&facts),
                                   .dst = (uint64_t)(uintptr_t)dst,
                                   .dst_id = facts.id,
                                   .src_id = layer_bytes_at(device, address) ? address : 0};
@@ -55,12 +57,12 @@ static struct journal_entry serialize_entry(const struct layer_device *device,
                                             enum build_command command,
                                             VkAccelerationStructureKHR src, VkDeviceAddress address)
 {
-    struct accel_facts facts;
-    resources_look_up_accel(device->resources, src, &facts);
+    const struct object_facts facts = object_facts_find(
+        device->resources, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)src);
     return (struct journal_entry){
         .kind = JOURNAL_READ,
         .command = (unsigned char)command,
-        .src_backing = backing_of(facts.backed),
+        .src_backing = object_backing(&facts),
         .dst = address,
         .src = (uint64_t)(uintptr_t)src,
         .src_id = facts.id,
@@ -70,7 +72,8 @@ static struct journal_entry serialize_entry(const struct layer_device *device,
 bool note_accel_copy(struct layer_device *device, VkCommandBuffer handle,
                      const VkCopyAccelerationStructureInfoKHR *info)
 {
-    struct journal_entry entry = copy_entry(device, COMMAND_CmdCopyAccelerationStructureKHR, info);
+    struct journal_entry entry =
+        khr_copy_entry(device, COMMAND_CmdCopyAccelerationStructureKHR, info);
     return layer_record(device, handle, &entry, 1);
 }
 
@@ -78,26 +81,9 @@ bool note_nv_copy(struct layer_device *device, VkCommandBuffer handle,
                   VkAccelerationStructureNV dst, VkAccelerationStructureNV src,
                   VkCopyAccelerationStructureModeKHR mode)
 {
-    const bool compacts = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
-    uint64_t dst_handle = (uint64_t)(uintptr_t)dst, src_handle = (uint64_t)(uintptr_t)src;
-    struct nv_accel_facts facts, facts_of_src;
-    resources_look_up_nv_accel(device->resources, dst, &facts);
-    nv_shape_release(facts.created);
-    resources_look_up_nv_accel(device->resources, src, &facts_of_src);
-    nv_shape_release(facts_of_src.created);
-    struct journal_entry entry = {
-        .dst_backing = backing_of(facts.binding == NV_BOUND ? YES : UNKNOWN),
-        .src_backing = backing_of(facts_of_src.binding == NV_BOUND ? YES : UNKNOWN),
-        .kind = compacts ? JOURNAL_COMPACT : JOURNAL_COPY,
-        .command = COMMAND_CmdCopyAccelerationStructureNV,
-        .dst = dst_handle,
-        .src = src_handle,
-        .dst_id = facts.id,
-        .src_id = facts_of_src.id,
-        .read = {.compacts = compacts,
-                 .query = VK_QUERY_TYPE_MAX_ENUM,
-                 .dst_size = facts.sizes.known ? facts.sizes.object : 0},
-    };
+    struct journal_entry entry = copy_entry(
+        device, COMMAND_CmdCopyAccelerationStructureNV, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
+        (uint64_t)(uintptr_t)dst, (uint64_t)(uintptr_t)src, mode);
     return layer_record(device, handle, &entry, 1);
 }
 
@@ -131,7 +117,7 @@ static struct host_work begin_host_copy(struct layer_device *device, struct jour
 struct host_work begin_accel_copy(struct layer_device *device,
                                   const VkCopyAccelerationStructureInfoKHR *info)
 {
-    struct journal_entry entry = copy_entry(device, COMMAND_CopyAccelerationStructureKHR, info);
+    struct journal_entry entry = khr_copy_entry(device, COMMAND_CopyAccelerationStructureKHR, info);
     return begin_host_copy(device, &entry);
 }
 

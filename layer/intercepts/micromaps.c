@@ -5,6 +5,7 @@
 #include "layer/execution/build_records.h"
 #include "layer/intercepts/intercepts.h"
 #include "observers.h"
+#include "src/check/replay/object_states.h"
 
 void note_micromap(struct layer_device *device, VkMicromapEXT micromap,
                    const VkMicromapCreateInfoEXT *info)
@@ -20,30 +21,35 @@ void forget_micromap(struct layer_device *device, VkMicromapEXT micromap)
     object_names_end(device->names, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)(uintptr_t)micromap, id);
 }
 
-static uint64_t id_of(const struct layer_device *device, VkMicromapEXT micromap)
+static struct object_facts facts_of(const struct layer_device *device, VkMicromapEXT micromap)
 {
-    return resources_find_id(device->resources, RESOURCE_MICROMAP, (uint64_t)(uintptr_t)micromap);
+    return object_facts_find(device->resources, VK_OBJECT_TYPE_MICROMAP_EXT,
+                             (uint64_t)(uintptr_t)micromap);
 }
 
 static struct journal_entry write_entry(const struct layer_device *device,
                                         enum build_command command, enum journal_fill fill,
                                         VkMicromapEXT micromap, VkMicromapEXT src)
 {
+    const struct object_facts facts = facts_of(device, micromap);
     return (struct journal_entry){.kind = JOURNAL_FILL,
                                   .command = (unsigned char)command,
+                                  .dst_backing = object_backing(&facts),
                                   .info = fill,
                                   .dst = (uint64_t)(uintptr_t)micromap,
                                   .src = (uint64_t)(uintptr_t)src,
-                                  .dst_id = id_of(device, micromap)};
+                                  .dst_id = facts.id};
 }
 
 static struct journal_entry read_entry(const struct layer_device *device,
                                        enum build_command command, VkMicromapEXT src)
 {
+    const struct object_facts facts = facts_of(device, src);
     return (struct journal_entry){.kind = JOURNAL_READ,
                                   .command = (unsigned char)command,
+                                  .src_backing = object_backing(&facts),
                                   .src = (uint64_t)(uintptr_t)src,
-                                  .src_id = id_of(device, src),
+                                  .src_id = facts.id,
                                   .read = {.query = VK_QUERY_TYPE_MAX_ENUM}};
 }
 
@@ -76,6 +82,7 @@ void note_micromap_builds(struct layer_device *device, VkCommandBuffer handle, u
 {
     for (uint32_t i = 0; i < count; i++) {
         struct journal_entry entry = build_entry(device, COMMAND_CmdBuildMicromapsEXT, &infos[i]);
+        entry.built.position = i;
         layer_record(device, handle, &entry, 1);
     }
 }

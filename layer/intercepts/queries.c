@@ -13,6 +13,7 @@
 #include "layer/intercepts/intercepts.h"
 #include "observers.h"
 #include "src/base/readable.h"
+#include "src/check/replay/object_states.h"
 
 /* ---- pools */
 
@@ -27,10 +28,14 @@ void note_query_pool(struct layer_device *device, VkQueryPool pool,
 
 void forget_query_pool(struct layer_device *device, VkQueryPool handle)
 {
-    struct query_pool pool;
+    struct query_pool pool = {0};
     query_writes_forget(device->query_writes, handle);
-    if (query_pools_remove(device->query_pools, handle, &pool))
+    if (query_pools_remove(device->query_pools, handle, &pool)) {
         structures_note_destroyed(device->structures, pool.first_id, pool.count);
+        resources_count_destroyed(device->resources);
+    }
+    object_names_end(device->names, VK_OBJECT_TYPE_QUERY_POOL, (uint64_t)(uintptr_t)handle,
+                     pool.first_id);
 }
 
 /* ---- queries of structures and micromaps */
@@ -50,49 +55,34 @@ struct queried {
     uint32_t tracked_count; /* as many queries from the first one on have ids */
 };
 
-static enum resource_kind queried_kind(const struct queried *queried)
+static VkObjectType queried_type(const struct queried *queried)
 {
     switch ((int)queried->command) {
     case COMMAND_CmdWriteMicromapsPropertiesEXT:
     case COMMAND_WriteMicromapsPropertiesEXT:
-        return RESOURCE_MICROMAP;
+        return VK_OBJECT_TYPE_MICROMAP_EXT;
     case COMMAND_CmdWriteAccelerationStructuresPropertiesNV:
-        return RESOURCE_ACCEL_NV;
+        return VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV;
     default:
-        return RESOURCE_ACCEL;
+        return VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
     }
-}
-
-/* Finds the id of a structure or micromap, and whether it lies in memory if it is known. */
-static uint64_t find_queried(const struct layer_device *device, const struct queried *queried,
-                             uint64_t handle, bool *is_backed)
-{
-    const enum resource_kind kind = queried_kind(queried);
-    struct accel_facts facts;
-    *is_backed = false;
-    if (kind != RESOURCE_ACCEL)
-        return resources_find_id(device->resources, kind, handle);
-    resources_look_up_accel(device->resources, (VkAccelerationStructureKHR)(uintptr_t)handle,
-                            &facts);
-    *is_backed = facts.backed == YES;
-    return facts.id;
 }
 
 static struct journal_entry read_entry(const struct layer_device *device,
                                        const struct queried *queried, uint32_t i)
 {
     uint64_t handle;
-    bool is_backed;
     memcpy(&handle, (const char *)queried->handles + i * sizeof(handle), sizeof(handle));
-    const uint64_t id = find_queried(device, queried, handle, &is_backed);
+    const struct object_facts facts =
+        object_facts_find(device->resources, queried_type(queried), handle);
     return (struct journal_entry){
         .kind = JOURNAL_READ,
         .command = (unsigned char)queried->command,
-        .src_backing = is_backed ? BACKED_BY_MEMORY : 0,
+        .src_backing = object_backing(&facts),
         .info = i,
         .dst = (uint64_t)(uintptr_t)queried->pool,
         .src = handle,
-        .src_id = id,
+        .src_id = facts.id,
         .dst_id = i < queried->tracked_count ? queried->first_id + i : 0,
         .read = {.query = queried->type, .number = queried->first + i},
     };

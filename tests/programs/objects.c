@@ -29,7 +29,8 @@ uint64_t play_number(const struct play *play, const char *word)
 
 /* ---- creation */
 
-static void name_object(struct play *play, VkObjectType type, uint64_t handle, const char *name)
+static void name_object(const struct play *play, VkObjectType type, uint64_t handle,
+                        const char *name)
 {
     const STRUCT(VkDebugUtilsObjectNameInfoEXT, info, .objectType = type, .objectHandle = handle,
                  .pObjectName = name);
@@ -138,7 +139,9 @@ VkQueryPool play_create_queries(const struct play *play, const char *name)
         : name[1] == 'O' ? VK_QUERY_TYPE_OCCLUSION
         : name[1] == 'T' ? VK_QUERY_TYPE_TIMESTAMP
                          : VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
-    return query_pool_create(&play->vk, play->device, type, 3);
+    const VkQueryPool pool = query_pool_create(&play->vk, play->device, type, 3);
+    name_object(play, VK_OBJECT_TYPE_QUERY_POOL, (uint64_t)pool, name);
+    return pool;
 }
 
 /* Programs deserialize data that they have not serialized: these are data of the null driver. */

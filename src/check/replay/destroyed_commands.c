@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The part of destroyed.c that is about commands which are no builds: copies, queries,
- * serializations and deserializations. */
+/* The part of destroyed.c that is about commands which build no structures: copies, queries,
+ * serializations, deserializations and builds of micromaps. */
 #include "src/check/replay/judge.h"
 #include "src/check/replay/object_states.h"
 #include "src/check/replay/replay.h"
 #include "src/rules/shared.h"
+#include "src/state/commands/query_pools.h"
 
-/* The rules about src and dst of a command; RULE_COUNT: it has none, or no rule. */
+/* The rules about src and dst of a command; RULE_COUNT: it has none, or no rule. dst of a query is
+ * its VkQueryPool. */
 struct command_rules {
     enum rule src_alive, src_backed, dst_alive, dst_backed;
 };
@@ -34,10 +36,14 @@ static struct command_rules rules_of_command(enum build_command command)
     case COMMAND_CmdWriteAccelerationStructuresPropertiesKHR:
         return RULES(
             vkCmdWriteAccelerationStructuresPropertiesKHR_pAccelerationStructures_parameter,
-            queried_structure_is_backed, COUNT, COUNT);
+            queried_structure_is_backed,
+            vkCmdWriteAccelerationStructuresPropertiesKHR_queryPool_parameter, COUNT);
     case COMMAND_CmdWriteAccelerationStructuresPropertiesNV:
         return RULES(vkCmdWriteAccelerationStructuresPropertiesNV_pAccelerationStructures_parameter,
-                     queried_structure_is_backed, COUNT, COUNT);
+                     queried_structure_is_backed,
+                     vkCmdWriteAccelerationStructuresPropertiesNV_queryPool_parameter, COUNT);
+    case COMMAND_CmdBuildMicromapsEXT:
+        return RULES(COUNT, COUNT, built_micromap_is_valid, built_micromap_is_backed);
     case COMMAND_CmdCopyMicromapEXT:
         return RULES(VkCopyMicromapInfoEXT_src_parameter, copy_src_is_backed,
                      VkCopyMicromapInfoEXT_dst_parameter, copy_dst_is_backed);
@@ -47,7 +53,8 @@ static struct command_rules rules_of_command(enum build_command command)
         return RULES(COUNT, COUNT, VkCopyMemoryToMicromapInfoEXT_dst_parameter, copy_dst_is_backed);
     case COMMAND_CmdWriteMicromapsPropertiesEXT:
         return RULES(vkCmdWriteMicromapsPropertiesEXT_pMicromaps_parameter,
-                     queried_structure_is_backed, COUNT, COUNT);
+                     queried_structure_is_backed,
+                     vkCmdWriteMicromapsPropertiesEXT_queryPool_parameter, COUNT);
     default:
         return RULES(COUNT, COUNT, COUNT, COUNT);
     }
@@ -64,7 +71,8 @@ struct command_use {
 
 static VkObjectType type_of_entry(const struct journal_entry *entry)
 {
-    if (journal_entry_reads_micromap(entry) || entry->command == COMMAND_CmdCopyMemoryToMicromapEXT)
+    if (journal_entry_reads_micromap(entry) ||
+        (entry->kind == JOURNAL_FILL && entry->info != FILL_READS_ACCEL))
         return VK_OBJECT_TYPE_MICROMAP_EXT;
     return journal_entry_is_nv(entry) ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
                                       : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
@@ -127,6 +135,23 @@ static bool is_query(const struct journal_entry *entry)
     return entry->kind == JOURNAL_READ && entry->read.query != VK_QUERY_TYPE_MAX_ENUM;
 }
 
+/* One message for all queries of a command. */
+static void check_query_pool(struct replay *replay, const struct journal *journal,
+                             const struct journal_entry *entry, enum rule alive)
+{
+    struct judge judge;
+    struct finding finding;
+    if (entry->info || !entry->dst_id ||
+        query_pools_has(replay->query_pools, (VkQueryPool)(uintptr_t)entry->dst, entry->dst_id) !=
+            NO)
+        return;
+    judge_begin_query(&judge, replay, journal, entry);
+    finding_says(&finding, "queryPool", "{} was destroyed after the command was recorded",
+                 destroyed_object(VK_OBJECT_TYPE_QUERY_POOL, entry->dst,
+                                  entry->dst_id - entry->read.number));
+    judge_report(&judge, alive, &finding);
+}
+
 void replay_destroyed_command(struct replay *replay, const struct journal *journal,
                               const struct journal_entry *entry)
 {
@@ -137,8 +162,12 @@ void replay_destroyed_command(struct replay *replay, const struct journal *journ
                                         entry->src_backing, rules.src_alive, rules.src_backed});
     if (JOURNAL_BIT(entry->kind) & JOURNAL_WRITES)
         check_use(replay, journal, entry,
-                  &(struct command_use){"dst", entry->dst, entry->dst_id, entry->dst_backing,
-                                        rules.dst_alive, rules.dst_backed});
+                  &(struct command_use){
+                      entry->command == COMMAND_CmdBuildMicromapsEXT ? "dstMicromap" : "dst",
+                      entry->dst, entry->dst_id, entry->dst_backing, rules.dst_alive,
+                      rules.dst_backed});
+    if (is_query(entry))
+        check_query_pool(replay, journal, entry, rules.dst_alive);
     if (entry->kind == JOURNAL_READ && !is_query(entry) && entry->read.dst_size)
         check_memory(replay, journal, entry, "dst.deviceAddress", entry->dst);
     if (entry->kind == JOURNAL_FILL && journal_fill_reads_memory(entry) && entry->src_id)

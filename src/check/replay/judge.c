@@ -47,6 +47,10 @@ static struct location location_of_read(const struct journal_entry *entry)
             journal_entry_reads_micromap(entry) ? "pMicromaps" : "pAccelerationStructures";
         location.is_element = true;
         location.build = entry->info;
+    } else if (entry->command == COMMAND_CmdBuildMicromapsEXT) {
+        location.argument = "pInfos";
+        location.is_element = true;
+        location.build = entry->built.position;
     }
     return location;
 }

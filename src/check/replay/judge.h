@@ -29,7 +29,7 @@ void judge_begin(struct judge *judge, struct replay *replay, const struct journa
 void judge_begin_entry(struct judge *judge, struct replay *replay, const struct journal *journal,
                        const struct journal_entry *entry);
 
-/* Begins to judge an entry of JOURNAL_READS. */
+/* Begins to judge an entry of JOURNAL_READS or JOURNAL_FILL. */
 void judge_begin_read(struct judge *judge, struct replay *replay, const struct journal *journal,
                       const struct journal_entry *entry);
 

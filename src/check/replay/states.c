@@ -42,20 +42,17 @@ const struct built *replay_read(struct replay *replay, const struct journal_entr
                                                                       : &built_unknown;
 }
 
-static bool query_is_alive(struct replay *replay, const struct journal_entry *entry)
-{
-    struct query_pool pool;
-    return query_pools_find(replay->query_pools, (VkQueryPool)(uintptr_t)entry->dst, &pool) &&
-           entry->dst_id - pool.first_id < pool.count;
-}
-
 const struct built *replay_find_query(struct replay *replay, const struct journal_entry *entry)
 {
     const struct structure *state = structures_find(replay->structures, entry->dst_id);
     if (!entry->dst_id || !replay->predecessors_known || replay->out_of_memory)
         return &built_unknown;
     if (!state)
-        return replay->never_is_certain && query_is_alive(replay, entry) ? NULL : &built_unknown;
+        return replay->never_is_certain &&
+                       query_pools_has(replay->query_pools, (VkQueryPool)(uintptr_t)entry->dst,
+                                       entry->dst_id) == YES
+                   ? NULL
+                   : &built_unknown;
     return is_visible(replay, state->written) ? &state->built : &built_unknown;
 }
 

@@ -142,6 +142,18 @@ bool query_pools_find(struct query_pools *pools, VkQueryPool handle, struct quer
     return has_ids;
 }
 
+enum tristate query_pools_has(struct query_pools *pools, VkQueryPool handle, uint64_t query_id)
+{
+    unsigned stripe = reader_lock_enter(&pools->lock);
+    const struct pool_record *record =
+        handle_table_find(&pools->by_handle, (uint64_t)(uintptr_t)handle);
+    const enum tristate absent = pools->incomplete ? UNKNOWN : NO;
+    const bool has =
+        record && record->pool.first_id && query_id - record->pool.first_id < record->pool.count;
+    reader_lock_leave(&pools->lock, stripe);
+    return has ? YES : absent;
+}
+
 uint32_t query_pool_clamp(const struct query_pool *pool, uint32_t first, uint32_t count)
 {
     uint32_t left = first < pool->count ? pool->count - first : 0;

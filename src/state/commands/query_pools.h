@@ -47,6 +47,8 @@ bool query_pools_find_untouched(struct query_pools *pools, VkQueryPool handle, u
 /* For any pool. */
 void query_pools_facts(struct query_pools *pools, VkQueryPool handle,
                        struct query_pool_facts *facts);
+/* Whether the pool whose query has this id is alive. */
+enum tristate query_pools_has(struct query_pools *pools, VkQueryPool handle, uint64_t query_id);
 /* These return false if the pool is unknown, or its queries have no ids. */
 bool query_pools_remove(struct query_pools *pools, VkQueryPool handle, struct query_pool *pool);
 bool query_pools_find(struct query_pools *pools, VkQueryPool handle, struct query_pool *pool);

@@ -168,8 +168,6 @@ struct resources {
  * marks the state incomplete and returns false; the caller then frees the record. */
 bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
                        void *record);
-/* Increments the number of destroyed records. */
-void resources_count_destroyed(struct resources *resources);
 /* From now on, an object that isn't found counts as unknown. */
 void resources_become_incomplete(struct resources *resources);
 /* Free the records of nv.c and of references.c when the state is destroyed. */

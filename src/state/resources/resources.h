@@ -287,6 +287,8 @@ bool resources_find_micromap_bytes(struct resources *resources, VkMicromapEXT ha
 /* Returns the number of records destroyed so far. While it stays the same, every object that was
  * found alive is alive. Takes no lock. */
 uint64_t resources_destroy_count(struct resources *resources);
+/* Increments that number; also for objects that have their record elsewhere. */
+void resources_count_destroyed(struct resources *resources);
 
 /* Finds the device address, or 0, and the size of a live buffer or structure that has one. Returns
  * false if the handle is unknown or, unless `waits`, if the lock is taken: a signal handler may
