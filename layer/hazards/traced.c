@@ -23,12 +23,21 @@ struct shader_recording {
     bool writes_anywhere;
 };
 
+/* Notes for the summary that a table with a bound is full. */
+static void note_full(const struct layer_device *device, const char *what)
+{
+    reporter_add_unchecked(device->instance->reporter, what, 1);
+}
+
 /* Returns UINT32_MAX if it is unknown what the descriptors of a binding are. */
 static uint32_t find_bound(const struct shader_recording *shaders,
                            const struct shader_binding *binding, struct held_descriptor *found,
                            uint32_t count)
 {
     const struct bound_shaders *bound = shaders->recording->journal->bound;
+    if (binding->set >= BOUND_SETS)
+        note_full(shaders->recording->device,
+                  "uses of descriptor sets with a higher number than the layer tracks");
     return bound ? bound_shaders_find(bound, shaders->sets, shaders->command->point, binding->set,
                                       binding->binding, found, count)
                  : UINT32_MAX;
@@ -70,6 +79,10 @@ static void find_written(struct shader_recording *shaders)
         shaders->writes_anywhere |= count > WRITTEN_MAX;
         for (uint32_t k = 0; !shaders->writes_anywhere && k < count; k++)
             shaders->writes_anywhere |= !add_written(shaders, &found[k]);
+        if (shaders->writes_anywhere && count != UINT32_MAX &&
+            (count > WRITTEN_MAX || shaders->written_count == WRITTEN_MAX))
+            note_full(shaders->recording->device,
+                      "commands whose shaders may write more buffers than the layer tracks");
     }
     if (shaders->writes_anywhere)
         shaders->written_count = 0;
@@ -125,6 +138,9 @@ static uint32_t find_traced(const struct shader_recording *shaders,
         const bool is_other = traced->is_known &&
                               (binding->set != traced->set || binding->binding != traced->binding);
         const uint32_t all = is_other ? 0 : find_bound(shaders, binding, items, TRACED_MAX);
+        if (all > TRACED_MAX - count && all != UINT32_MAX)
+            note_full(shaders->recording->device,
+                      "commands that may trace more structures than the layer tracks");
         if (all > TRACED_MAX - count)
             return 0;
         for (uint32_t k = 0; k < all; k++)
@@ -229,8 +245,10 @@ void hazards_note_set_layout(struct layer_device *device, VkDescriptorSetLayout 
                              const VkDescriptorSetLayoutCreateInfo *info)
 {
     struct descriptor_sets *sets = hazard_objects_sets(device->hazard_objects);
-    if (sets)
-        descriptor_sets_note_layout(sets, layout, info);
+    if (sets && !descriptor_sets_note_layout(sets, layout, info))
+        note_full(device,
+                  "layouts of descriptor sets with more structures and storage buffers "
+                  "than the layer tracks");
 }
 
 void hazards_forget_set_layout(struct layer_device *device, VkDescriptorSetLayout layout)

@@ -48,6 +48,11 @@ uint64_t hazards_write_anywhere(struct hazards *hazards, enum access_kind kind,
     return number;
 }
 
+uint64_t hazards_lost_write(const struct hazards *hazards)
+{
+    return hazards->writes.lost;
+}
+
 /* Whether a write may be open that was dropped. */
 static bool has_lost(const struct hazards *hazards)
 {

@@ -69,7 +69,7 @@ void duplicates_hold(struct duplicates *duplicates, uint32_t id, uint32_t count)
  * layer when an instance is created, and about its findings at its end. */
 
 enum {
-    UNCHECKED_MAX = 16,                 /* reasons that are counted; there are no more */
+    UNCHECKED_MAX = 32,                 /* reasons that are counted; there are no more */
     SUMMARY_REASONS = UNCHECKED_MAX + 3 /* and those of the settings */
 };
 

@@ -339,15 +339,20 @@ void play_close_device(struct play *play)
     play->device_key[0] = '\0';
 }
 
-void play_close(struct play *play)
+void play_close_instance(struct play *play)
 {
     play_close_device(play);
     if (play->instance_key[0])
         instance_fixture_close(&play->fixture);
+    play->instance_key[0] = '\0';
+}
+
+void play_close(struct play *play)
+{
+    play_close_instance(play);
     if (play->log_name[0])
         unlink(play->log_name);
     play->log_name[0] = '\0';
-    play->instance_key[0] = '\0';
 }
 
 /* ---- what the program needs */

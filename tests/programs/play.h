@@ -214,6 +214,7 @@ const char *play_open_device(struct play *play);
 /* The word behind `with` that names no extension which programs know; NULL: there is none. */
 const char *play_unknown_extension(const struct program *program);
 void play_close_device(struct play *play);
+void play_close_instance(struct play *play);
 
 /* Whether the instance that is open is the one that the program needs. */
 bool play_suits(const struct play *play, const struct program *program);

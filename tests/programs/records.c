@@ -9,7 +9,11 @@
  * A build has its position in the command buffer and its primitives; ` 0x7` behind them are its
  * flags, if they are not those of most programs. `nowhere` is behind a structure that has no memory
  * any more, and `without scratch` behind a build whose scratch size is not known. `records
- * nothing`: there is no line. The program has the lines
+ * nothing`: there is no line.
+ *
+ * unchecked TEXT: ends the instance, whose summary then has that text among what was not checked.
+ *
+ * The program has the lines
  *
  *     setting record_builds true
  *     setting log_format json
@@ -161,13 +165,38 @@ void play_skip_records(struct play *play)
         read_log(play, text);
 }
 
+static void expect_unchecked(struct play *play, const char *wanted)
+{
+    static char line[LINE_SIZE];
+    bool is_found = false;
+    play_destroy_objects(play);
+    play_close_instance(play);
+    play->is_closed = true;
+    FILE *log = fopen(play->log_name, "rb");
+    PLAY_REQUIRE(play, log != NULL);
+    while (fgets(line, sizeof(line), log)) {
+        const char *unchecked = member(line, "Unchecked");
+        is_found |= unchecked && strstr(unchecked, wanted);
+    }
+    fclose(log);
+    play_close(play);
+    if (is_found || play->is_scarce)
+        return;
+    play_say(play, "the summary does not say \"%s\"\n", wanted);
+    play->outcome = OUTCOME_FAILED;
+}
+
 bool play_records(struct play *play, char **words)
 {
     char text[TEXT_SIZE] = "", wanted[TEXT_SIZE] = "";
-    if (!play_is(words[0], "records"))
+    if (!play_is(words[0], "records") && !play_is(words[0], "unchecked"))
         return false;
     for (char **word = words + 1; *word; word++)
         append(wanted, "%s%s", word == words + 1 ? "" : " ", *word);
+    if (play_is(words[0], "unchecked")) {
+        expect_unchecked(play, wanted);
+        return true;
+    }
     read_log(play, text);
     if (strcmp(text, play_is(words[1], "nothing") ? "" : wanted) == 0)
         return true;

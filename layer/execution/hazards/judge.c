@@ -309,8 +309,12 @@ static void keep_record(struct hazard_judge *judge, struct hazard_batch_record *
     judge->judged_count++;
     judge->batch_count++;
     prune_records(judge, completed);
-    if (judge->judged_count > BATCHES_KEPT)
-        judge->lost = true;
+    if (judge->judged_count <= BATCHES_KEPT)
+        return;
+    judge->lost = true;
+    reporter_add_unchecked(judge->device->instance->reporter,
+                           "batches for hazards, because more are pending than the layer tracks",
+                           judge->judged_count);
 }
 
 void hazard_judge_end_object(struct hazard_judge *judge, const struct ended_object *ended)
@@ -335,6 +339,7 @@ static void judge_commands(struct hazard_judge *judge, const struct order_batch 
                            const struct execution_clock *completed)
 {
     struct execution_clock before;
+    const uint64_t lost_write = hazards_lost_write(judge->hazards);
     execution_clock_copy(&before, &batch->clock);
     execution_clock_extend(&before, completed->queues);
     hazards_begin_batch(judge->hazards, &(struct hazard_batch){
@@ -351,6 +356,9 @@ static void judge_commands(struct hazard_judge *judge, const struct order_batch 
             judge_journal(judge, batch->commands[i].captured);
     judge_signals(judge, batch);
     hazards_end_batch(judge->hazards);
+    if (hazards_lost_write(judge->hazards) != lost_write)
+        reporter_add_unchecked(judge->device->instance->reporter,
+                               "batches with more writes of shaders than the layer tracks", 1);
 }
 
 void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *record)
@@ -377,7 +385,7 @@ bool hazard_judge_begin(struct hazard_judge *judge, struct layer_device *device)
     judge->device = device;
     judge->batches = execution_order_batches(device->order);
     judge->hazards = hazards_create(hazard_judge_found, judge);
-    shader_judge_begin(&judge->shaders, judge->hazards);
+    shader_judge_begin(&judge->shaders, device->instance->reporter, judge->hazards);
     /* A shader may trace a null descriptor, or a structure that an unknown command built. */
     judge->shaders.lacks_tops = device->facts.null_descriptor;
     return judge->hazards;

@@ -35,8 +35,11 @@ static void remove_oldest_gone(struct shader_judge *judge)
     for (uint32_t i = 0; i < judge->top_count; i++)
         if (judge->tops[i]->is_gone && (!oldest || judge->tops[i]->command < oldest->command))
             oldest = judge->tops[i];
-    if (oldest)
-        remove_top(judge, oldest);
+    if (!oldest)
+        return;
+    reporter_add_unchecked(judge->reporter,
+                           "destroyed top-level structures, of more than the layer remembers", 1);
+    remove_top(judge, oldest);
 }
 
 /* Returns false if memory runs out. */
@@ -340,8 +343,12 @@ bool shader_judge_read(struct shader_judge *judge, enum access_kind kind,
                        const struct data_read *data, struct hazard *hazard)
 {
     const struct hazard_access read = {kind, data->bytes};
-    if (judge->input_count >= INPUTS_KEPT)
+    if (judge->input_count >= INPUTS_KEPT) {
+        reporter_add_unchecked(judge->reporter,
+                               "inputs of builds, of more than the layer remembers",
+                               judge->input_count);
         shader_judge_forget_inputs(judge);
+    }
     if (!judge->first_open)
         judge->first_open = hazards_first_open_write(judge->hazards, kind);
     struct input_read *input = input_at(judge, &data->bytes);
@@ -377,8 +384,10 @@ void shader_judge_begin_command(struct shader_judge *judge)
         memset(&judge->traced, 0, sizeof(judge->traced));
 }
 
-void shader_judge_begin(struct shader_judge *judge, struct hazards *hazards)
+void shader_judge_begin(struct shader_judge *judge, struct reporter *reporter,
+                        struct hazards *hazards)
 {
+    judge->reporter = reporter;
     judge->hazards = hazards;
 }
 

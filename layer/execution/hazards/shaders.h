@@ -17,6 +17,7 @@
 
 #include "src/base/handle_table.h"
 #include "src/hazards/hazards.h"
+#include "src/report/reporter.h"
 #include "src/state/order/clock.h"
 #include "src/state/resources/destroyed.h"
 
@@ -70,6 +71,7 @@ struct top_level {
 };
 
 struct shader_judge {
+    struct reporter *reporter; /* counts what is forgotten */
     struct hazards *hazards;
     struct top_level **tops;       /* owned */
     struct handle_table by_handle; /* the same */
@@ -91,7 +93,8 @@ struct shader_judge {
 };
 
 /* `judge` is zero-initialized. */
-void shader_judge_begin(struct shader_judge *judge, struct hazards *hazards);
+void shader_judge_begin(struct shader_judge *judge, struct reporter *reporter,
+                        struct hazards *hazards);
 void shader_judge_end(struct shader_judge *judge);
 
 /* The next command begins. */

@@ -94,7 +94,7 @@ static void *replace(struct descriptor_sets *sets, struct handle_table *table, u
 }
 
 /* A layout without such bindings has a record, too: it tells that its sets need none. */
-void descriptor_sets_note_layout(struct descriptor_sets *sets, VkDescriptorSetLayout handle,
+bool descriptor_sets_note_layout(struct descriptor_sets *sets, VkDescriptorSetLayout handle,
                                  const VkDescriptorSetLayoutCreateInfo *info)
 {
     struct set_layout *layout =
@@ -114,6 +114,7 @@ void descriptor_sets_note_layout(struct descriptor_sets *sets, VkDescriptorSetLa
     struct set_layout *old = replace(sets, &sets->layouts, (uint64_t)(uintptr_t)handle, layout);
     reader_lock_write_done(&sets->lock);
     release_layout(old);
+    return total <= HELD_MAX;
 }
 
 void descriptor_sets_forget_layout(struct descriptor_sets *sets, VkDescriptorSetLayout handle)

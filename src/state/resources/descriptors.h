@@ -47,7 +47,8 @@ struct descriptor_sets {
 
 void descriptor_sets_end(struct descriptor_sets *sets);
 
-void descriptor_sets_note_layout(struct descriptor_sets *sets, VkDescriptorSetLayout layout,
+/* Returns false if sets of the layout may hold more than HELD_MAX descriptors. */
+bool descriptor_sets_note_layout(struct descriptor_sets *sets, VkDescriptorSetLayout layout,
                                  const VkDescriptorSetLayoutCreateInfo *info);
 void descriptor_sets_forget_layout(struct descriptor_sets *sets, VkDescriptorSetLayout layout);
 
