@@ -109,18 +109,19 @@ bool instance_references_are_valid_handles(const struct instance_view *instance,
                                            struct finding *finding)
 {
     const struct accel_facts *referenced = instance->referenced;
-    const struct value reference = hex((uint64_t)(uintptr_t)referenced->handle);
+    const uint64_t reference = (uint64_t)(uintptr_t)referenced->handle;
     if (instance->has_motion || !referenced->handle || referenced->alive != NO)
         return true;
     if (instance->confused)
         return violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                         "leads to instance {}, whose accelerationStructureReference {} is not an "
                         "acceleration structure of this device, but the device address of {}",
-                        number(instance->index), reference, accel(instance->confused));
+                        number(instance->index), hex(reference), accel(instance->confused));
     return violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose accelerationStructureReference {} is not an "
-                    "acceleration structure of this device",
-                    number(instance->index), reference) ||
+                    "acceleration structure of this device: it was destroyed or never created",
+                    number(instance->index),
+                    destroyed_object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, reference, 0)) ||
            shows_what_was_written(&instance->instance, &instance->look, finding);
 }
 
@@ -196,18 +197,18 @@ bool instance_pointers_lead_to_memory(const struct instance_pointer_view *instan
                                       struct finding *finding)
 {
     const char *field = content_field(instance_pointer->geometry, INPUT_INSTANCES);
+    const struct value index = number(instance_pointer->index);
+    const uint64_t address = instance_pointer->address;
     if (!instance_pointer->leads_nowhere)
         return true;
-    if (!instance_pointer->address)
-        return violated(finding, field, "leads to pointer {}, which is 0",
-                        number(instance_pointer->index));
-    if (instance_pointer->is_host)
-        return violated(finding, field,
-                        "leads to pointer {}, whose value {} does not point to host memory",
-                        number(instance_pointer->index), hex(instance_pointer->address));
-    return violated(finding, field, "leads to pointer {}, whose value {} is in no buffer",
-                    number(instance_pointer->index),
-                    address_of_missing(VK_OBJECT_TYPE_BUFFER, instance_pointer->address));
+    return (!address ? violated(finding, field, "leads to pointer {}, which is 0", index)
+            : instance_pointer->is_host
+                ? violated(finding, field,
+                           "leads to pointer {}, whose value {} does not point to host memory",
+                           index, hex(address))
+                : violated(finding, field, "leads to pointer {}, whose value {} is in no buffer",
+                           index, address_of_missing(VK_OBJECT_TYPE_BUFFER, address))) ||
+           remarks_on_look(finding, &instance_pointer->look);
 }
 
 bool instances_behind_pointers_are_aligned(const struct instance_pointer_view *instance_pointer,
