@@ -18,10 +18,12 @@ ON_RECORDING_PATH static void find_sizes(void *user,
 
 static void find_size_query(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
                             const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
-                            VkDeviceSize size, struct size_differences *differences)
+                            enum queried_size which, VkDeviceSize size,
+                            struct size_differences *differences)
 {
     const struct build_call *call = user;
-    size_queries_find(call->device->size_queries, info, counts, build_type, size, differences);
+    size_queries_find(call->device->size_queries, info, counts, build_type, which, size,
+                      differences);
 }
 
 void note_size_query(struct layer_device *device, VkAccelerationStructureBuildTypeKHR build_type,
@@ -29,8 +31,7 @@ void note_size_query(struct layer_device *device, VkAccelerationStructureBuildTy
                      const uint32_t *counts, VkAccelerationStructureBuildSizesInfoKHR *sizes)
 {
     if (device->level >= LEVEL_STATE && (!info->geometryCount || counts))
-        size_queries_add(device->size_queries, info, counts, build_type,
-                         sizes->accelerationStructureSize);
+        size_queries_add(device->size_queries, info, counts, build_type, sizes);
 }
 
 /* ---- the calls */

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Says in what the application's query of the sizes of a build differs from the build. */
 #include "src/rules/shared.h"
-#include "src/state/builds/size_queries.h"
 #include "src/view/names.h"
 
 static const char *member_name(enum size_member member)
@@ -80,9 +79,10 @@ static bool remarks_on_difference(struct finding *finding, VkDeviceSize size,
                    number(size), name, number(difference->geometry), asked, built);
 }
 
-bool remarks_on_size_query(struct finding *finding, const struct build_view *build)
+bool remarks_on_size_query(struct finding *finding, const struct build_view *build,
+                           enum queried_size which)
 {
-    const struct size_differences *asked = build->asked;
+    const struct size_differences *asked = build->asked ? &build->asked[which] : NULL;
     for (uint32_t i = 0; asked && asked->build == build->index && i < asked->count; i++)
         remarks_on_difference(finding, asked->size, &asked->items[i]);
     return false;

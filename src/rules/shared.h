@@ -4,6 +4,7 @@
 #ifndef ASSAY_RULES_SHARED_H
 #define ASSAY_RULES_SHARED_H
 
+#include "src/state/builds/size_queries.h"
 #include "src/state/commands/journal.h"
 #include "src/view/finding.h"
 #include "src/view/view.h"
@@ -47,7 +48,8 @@ enum rule rule_of_triangles_stray(const struct geometry_view *geometry);
 /* ---- sizes */
 
 /* Adds remarks about the query that returned the size of a dst that is too small. Returns false. */
-bool remarks_on_size_query(struct finding *finding, const struct build_view *build);
+bool remarks_on_size_query(struct finding *finding, const struct build_view *build,
+                           enum queried_size which);
 
 /* ---- updates */
 

@@ -139,7 +139,7 @@ static bool has_size_of_build(const struct build_view *build, struct finding *fi
                     "{} was created with size {}, less than accelerationStructureSize ({})",
                     structure(build->dst.handle), number(build->dst.size),
                     number(build->sizes.acceleration_structure)) ||
-           remarks_on_size_query(finding, build);
+           remarks_on_size_query(finding, build, SIZE_OF_STRUCTURE);
 }
 
 /* An update may write a structure of compacted size, which is known only when the build
@@ -170,7 +170,8 @@ bool scratch_address_is_aligned(const struct build_view *build, struct finding *
 }
 
 static bool scratch_is_in_one_buffer(const struct build_view *build, struct finding *finding,
-                                     VkDeviceSize needed, const char *size_name)
+                                     VkDeviceSize needed, enum queried_size which,
+                                     const char *size_name)
 {
     const struct address_facts *scratch = &build->scratch;
     if (!build->sizes.known || !needed)
@@ -192,20 +193,21 @@ static bool scratch_is_in_one_buffer(const struct build_view *build, struct find
                     "{} leaves {} to the end of {}, less than {} ({})", hex(scratch->address),
                     count_of(scratch->bytes_left, "byte"),
                     object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)scratch->buffer),
-                    text(size_name), number(needed));
+                    text(size_name), number(needed)) ||
+           remarks_on_size_query(finding, build, which);
 }
 
 bool build_scratch_is_in_one_buffer(const struct build_view *build, struct finding *finding)
 {
-    return !is_build(build) ||
-           scratch_is_in_one_buffer(build, finding, build->sizes.build_scratch, "buildScratchSize");
+    return !is_build(build) || scratch_is_in_one_buffer(build, finding, build->sizes.build_scratch,
+                                                        SIZE_OF_BUILD_SCRATCH, "buildScratchSize");
 }
 
 bool update_scratch_is_in_one_buffer(const struct build_view *build, struct finding *finding)
 {
     return !build_is_update(build->info) ||
            scratch_is_in_one_buffer(build, finding, build->sizes.update_scratch,
-                                    "updateScratchSize");
+                                    SIZE_OF_UPDATE_SCRATCH, "updateScratchSize");
 }
 
 static bool scratch_has_storage_usage(const struct build_view *build, struct finding *finding,

@@ -6,8 +6,8 @@
  *         [opacity-indices PLACE] [flags FLAG|FLAG] [geometries COUNT] [opaque]
  *         [first VERTEX] [offset BYTES]                                  of the range
  *         [max VERTEX] [format NAME] [stride BYTES]                      of vertices
- *         [last-format rgba16] [last-stride BYTES]                       of the last geometry
- *         [plain]                  with indices I0 and transform X0; what follows may change it
+ *         [last-format rgba16] [last-stride BYTES] [last-primitives COUNT]      of the last
+ * geometry [plain]                  with indices I0 and transform X0; what follows may change it
  *         [short-indices PLACE] [no-transform]
  *         [micromaps NAME]         this one and those with the next numbers, one for each geometry
  *         [instances PLACE]        on the bottom level, too: it becomes a top-level build
@@ -203,6 +203,8 @@ static bool read_triangles(struct build_line *line, struct one_build *build, con
         build->last_format = VK_FORMAT_R16G16B16A16_SFLOAT;
     } else if (play_is(option, "last-stride")) {
         build->last_stride = (VkDeviceSize)atoi(word);
+    } else if (play_is(option, "last-primitives")) {
+        build->last_primitives = (uint32_t)play_number(line->play, word);
     } else if (play_is(option, "opacity-indices")) {
         build->micromap.indexType = VK_INDEX_TYPE_UINT16;
         build->micromap.indexStride = sizeof(uint16_t);
@@ -286,6 +288,9 @@ static void set_last(struct one_build *build)
         triangles->vertexFormat = build->last_format;
     if (build->last_stride)
         triangles->vertexStride = build->last_stride;
+    if (build->last_primitives)
+        build->counts[build->info.geometryCount - 1] =
+            build->ranges[build->info.geometryCount - 1].primitiveCount = build->last_primitives;
 }
 
 /* Fills in what the line did not say. */

@@ -12,6 +12,7 @@ struct one_build {
     VkAccelerationStructureGeometryKHR geometry; /* all are alike */
     VkFormat last_format;                        /* but for these two of the last one; or 0 */
     VkDeviceSize last_stride;
+    uint32_t last_primitives;
     VkAccelerationStructureGeometryKHR geometries[GEOMETRIES];
     VkAccelerationStructureTrianglesOpacityMicromapEXT micromap;
     VkMicromapUsageEXT usage;

@@ -27,13 +27,15 @@ static void close_queries(void)
 
 static void ask(uint32_t count, VkDeviceSize size)
 {
-    size_queries_add(queries, &info, &count, build_type, size);
+    const VkAccelerationStructureBuildSizesInfoKHR sizes = {
+        .accelerationStructureSize = size, .buildScratchSize = size / 2, .updateScratchSize = 10};
+    size_queries_add(queries, &info, &count, build_type, &sizes);
 }
 
 static struct size_differences find(uint32_t count, VkDeviceSize size)
 {
     struct size_differences found = {.build = 7};
-    size_queries_find(queries, &info, &count, build_type, size, &found);
+    size_queries_find(queries, &info, &count, build_type, SIZE_OF_STRUCTURE, size, &found);
     assert_int_equal(found.build, 7);
     return found;
 }
@@ -56,6 +58,18 @@ TEST_BETWEEN(sizes_may_be_rounded_up, open_queries, close_queries)
     assert_int_equal(find(2, 1024).count, 1);
     assert_int_equal(find(2, 1256).count, 0);
     assert_int_equal(find(2, 999).count, 0);
+}
+
+TEST_BETWEEN(a_query_returns_scratch_sizes, open_queries, close_queries)
+{
+    const uint32_t count = 2;
+    struct size_differences found = {.build = 7};
+    ask(1, 1000);
+    size_queries_find(queries, &info, &count, build_type, SIZE_OF_BUILD_SCRATCH, 500, &found);
+    assert_int_equal(found.count, 1);
+    assert_int_equal(found.size, 500);
+    size_queries_find(queries, &info, &count, build_type, SIZE_OF_UPDATE_SCRATCH, 500, &found);
+    assert_int_equal(found.count, 0);
 }
 
 TEST_BETWEEN(the_query_that_differs_least_counts, open_queries, close_queries)

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A table of queries by a hash of all of it; a query takes the place of another one that has its
- * hash. Of each it keeps what the sizes depend on, of the first geometries only. */
+/* A table of queries by their hash; a query takes the place of another one that has its hash. Of
+ * each it keeps what the sizes depend on, of the first GEOMETRIES_KEPT geometries. */
 #include "src/state/builds/size_queries.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "src/platform/threads.h"
 #include "src/state/builds/build_info.h"
@@ -12,22 +13,19 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-enum { GEOMETRIES_KEPT = 4, ROUNDED_UP = 256, BUILD_MEMBERS = SIZED_GEOMETRY_TYPE };
+enum { GEOMETRIES_KEPT = 64, ROUNDED_UP = 256, BUILD_MEMBERS = SIZED_GEOMETRY_TYPE };
 enum { GEOMETRY_MEMBERS = SIZED_STRIDE + 1 - BUILD_MEMBERS };
 
+/* A build, and what its query has returned. */
 struct sized_build {
+    VkDeviceSize sizes[QUERIED_SIZES];
     uint64_t build[BUILD_MEMBERS];
-    uint64_t geometries[GEOMETRIES_KEPT][GEOMETRY_MEMBERS];
-};
-
-struct size_query {
-    VkDeviceSize size; /* 0: none */
-    struct sized_build of;
+    uint64_t geometries[GEOMETRIES_KEPT][GEOMETRY_MEMBERS]; /* as many as there are */
 };
 
 struct size_queries {
-    pthread_mutex_t lock;    /* guards the rest */
-    struct size_query *kept; /* NULL: none yet, or no memory */
+    pthread_mutex_t lock;                        /* guards the rest */
+    struct sized_build *kept[SIZE_QUERIES_KEPT]; /* owned; NULL: none */
 };
 
 VkResult size_queries_create(struct size_queries **queries)
@@ -43,7 +41,8 @@ void size_queries_destroy(struct size_queries *queries)
 {
     if (!queries)
         return;
-    free(queries->kept);
+    for (uint32_t i = 0; i < SIZE_QUERIES_KEPT; i++)
+        free(queries->kept[i]);
     pthread_mutex_destroy(&queries->lock);
     free(queries);
 }
@@ -74,16 +73,22 @@ static void describe_geometry(const VkAccelerationStructureGeometryKHR *geometry
     set(members, SIZED_STRIDE, triangles->vertexStride);
 }
 
-static void describe_build(const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                           const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
-                           struct sized_build *build)
+/* Returns the size of what is described, in bytes. */
+static size_t describe_build(const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                             const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
+                             struct sized_build *build)
 {
-    *build = (struct sized_build){.build = {[SIZED_BUILD_TYPE] = (uint64_t)build_type,
-                                            [SIZED_TYPE] = (uint64_t)info->type,
-                                            [SIZED_FLAGS] = info->flags,
-                                            [SIZED_GEOMETRY_COUNT] = info->geometryCount}};
-    for (uint32_t i = 0; i < info->geometryCount && i < GEOMETRIES_KEPT; i++)
+    const uint64_t kept = smaller_of(info->geometryCount, GEOMETRIES_KEPT);
+    const size_t size =
+        offsetof(struct sized_build, geometries) + kept * sizeof(*build->geometries);
+    memset(build, 0, size);
+    build->build[SIZED_BUILD_TYPE] = (uint64_t)build_type;
+    build->build[SIZED_TYPE] = (uint64_t)info->type;
+    build->build[SIZED_FLAGS] = info->flags;
+    build->build[SIZED_GEOMETRY_COUNT] = info->geometryCount;
+    for (uint32_t i = 0; i < kept; i++)
         describe_geometry(build_geometry(info, i), counts[i], build->geometries[i]);
+    return size;
 }
 
 /* ---- the table */
@@ -91,15 +96,21 @@ static void describe_build(const VkAccelerationStructureBuildGeometryInfoKHR *in
 void size_queries_add(struct size_queries *queries,
                       const VkAccelerationStructureBuildGeometryInfoKHR *info,
                       const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
-                      VkDeviceSize size)
+                      const VkAccelerationStructureBuildSizesInfoKHR *sizes)
 {
-    struct size_query query = {.size = size};
-    describe_build(info, counts, build_type, &query.of);
+    struct sized_build query;
+    const size_t size = describe_build(info, counts, build_type, &query);
+    query.sizes[SIZE_OF_STRUCTURE] = sizes->accelerationStructureSize;
+    query.sizes[SIZE_OF_BUILD_SCRATCH] = sizes->buildScratchSize;
+    query.sizes[SIZE_OF_UPDATE_SCRATCH] = sizes->updateScratchSize;
+    struct sized_build *kept = malloc(size);
+    if (!kept)
+        return;
+    memcpy(kept, &query, size);
     pthread_mutex_lock(&queries->lock);
-    if (!queries->kept)
-        queries->kept = calloc(SIZE_QUERIES_KEPT, sizeof(*queries->kept));
-    if (queries->kept)
-        queries->kept[XXH3_64bits(&query, sizeof(query)) % SIZE_QUERIES_KEPT] = query;
+    struct sized_build **slot = &queries->kept[XXH3_64bits(kept, size) % SIZE_QUERIES_KEPT];
+    free(*slot);
+    *slot = kept;
     pthread_mutex_unlock(&queries->lock);
 }
 
@@ -116,15 +127,14 @@ static void compare_members(const uint64_t *asked, const uint64_t *built, uint32
 }
 
 /* Counts all differences, and lists the first ones. */
-static void compare_builds(const struct size_query *query, const struct sized_build *built,
+static void compare_builds(const struct sized_build *query, const struct sized_build *built,
                            struct size_differences *differences)
 {
-    const uint64_t asked_count = query->of.build[SIZED_GEOMETRY_COUNT];
-    const uint64_t count = smaller_of(asked_count, built->build[SIZED_GEOMETRY_COUNT]);
-    *differences = (struct size_differences){.size = query->size};
-    compare_members(query->of.build, built->build, BUILD_MEMBERS, SIZED_BUILD_TYPE, 0, differences);
+    const uint64_t count =
+        smaller_of(query->build[SIZED_GEOMETRY_COUNT], built->build[SIZED_GEOMETRY_COUNT]);
+    compare_members(query->build, built->build, BUILD_MEMBERS, SIZED_BUILD_TYPE, 0, differences);
     for (uint32_t i = 0; i < count && i < GEOMETRIES_KEPT; i++)
-        compare_members(query->of.geometries[i], built->geometries[i], GEOMETRY_MEMBERS,
+        compare_members(query->geometries[i], built->geometries[i], GEOMETRY_MEMBERS,
                         SIZED_GEOMETRY_TYPE, i, differences);
 }
 
@@ -139,15 +149,17 @@ static bool is_better(const struct size_differences *a, const struct size_differ
 void size_queries_find(struct size_queries *queries,
                        const VkAccelerationStructureBuildGeometryInfoKHR *info,
                        const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
-                       VkDeviceSize size, struct size_differences *differences)
+                       enum queried_size which, VkDeviceSize size,
+                       struct size_differences *differences)
 {
     struct sized_build built;
-    struct size_differences best = {.count = 0}, next;
+    struct size_differences best = {.count = 0};
     describe_build(info, counts, build_type, &built);
     pthread_mutex_lock(&queries->lock);
-    for (uint32_t i = 0; queries->kept && i < SIZE_QUERIES_KEPT; i++) {
-        const struct size_query *query = &queries->kept[i];
-        if (!query->size || query->size > size || size - query->size >= ROUNDED_UP)
+    for (uint32_t i = 0; i < SIZE_QUERIES_KEPT; i++) {
+        const struct sized_build *query = queries->kept[i];
+        struct size_differences next = {.size = query ? query->sizes[which] : 0};
+        if (!next.size || next.size > size || size - next.size >= ROUNDED_UP)
             continue;
         compare_builds(query, &built, &next);
         if (is_better(&next, &best))

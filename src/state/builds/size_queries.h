@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The build sizes that the application has queried, up to SIZE_QUERIES_KEPT: a finding about a
- * structure that is too small says in what the query that returned its size differs from the build.
- */
+ * structure or scratch memory that is too small says in what the query that returned its size
+ * differs from the build. */
 #ifndef ASSAY_STATE_BUILDS_SIZE_QUERIES_H
 #define ASSAY_STATE_BUILDS_SIZE_QUERIES_H
 
@@ -10,6 +10,14 @@
 #include <vulkan/vulkan_core.h>
 
 enum { SIZE_QUERIES_KEPT = 512, SIZE_DIFFERENCES = 3 };
+
+/* What a query returns. */
+enum queried_size {
+    SIZE_OF_STRUCTURE,
+    SIZE_OF_BUILD_SCRATCH,
+    SIZE_OF_UPDATE_SCRATCH,
+    QUERIED_SIZES
+};
 
 /* What the sizes depend on, in the order in which differences are listed. */
 enum size_member {
@@ -49,13 +57,14 @@ void size_queries_destroy(struct size_queries *queries); /* accepts NULL */
 void size_queries_add(struct size_queries *queries,
                       const VkAccelerationStructureBuildGeometryInfoKHR *info,
                       const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
-                      VkDeviceSize size);
+                      const VkAccelerationStructureBuildSizesInfoKHR *sizes);
 
-/* Finds the query that returned `size`, or up to 255 bytes less as an application rounds sizes up,
- * and differs least from a build. Fills all but `build`. */
+/* Finds the query for which `which` was `size`, or up to 255 bytes less as an application rounds
+ * sizes up, and that differs least from a build. Fills all but `build`. */
 void size_queries_find(struct size_queries *queries,
                        const VkAccelerationStructureBuildGeometryInfoKHR *info,
                        const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
-                       VkDeviceSize size, struct size_differences *differences);
+                       enum queried_size which, VkDeviceSize size,
+                       struct size_differences *differences);
 
 #endif
