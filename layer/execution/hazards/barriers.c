@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Finds the barrier between two commands of a hazard that lacks a stage or an access on one side:
- * walks the barriers that were recorded between two commands of one queue. Those behind a secondary
- * command buffer are left out. */
+ * walks the barriers that were recorded between two commands of one queue. */
 #include "layer/execution/hazards/reports.h"
 
 #include "src/state/order/order.h"
@@ -9,6 +8,9 @@
 struct barrier_search {
     const struct hazard *hazard;
     struct hazard_barrier_text *found;
+    const struct hazard_batch_record *batch; /* that is walked */
+    uint32_t next;                           /* index of the command that comes next in it */
+    uint32_t later; /* index of the later command; UINT32_MAX: it is in another batch */
 };
 
 /* ---- one barrier */
@@ -37,59 +39,63 @@ static bool lacks_one_side(const struct hazard *hazard, const struct hazard_entr
 
 /* ---- all barriers between the commands */
 
-/* `command`: the one before the barriers; its journal, and if it has an item, what it was. */
-static void note_barrier(const struct barrier_search *search, const struct hazard_command *command,
-                         const struct hazard_entry *entry)
+static bool is_behind_earlier(const struct barrier_search *search)
 {
-    struct hazard_barrier_text barrier = {.is_there = true};
-    if (!lacks_one_side(search->hazard, entry, &barrier))
-        return;
-    barrier.command_buffer = command->journal->command_buffer;
-    if (command->item) {
-        barrier.call_site = journal_site(command->journal, command->item->origin);
-        barrier.follows = command->item->command;
-        barrier.builds = command->item->info;
-        barrier.first_build = command->item->geometry;
-    }
-    *search->found = barrier;
+    const struct hazard_batch_record *batch = search->batch;
+    return search->next == batch->command_count ||
+           batch->commands[search->next].first > search->hazard->earlier.number;
 }
 
-/* Walks from a place to the next command. */
-static void search_barriers(const struct barrier_search *search,
-                            const struct hazard_command *command, struct journal_cursor cursor)
+/* `place`: the command before the barrier. */
+static void note_barrier(const struct barrier_search *search, const struct hazard_entry *entry,
+                         struct hazard_barrier_text place)
 {
-    for (const struct hazard_entry *entry; (entry = hazard_next(&cursor));) {
-        if (entry->kind == HAZARD_COMMAND || entry->kind == JOURNAL_EXECUTE)
-            return;
-        if (entry->kind == HAZARD_BARRIER)
-            note_barrier(search, command, entry);
+    if (is_behind_earlier(search) && lacks_one_side(search->hazard, entry, &place))
+        *search->found = place;
+}
+
+/* Walks up to the later command. Recursive: the device limits how deep secondary command buffers
+ * nest. */
+static void search_journal(struct barrier_search *search, const struct journal *journal)
+{
+    const struct hazard_barrier_text begin = {.is_there = true,
+                                              .command_buffer = journal->command_buffer};
+    struct hazard_barrier_text place = begin;
+    struct journal_cursor cursor =
+        journal_start(journal, JOURNAL_HAZARDS | JOURNAL_BIT(JOURNAL_EXECUTE));
+    for (const struct journal_entry *entry;
+         search->next <= search->later && (entry = journal_next(&cursor));) {
+        const struct hazard_entry *item = (const void *)entry;
+        if (entry->kind == JOURNAL_EXECUTE) {
+            search_journal(search, entry->secondary);
+            place = begin;
+            place.follows = "vkCmdExecuteCommands";
+        } else if (entry->kind == HAZARD_BARRIER) {
+            note_barrier(search, item, place);
+        } else if (entry->kind == HAZARD_COMMAND) {
+            search->next++;
+            place.call_site = journal_site(journal, item->origin);
+            place.follows = item->command;
+            place.builds = item->info;
+            place.first_build = item->geometry;
+        }
     }
 }
 
-enum { WALKED = JOURNAL_HAZARDS | JOURNAL_BIT(JOURNAL_EXECUTE) };
-
-/* Searches behind the earlier command, and before the later one, which is the last of `current`. */
-static void search_batch(const struct barrier_search *search,
-                         const struct hazard_batch_record *batch, bool is_current)
+static void search_batch(struct barrier_search *search, const struct hazard_batch_record *record)
 {
-    const uint64_t earlier = search->hazard->earlier.number;
-    for (uint32_t i = 0; i < batch->command_count; i++) {
-        const struct hazard_command *command = &batch->commands[i];
-        const bool is_last = i + 1 == batch->command_count;
-        const bool begins_journal = !i || command[-1].journal != command->journal;
-        if (begins_journal && command->first > earlier)
-            search_barriers(search, &(struct hazard_command){.journal = command->journal},
-                            journal_start(command->journal, WALKED));
-        if (is_last ? !is_current : command[1].first > earlier)
-            search_barriers(search, command,
-                            journal_start_at(command->journal, command->place, WALKED));
-    }
+    const struct order_batch *batch = record->batch;
+    search->batch = record;
+    search->next = 0;
+    for (uint32_t i = 0; i < batch->command_count; i++)
+        if (batch->commands[i].captured)
+            search_journal(search, batch->commands[i].captured);
 }
 
 void hazard_judge_find_barrier(const struct hazard_judge *judge, const struct hazard *hazard,
                                struct hazard_barrier_text *barrier)
 {
-    const struct barrier_search search = {hazard, barrier};
+    struct barrier_search search = {.hazard = hazard, .found = barrier, .later = UINT32_MAX};
     const uint32_t queue = hazard->later.queue;
     const struct order_batch *first = hazard_judge_find_batch(judge, hazard->earlier.number);
     bool is_behind = false;
@@ -99,7 +105,8 @@ void hazard_judge_find_barrier(const struct hazard_judge *judge, const struct ha
     for (struct order_batch *batch = NULL; (batch = hazard_judge_next(judge, batch));) {
         is_behind |= batch == first;
         if (is_behind && batch->timestamp.queue == queue)
-            search_batch(&search, batch->slots[USES_HAZARDS], false);
+            search_batch(&search, batch->slots[USES_HAZARDS]);
     }
-    search_batch(&search, judge->current, true);
+    search.later = judge->current->command_count - 1;
+    search_batch(&search, judge->current);
 }
