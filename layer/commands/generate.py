@@ -356,6 +356,8 @@ class Entry:
         names, texts = [], {}
         for bits in range(1 << len(CONDITIONS)):
             active = [c for i, c in enumerate(CONDITIONS) if bits >> i & 1 and self.row.uses(c)]
+            if self.row.has("HAZARDS_CALL_SITES") and "HAZARDS" not in active:
+                active = [c for c in active if c != "CALL_SITES"]
             if not self.is_observed(active):
                 names.append("NULL")
                 continue
@@ -366,7 +368,8 @@ class Entry:
                         keyword.startswith(c) for keyword, _ in self.row.observers)))]
                 name = "_".join(["entry", self.command.name, *(c.lower() for c in with_observers)])
                 texts[name] = self.text(name, with_observers)
-            if "CALL_SITES" in active and (self.row.has("CALL_SITES") or "CHECK" in active):
+            if "CALL_SITES" in active and ("CHECK" in active or self.row.has("CALL_SITES") or
+                                           self.row.has("HAZARDS_CALL_SITES")):
                 texts[f"located_{name}"] = self.located_text(name)
                 name = f"located_{name}"
             names.append(name)
@@ -374,12 +377,13 @@ class Entry:
 
     def located_text(self, name):
         """The function that finds its caller before another one validates the call."""
+        is_quick = "true" if self.row.has("HAZARDS_CALL_SITES") else "false"
         found = "build_device" if self.kind == "recording" else "device_safely"
         returns = self.command.returns
         result, give = ("", "") if returns == "void" else (f"{returns} result = ", "    return result;\n")
         return (f"\nVKAPI_ATTR {returns} VKAPI_CALL located_{name}({self.command.declaration})\n{{\n"
                 f"    const struct call_site *outer = call_site_enter(layer_find_{found}({self.handle}), "
-                f"{self.handle}, __builtin_frame_address(0), __builtin_return_address(0));\n"
+                f"{self.handle}, __builtin_frame_address(0), __builtin_return_address(0), {is_quick});\n"
                 f"    {result}{name}({self.command.arguments});\n"
                 f"    call_site_leave(outer);\n{give}}}\n")
 

@@ -46,7 +46,7 @@ class Row:
         """Whether something of the row depends on a condition."""
         keywords = [*self.flags, *(keyword for keyword, _ in self.observers)]
         return any(keyword.startswith(condition) for keyword in keywords) or \
-            (condition == "CALL_SITES" and self.has("CHECKED")) or \
+            (condition == "CALL_SITES" and (self.has("CHECKED") or self.has("HAZARDS_CALL_SITES"))) or \
             (condition == "CPU" and self.extension is not None)
 
 
@@ -72,7 +72,7 @@ def inside(text, start):
     raise ValueError("a parenthesis is not closed: " + text[start:start + 60])
 
 
-FLAGS = ("ALONE", "BY_HAND", "CALL_SITES", "CHECKED", "CONTENT_REPLACES", "IF_PRESENT",
+FLAGS = ("ALONE", "BY_HAND", "CALL_SITES", "CHECKED", "CONTENT_REPLACES", "HAZARDS_CALL_SITES", "IF_PRESENT",
          "MAY_LOSE_DEVICE", "ON_RECORDING_PATH", "REQUIRED")
 OBSERVERS = ("HAZARDS", "BEFORE", "UNLESS", "CONTENT", "THROUGH", "CONTENT_THROUGH", "CONTENT_SUCCESS",
              "CONTENT_AFTER", "SUCCESS", "AFTER", "HAZARDS_SUCCESS", "HAZARDS_AFTER", "CPU_IF", "CPU")

@@ -3,6 +3,7 @@
  * Pipeline Barriers, Events, Queue Family Ownership Transfer). What is not understood counts as a
  * full dependency, which can only hide hazards. */
 #include "layer/hazards/recording.h"
+#include "layer/intercepts/intercepts.h"
 
 #include "observers.h"
 #include "src/base/chain.h"
@@ -59,6 +60,7 @@ static void add_to_group(struct group *group, const struct hazard_barrier *barri
     entry->is_global = barrier->is_global;
     entry->is_acquisition = barrier->is_acquisition;
     entry->bytes = barrier->bytes;
+    entry->site = call_site_of_call(group->recording->device);
     if (!group->first)
         group->first = entry;
     group->first->count++;

@@ -163,25 +163,27 @@ void call_sites_enable(struct layer_device *device)
 }
 
 static const struct call_site *find_site(const struct layer_device *device, const void *frame,
-                                         const void *first)
+                                         const void *first, bool is_quick)
 {
     struct call_stack stack;
     if (!device || !device->call_sites)
         return NULL;
     if (call_sites_kind(device->call_sites) == CALL_STACK_BY_FRAMES)
         call_stack_walk_frames(frame, first, &stack);
+    else if (is_quick)
+        stack = (struct call_stack){1, {(uintptr_t)first}};
     else
         call_stack_walk_tables(frame, first, &stack);
     return call_sites_find(device->call_sites, &stack);
 }
 
 const struct call_site *call_site_enter(const struct layer_device *device, const void *dispatchable,
-                                        const void *frame, const void *first)
+                                        const void *frame, const void *first, bool is_quick)
 {
     const struct call_site **of_thread = site_of_thread(), *outer = *of_thread;
     /* An invalid handle is reported on another device. */
-    *of_thread =
-        find_site(device ? device : layer_find_reporting_device(dispatchable), frame, first);
+    *of_thread = find_site(device ? device : layer_find_reporting_device(dispatchable), frame,
+                           first, is_quick);
     return outer;
 }
 

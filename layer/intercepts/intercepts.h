@@ -33,10 +33,11 @@ void check_invalid_handle(enum build_command command, const void *handle);
 void call_sites_enable(struct layer_device *device);
 
 /* For an entry: its frame and its return address, see call_stack_walk_frames(). `device` may be
- * NULL for an invalid handle. Returns the site of the call in whose message callback this one is
- * made, which call_site_leave() gets. */
+ * NULL for an invalid handle. If `is_quick`, unwinding tables are not used: the return address
+ * alone is the site. Returns the site of the call in whose message callback this one is made, which
+ * call_site_leave() gets. */
 const struct call_site *call_site_enter(const struct layer_device *device, const void *dispatchable,
-                                        const void *frame, const void *first);
+                                        const void *frame, const void *first, bool is_quick);
 void call_site_leave(const struct call_site *outer);
 
 /* The call site of the command that this thread is in; NULL: unknown, or there is none. */

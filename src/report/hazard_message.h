@@ -27,10 +27,10 @@ struct hazard_barrier_text {
     bool lacks_src;   /* else its dst side lacks it */
     bool lacks_stage; /* and perhaps the access; else the access alone */
     VkCommandBuffer command_buffer;
-    /* The command before it; NULL: it is the command buffer's first. Of a build command: its call
-     * site, or NULL, the number of its builds, and the position of the first one. */
+    const struct call_site *call_site; /* NULL: unknown */
+    /* The command before it; NULL: it is the command buffer's first. Of a build command: the number
+     * of its builds, and the position of the first one. */
     const char *follows;
-    const struct call_site *call_site;
     uint32_t builds, first_build;
 };
 

@@ -85,7 +85,7 @@ static void append_barrier(struct text_buffer *text, struct message *message,
     text_append(text, " of ");
     append_barrier_place(text, message, report);
     if (barrier->call_site)
-        text_append(text, " (behind the call at ");
+        text_append(text, " (at ");
     if (barrier->call_site)
         message_append_call_frames(text, barrier->call_site, BARRIER_FRAMES_SHOWN);
     text_append(text, barrier->call_site ? ")." : ".");

@@ -50,6 +50,7 @@ static bool is_behind_earlier(const struct barrier_search *search)
 static void note_barrier(const struct barrier_search *search, const struct hazard_entry *entry,
                          struct hazard_barrier_text place)
 {
+    place.call_site = entry->site;
     if (is_behind_earlier(search) && lacks_one_side(search->hazard, entry, &place))
         *search->found = place;
 }
@@ -74,7 +75,6 @@ static void search_journal(struct barrier_search *search, const struct journal *
             note_barrier(search, item, place);
         } else if (entry->kind == HAZARD_COMMAND) {
             search->next++;
-            place.call_site = journal_site(journal, item->origin);
             place.follows = item->command;
             place.builds = item->info;
             place.first_build = item->geometry;

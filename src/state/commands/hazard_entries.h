@@ -63,6 +63,7 @@ struct hazard_entry {
         const char *command; /* HAZARD_COMMAND: static text, "vkCmdCopyBuffer" */
         uint64_t object;     /* HAZARD_ACCESS: handle of the structure or buffer, 0: unknown;
                               * of events: the VkEvent */
+        const struct call_site *site; /* HAZARD_BARRIER: of its command; NULL: unknown */
     };
     /* HAZARD_ACCESS, HAZARD_INDEXED, HAZARD_BARRIER. Memory 0: an access that access_is_anywhere(),
      * a trace, or another write of unknown bytes. */
