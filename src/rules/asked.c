@@ -82,8 +82,9 @@ static bool remarks_on_difference(struct finding *finding, VkDeviceSize size,
 bool remarks_on_size_query(struct finding *finding, const struct build_view *build,
                            enum queried_size which)
 {
-    const struct size_differences *asked = build->asked ? &build->asked[which] : NULL;
-    for (uint32_t i = 0; asked && asked->build == build->index && i < asked->count; i++)
+    const struct size_differences *asked = build->asked;
+    const bool is_it = asked && asked->build == build->index && asked->which == which;
+    for (uint32_t i = 0; is_it && i < asked->count; i++)
         remarks_on_difference(finding, asked->size, &asked->items[i]);
     return false;
 }

@@ -71,8 +71,8 @@ struct build_view {
     struct accel_facts dst, src;
     struct address_facts scratch; /* device commands only */
     struct size_facts sizes;
-    /* If dst or scratch memory is too small: the query that returned its size, by enum
-     * queried_size; NULL if neither is. */
+    /* If dst or scratch memory is too small: the query that returned its size; NULL if neither is.
+     */
     const struct size_differences *asked;
 };
 

@@ -356,23 +356,23 @@ static VkAccelerationStructureBuildTypeKHR build_type_of(const struct build_view
                                                 : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
 }
 
-/* Of several builds for which the size is too small, the last one counts. */
+/* Of several sizes that are too small, the last one counts; of one build, that of dst. */
 __attribute__((cold)) static void find_size_query(struct check_context *context,
                                                   struct build_view *build, const uint32_t *counts,
                                                   enum queried_size which, VkDeviceSize size)
 {
     if (!context->hooks->find_size_query)
         return;
-    context->asked[which].build = build->index;
+    context->asked.build = build->index;
     context->hooks->find_size_query(context->user, build->info, counts, build_type_of(build), which,
-                                    size, &context->asked[which]);
-    build->asked = context->asked;
+                                    size, &context->asked);
+    build->asked = &context->asked;
 }
 
 static bool lacks_scratch(const struct build_view *build)
 {
-    return build->scratch.status == ADDRESS_IN_BUFFER &&
-           build->scratch.bytes_left < build_scratch_size(build);
+    return build->scratch.bytes_left < build_scratch_size(build) &&
+           build->scratch.status == ADDRESS_IN_BUFFER;
 }
 
 /* Queries the sizes of a build with all its geometries. */
@@ -392,7 +392,7 @@ static void query_sizes(struct check_context *context, struct build_view *build)
                                    &build->sizes);
     if (known && build->dst.size < build->sizes.acceleration_structure)
         find_size_query(context, build, counts, SIZE_OF_STRUCTURE, build->dst.size);
-    if (known && lacks_scratch(build))
+    else if (known && lacks_scratch(build))
         find_size_query(context, build, counts,
                         build_is_update(build->info) ? SIZE_OF_UPDATE_SCRATCH
                                                      : SIZE_OF_BUILD_SCRATCH,

@@ -168,5 +168,6 @@ void size_queries_find(struct size_queries *queries,
     pthread_mutex_unlock(&queries->lock);
     best.count = best.count < SIZE_DIFFERENCES ? best.count : SIZE_DIFFERENCES;
     best.build = differences->build;
+    best.which = which;
     *differences = best;
 }

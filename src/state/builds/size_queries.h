@@ -37,7 +37,8 @@ enum size_member {
 };
 
 struct size_differences {
-    uint32_t build;    /* index of the build in the call */
+    uint32_t build; /* index of the build in the call */
+    enum queried_size which;
     VkDeviceSize size; /* that the query returned */
     uint32_t count;    /* 0: no such query is known */
     struct size_difference {
