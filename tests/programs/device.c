@@ -394,8 +394,8 @@ static bool has_host_work(const struct program *program)
 /* Whether it has commands without a counterpart. */
 static bool lacks_nv(const struct program *program)
 {
-    static const char *const words[] = {"deserialize", "query",  "generic", "last-size", "fitting",
-                                        "sparse",      "buffer", "renew",   "host"};
+    static const char *const words[] = {"deserialize", "generic", "last-size", "fitting",
+                                        "sparse",      "buffer",  "renew",     "host"};
     for (unsigned i = 0; i < program->line_count; i++)
         for (char *const *word = program->lines[i].words; *word; word++)
             for (size_t j = 0; j < ARRAY_COUNT(words); j++)
