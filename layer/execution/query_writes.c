@@ -9,12 +9,19 @@
 /* Of more batches than these, the oldest are forgotten. Ranges beyond these are joined. */
 enum { BATCHES_KEPT = 256, RANGES_KEPT = 64 };
 
-/* Queries of a pool. More may be in between than the batch has written: then the batch counts for
- * these, too, which only makes more work count as complete. */
+/* Queries of a pool, or an event. More may be in between than the batch has written: then the batch
+ * counts for these, too, which only makes more work count as complete. */
 struct query_range {
     VkQueryPool pool;
     uint64_t first, end;
 };
+
+/* An event counts as one query, which no pool has. */
+#define EVENT_QUERY (UINT64_C(1) << 40)
+static VkQueryPool pool_of_event(uint64_t event)
+{
+    return (VkQueryPool)(uintptr_t)event;
+}
 
 struct batch_queries {
     struct batch_queries *older;
@@ -89,17 +96,25 @@ static bool add_query(struct batch_queries *queries, VkQueryPool pool, uint64_t 
     return true;
 }
 
+static bool is_observable(const struct journal *journal)
+{
+    return journal->writes_queries || journal->has_events;
+}
+
 static bool add_journal(struct batch_queries *queries, const struct journal *journal)
 {
     bool has_memory = !journal->incomplete;
     struct journal_cursor cursor =
         journal_start(journal, JOURNAL_BIT(JOURNAL_READ) | JOURNAL_BIT(JOURNAL_WRITE_QUERY) |
-                                   JOURNAL_BIT(JOURNAL_EXECUTE));
+                                   JOURNAL_BIT(JOURNAL_SET_EVENT) | JOURNAL_BIT(JOURNAL_EXECUTE));
     for (const struct journal_entry *entry;
-         journal->writes_queries && (entry = journal_next(&cursor));) {
+         is_observable(journal) && (entry = journal_next(&cursor));) {
         const VkQueryPool pool = (VkQueryPool)(uintptr_t)entry->dst;
         if (entry->kind == JOURNAL_EXECUTE)
             has_memory &= add_journal(queries, entry->secondary);
+        else if (entry->kind == JOURNAL_SET_EVENT)
+            has_memory &=
+                add_query(queries, pool_of_event(entry->dst), EVENT_QUERY, EVENT_QUERY + 1);
         else if (entry->kind == JOURNAL_WRITE_QUERY)
             has_memory &= add_query(queries, pool, entry->number, entry->number + entry->info);
         else if (entry->read.query != VK_QUERY_TYPE_MAX_ENUM)
@@ -114,7 +129,7 @@ static bool has_queries(const struct order_batch *batch)
     bool has_any = false;
     for (uint32_t i = 0; batch->queue && i < batch->command_count; i++) {
         const struct journal *journal = batch->commands[i].captured;
-        has_any |= journal && (journal->writes_queries || journal->incomplete);
+        has_any |= journal && (is_observable(journal) || journal->incomplete);
     }
     return has_any;
 }
@@ -213,10 +228,9 @@ static bool are_all_written(const struct query_writes *writes, VkQueryPool pool,
 }
 
 /* Older batches that wrote a query precede the newest one: they do no harm. */
-bool query_writes_find(struct query_writes *writes, VkQueryPool pool, uint32_t first,
-                       uint32_t count, struct execution_clock *clock)
+static bool find_writes(struct query_writes *writes, VkQueryPool pool, uint64_t first, uint64_t end,
+                        struct execution_clock *clock)
 {
-    const uint64_t end = (uint64_t)first + count;
     uint64_t behind;
     clock->queues = 0;
     if (!writes)
@@ -232,6 +246,19 @@ bool query_writes_find(struct query_writes *writes, VkQueryPool pool, uint32_t f
     return is_known;
 }
 
+bool query_writes_find(struct query_writes *writes, VkQueryPool pool, uint32_t first,
+                       uint32_t count, struct execution_clock *clock)
+{
+    return find_writes(writes, pool, first, (uint64_t)first + count, clock);
+}
+
+bool query_writes_find_event(struct query_writes *writes, VkEvent event,
+                             struct execution_clock *clock)
+{
+    return find_writes(writes, pool_of_event((uint64_t)(uintptr_t)event), EVENT_QUERY,
+                       EVENT_QUERY + 1, clock);
+}
+
 void query_writes_forget(struct query_writes *writes, VkQueryPool pool)
 {
     if (!writes)
@@ -242,4 +269,9 @@ void query_writes_forget(struct query_writes *writes, VkQueryPool pool)
             if (at->ranges[i].pool == pool)
                 at->ranges[i].pool = VK_NULL_HANDLE;
     pthread_mutex_unlock(&writes->lock);
+}
+
+void query_writes_forget_event(struct query_writes *writes, VkEvent event)
+{
+    query_writes_forget(writes, pool_of_event((uint64_t)(uintptr_t)event));
 }

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Which batches write which queries. If the application has read the result of a query, it may know
- * that the batch which wrote it, and what that batch follows, is complete. It knows nothing more:
- * batches behind that one are still pending. Has its own lock. */
+/* Which batches write which queries and set which events. If the application has read the result of
+ * a query, or that an event is set, it may know that the batch which did that, and what that batch
+ * follows, is complete. It knows nothing more: batches behind that one are still pending. Has its
+ * own lock. */
 #ifndef ASSAY_LAYER_EXECUTION_QUERY_WRITES_H
 #define ASSAY_LAYER_EXECUTION_QUERY_WRITES_H
 
@@ -24,5 +25,9 @@ void query_writes_fail(struct query_writes *writes, const struct order_batch *ba
 bool query_writes_find(struct query_writes *writes, VkQueryPool pool, uint32_t first,
                        uint32_t count, struct execution_clock *clock);
 void query_writes_forget(struct query_writes *writes, VkQueryPool pool);
+/* The same for an event that is set. */
+bool query_writes_find_event(struct query_writes *writes, VkEvent event,
+                             struct execution_clock *clock);
+void query_writes_forget_event(struct query_writes *writes, VkEvent event);
 
 #endif

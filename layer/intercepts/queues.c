@@ -300,5 +300,5 @@ void note_acquisition(struct layer_device *device, VkSemaphore semaphore, VkResu
 void observe_presentation(struct layer_device *device, VkResult result)
 {
     if (result == VK_SUCCESS || result == VK_SUBOPTIMAL_KHR)
-        execution_order_observe_unknown(device->order);
+        execution_order_observe_unknown(device->order, NULL);
 }

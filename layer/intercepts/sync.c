@@ -4,6 +4,7 @@
 #include "layer/postmortem/postmortem.h"
 
 #include "layer/execution/hazards/checks.h"
+#include "layer/execution/query_writes.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/snapshots/snapshots.h"
 #include "observers.h"
@@ -176,6 +177,7 @@ void note_event(struct layer_device *device, VkEvent event, const VkEventCreateI
 void forget_event(struct layer_device *device, VkEvent event)
 {
     events_remove(device->events, event);
+    query_writes_forget_event(device->query_writes, event);
     hazard_checks_forget(device->hazard_checks, EVENT_DESTROYED, (uint64_t)(uintptr_t)event);
 }
 
@@ -189,11 +191,15 @@ void reset_event(struct layer_device *device, VkEvent event)
     events_reset(device->events, event);
 }
 
-/* The commands in front of one that has set the event may have executed. */
-void observe_event(struct layer_device *device, VkResult result)
+/* The batch that has set the event may have executed. */
+void observe_event(struct layer_device *device, VkEvent event, VkResult result)
 {
-    if (result == VK_EVENT_SET)
-        execution_order_observe_unknown(device->order);
+    struct execution_clock clock = {0};
+    if (result != VK_EVENT_SET)
+        return;
+    const bool is_known = events_is_set_by_host(device->events, event) ||
+                          query_writes_find_event(device->query_writes, event, &clock);
+    execution_order_observe_unknown(device->order, is_known ? &clock : NULL);
 }
 
 void note_event_command(struct layer_device *device, VkCommandBuffer command_buffer,

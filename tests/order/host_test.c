@@ -132,7 +132,7 @@ TEST(waits_and_signals_of_the_host_are_batches)
     signal_on(order, SUBMIT_COMMANDS, SEMAPHORE(S), 5, VK_NULL_HANDLE);
     execution_order_observe_semaphore(order, SEMAPHORE(S), 5, false);
     execution_order_observe_semaphore(order, SEMAPHORE(S), 5, true); /* nothing new */
-    execution_order_observe_unknown(order);
+    execution_order_observe_unknown(order, NULL);
     signal_on(order, SUBMIT_COMMANDS, SEMAPHORE(S), 6, VK_NULL_HANDLE);
     static const struct sync_run expected[] = {
         {4, 1, true, true, false, WORK_SYNC, {0}, {0}},
@@ -218,5 +218,37 @@ TEST(exported_objects_may_show_anything)
         assert_int_equal(runs.items[i].work, WORK_SYNC);
         assert_false(runs.items[i].is_known);
     }
+    execution_order_destroy(order);
+}
+
+/* A batch that signals an exported object may be known to be complete as soon as it is submitted,
+ * and so may what it follows; later batches are pending. An imported fence may show anything. */
+TEST(exported_objects_show_the_batches_that_signal_them)
+{
+    struct sync_runs runs = {.count = 0};
+    struct execution_order *order;
+    struct execution_clock seen;
+    uint64_t before, after;
+    assert_int_equal(execution_order_create(&order, &(struct execution_hooks){0}), VK_SUCCESS);
+    execution_order_add_consumer(order, (struct batch_consumer){.user = &runs, .run = note_run});
+    execution_order_add_semaphore(order, SEMAPHORE(S), VK_SEMAPHORE_TYPE_TIMELINE, 0, false);
+    execution_order_add_fence(order, FENCE(F), true, false);
+    signal_on(order, SUBMIT_COMMANDS, SEMAPHORE(S), 1, VK_NULL_HANDLE);
+    signal_on(order, SUBMIT_COMMANDS, SEMAPHORE(S), 2, FENCE(F));
+    signal_on(order, SUBMIT_COMMANDS, SEMAPHORE(S), 3, VK_NULL_HANDLE);
+    assert_true(execution_order_find_observed(order, &seen, &before));
+    assert_true(execution_clock_has(&seen, runs.items[0].timestamp));
+    assert_true(execution_clock_has(&seen, runs.items[1].timestamp));
+    assert_false(execution_clock_has(&seen, runs.items[2].timestamp));
+    execution_order_observe_fence(order, FENCE(F));
+    execution_order_observe_any_fence(order, 1, (const VkFence[]){FENCE(F)});
+    assert_true(execution_order_find_observed(order, &seen, &after));
+    assert_int_equal(before, after);
+    assert_false(execution_clock_has(&seen, runs.items[2].timestamp));
+    execution_order_reset_fence(order, FENCE(F));
+    execution_order_set_fence_foreign(order, FENCE(F));
+    execution_order_observe_fence(order, FENCE(F));
+    assert_true(execution_order_find_observed(order, &seen, &after));
+    assert_int_not_equal(before, after);
     execution_order_destroy(order);
 }

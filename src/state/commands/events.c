@@ -94,6 +94,15 @@ void events_reset(struct events *events, VkEvent handle)
     note_by_host(events, handle, false);
 }
 
+bool events_is_set_by_host(struct events *events, VkEvent handle)
+{
+    pthread_mutex_lock(&events->lock);
+    const struct event *event = handle_table_find(&events->by_handle, key_of(handle));
+    const bool is_set = event && event->is_set && !event->queue;
+    pthread_mutex_unlock(&events->lock);
+    return is_set;
+}
+
 static void forget_state(void *record, void *context)
 {
     struct event *event = record;

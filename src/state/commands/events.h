@@ -25,6 +25,8 @@ void events_remove(struct events *events, VkEvent handle);
 /* For vkSetEvent, after the call; and for vkResetEvent, before the call. */
 void events_set(struct events *events, VkEvent handle);
 void events_reset(struct events *events, VkEvent handle);
+/* Whether the host has set the event, and no command that was submitted since sets or resets it. */
+bool events_is_set_by_host(struct events *events, VkEvent handle);
 
 /* Whether a wait that is being recorded may have to wait for the host. Uses only the command
  * buffer's journal and the event's flags. */

@@ -169,7 +169,7 @@ void execution_order_set_fence_foreign(struct execution_order *order, VkFence ha
         return;
     struct order_fence *fence = execution_order_fence(order, handle);
     if (fence)
-        fence->foreign = true;
+        fence->foreign = fence->is_imported = true;
     leave(order);
 }
 
@@ -208,7 +208,7 @@ void execution_order_observe_fence(struct execution_order *order, VkFence handle
         else if (!order->in_flight)
             execution_order_set_unknown_locked(order, ORDER_UNKNOWN_UNTRACKED_SIGNAL);
     } else if (fence && !fence->seen) {
-        order->untracked++;
+        order->untracked += fence->is_imported || !fence->serial;
         execution_order_add_host_wait(order, VK_NULL_HANDLE, 0);
     }
     if (fence)
@@ -272,11 +272,12 @@ static void note_maybe(struct execution_order *order, const struct execution_clo
         order->untracked++;
 }
 
-void execution_order_observe_unknown(struct execution_order *order)
+void execution_order_observe_unknown(struct execution_order *order,
+                                     const struct execution_clock *clock)
 {
     if (!enter(order))
         return;
-    note_maybe(order, NULL);
+    note_maybe(order, clock);
     execution_order_add_host_wait(order, VK_NULL_HANDLE, 0);
     leave(order);
 }
@@ -286,6 +287,8 @@ static bool add_fence(const struct execution_order *order, VkFence handle,
                       struct execution_clock *clock)
 {
     const struct order_fence *fence = execution_order_fence(order, handle);
+    if (fence && fence->foreign && !fence->is_imported && fence->serial)
+        return true;
     if (!fence || fence->foreign || (fence->serial ? !fence->has_clock : !fence->seen))
         return false;
     if (fence->serial)
@@ -412,12 +415,11 @@ bool execution_order_find_observed(struct execution_order *order, struct executi
 {
     if (!enter(order))
         return false;
-    bool is_known = !order->is_exposed;
     execution_clock_copy(clock, &order->host);
     execution_clock_join(clock, &order->maybe);
     *untracked = order->untracked;
     pthread_mutex_unlock(&order->lock);
-    return is_known;
+    return true;
 }
 
 bool execution_order_host_is_current(struct execution_order *order, struct execution_clock *clock)

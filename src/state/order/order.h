@@ -211,8 +211,10 @@ void execution_order_observe_fence(struct execution_order *order, VkFence handle
 /* The semaphore's value is `value` (`exact`), or at least `value`. */
 void execution_order_observe_semaphore(struct execution_order *order, VkSemaphore handle,
                                        uint64_t value, bool exact);
-/* The host has observed something that may come behind any work. */
-void execution_order_observe_unknown(struct execution_order *order);
+/* The host has observed something that may come behind the work in `clock`; NULL: behind any work.
+ */
+void execution_order_observe_unknown(struct execution_order *order,
+                                     const struct execution_clock *clock);
 /* The host has observed that one of the fences is signaled, or that one of the semaphores has its
  * value. It is not known which one. */
 void execution_order_observe_any_fence(struct execution_order *order, uint32_t count,
@@ -258,8 +260,7 @@ void execution_order_note_results(struct execution_order *order,
 void execution_order_note_acquisition(struct execution_order *order);
 /* Sets `clock` to all work whose completion the host may have observed, and `untracked` to a number
  * that changes when it may have observed completions that the clock lacks. Returns false if the
- * order is unknown, or if a submission has signalled an object by which the application may observe
- * completions without the layer. */
+ * order is unknown. */
 bool execution_order_find_observed(struct execution_order *order, struct execution_clock *clock,
                                    uint64_t *untracked);
 /* Sets `clock` likewise. Returns false if the order has not yet run a part of that work. */

@@ -158,7 +158,6 @@ static void start_batches(struct submission *submission)
     submission_announce(submission);
     const struct order_fence *fence = execution_order_fence(order, submission->fence);
     submission->is_exposed |= fence && fence->foreign;
-    order->is_exposed |= submission->is_exposed;
     submission_resolve_ready(submission);
     if (submission->ready_count < submission->batch_count)
         order->waiting++;

@@ -127,9 +127,10 @@ struct order_queue {
 };
 
 struct order_fence {
-    bool foreign;
-    bool seen;       /* the host has observed the signaled fence; its clock may be set later */
-    uint64_t serial; /* of the submission that will signal the fence; 0: none is tracked */
+    bool foreign;     /* others may signal it, too */
+    bool is_imported; /* it may have another payload, whose signal shows anything */
+    bool seen;        /* the host has observed the signaled fence; its clock may be set later */
+    uint64_t serial;  /* of the submission that will signal the fence; 0: none is tracked */
     bool has_clock;
     struct execution_clock clock;
     struct execution_clock behind; /* as in struct order_batch */
@@ -183,7 +184,6 @@ struct execution_order {
     uint64_t untracked;                /* see execution_order_find_observed() */
     uint64_t timed_out_waits;          /* number of waits of the host that returned VK_TIMEOUT */
     uint64_t timeouts[ORDER_TIMEOUTS]; /* in ns, of the last ones: a ring */
-    bool is_exposed;                   /* a submission was, see struct order_batch */
     uint64_t host_count;               /* host work that has ended */
     uint64_t last_serial, last_semaphore, last_signal;
     uint32_t in_flight;  /* calls under way that may release held batches */

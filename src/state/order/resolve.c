@@ -306,6 +306,7 @@ static void resolve_host(struct order_batch *batch)
                                &batch->clock, &batch->clock);
 }
 
+/* Of an exposed batch the application may learn without the layer that it is complete. */
 static void resolve(struct order_batch *batch, struct queue_clocks *clocks)
 {
     if (!batch->submission->queue_record)
@@ -314,6 +315,8 @@ static void resolve(struct order_batch *batch, struct queue_clocks *clocks)
         order_batch_resolve_bindings(batch, clocks);
     else
         resolve_commands(batch, clocks);
+    if (batch->submission->queue_record && batch->submission->is_exposed)
+        execution_clock_join(&batch->submission->order->maybe, &clocks->behind);
 }
 
 void submission_resolve_ready(struct submission *submission)
