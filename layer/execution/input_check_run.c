@@ -12,9 +12,11 @@
 #include "layer/snapshots/executions.h"
 #include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/marks.h"
+#include "layer/snapshots/size_queries.h"
 #include "src/base/float_environment.h"
 #include "src/check/content/advice.h"
 #include "src/check/content/executed.h"
+#include "src/check/replay/judge.h"
 #include "src/platform/threads.h"
 #include "src/rules/predicates.h"
 #include "src/state/resources/destroyed.h"
@@ -23,7 +25,8 @@
 struct pending_finding {
     struct pending_finding *next;
     const struct journal *journal;
-    uint32_t first; /* position of the call's first build in the command buffer */
+    uint32_t first;  /* position of the call's first build in the command buffer */
+    uint32_t origin; /* see journal_note_origin() */
     enum rule rule;
     struct location location;
     struct finding finding;
@@ -66,17 +69,22 @@ static bool keep_finding(void *user, const struct journal *journal, uint32_t fir
                          uint32_t origin, enum rule rule, const struct location *location,
                          const struct finding *finding)
 {
-    (void)origin; /* report_findings() looks it up */
     struct reading *reading = user;
     const struct reporter *reporter = reading->ran->device->instance->reporter;
     struct pending_finding *pending = malloc(sizeof(*pending));
     reading->lacks_memory |= !pending;
     if (pending) {
-        *pending = (struct pending_finding){NULL, journal, first_build, rule, *location, *finding};
+        *pending =
+            (struct pending_finding){NULL, journal, first_build, origin, rule, *location, *finding};
         *reading->findings_last = pending;
         reading->findings_last = &pending->next;
     }
     return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
+}
+
+static uint32_t origin_of(const struct read_call *call, uint32_t build)
+{
+    return journal_origin_at(call->journal, call->first + build);
 }
 
 static bool note_found(void *user, enum rule rule, const struct location *location,
@@ -85,7 +93,8 @@ static bool note_found(void *user, enum rule rule, const struct location *locati
     const struct read_call *call = user;
     struct location there = *location;
     there.geometry_by_pointer = call->geometry_by_pointer;
-    return keep_finding(call->reading, call->journal, call->first, 0, rule, &there, finding);
+    return keep_finding(call->reading, call->journal, call->first, origin_of(call, location->build),
+                        rule, &there, finding);
 }
 
 static void report_findings(struct reading *reading)
@@ -94,7 +103,6 @@ static void report_findings(struct reading *reading)
     while (reading->findings) {
         struct pending_finding *pending = reading->findings;
         uint32_t position = pending->first + pending->location.build;
-        uint32_t at = journal_origin_at(pending->journal, position);
         const struct call_origin origin = {
             .device = device->handle,
             .names = device->names,
@@ -103,8 +111,8 @@ static void report_findings(struct reading *reading)
             .queue_labels = shared_labels_stack(reading->ran->batch->labels),
             .command_buffer = pending->journal->command_buffer,
             .build_index = pending->first,
-            .labels = journal_labels(pending->journal, at),
-            .call_site = journal_site(pending->journal, at),
+            .labels = journal_labels(pending->journal, pending->origin),
+            .call_site = journal_site(pending->journal, pending->origin),
             .replaced =
                 guard_results_explain(&reading->guarded, pending->journal, position, pending->rule),
             .when = reading->when,
@@ -220,7 +228,7 @@ static void refers_to_destroyed(void *user, uint32_t build, uint32_t instance, u
     const struct location location = {
         .command = destroys, .subject = SUBJECT_ARGUMENT, .build = build};
     if (!destroyed_object_is_not_in_use(&view, &finding))
-        keep_finding(call->reading, call->journal, call->first, 0,
+        keep_finding(call->reading, call->journal, call->first, origin_of(call, build),
                      RULE_destroyed_object_is_not_in_use, &location, &finding);
 }
 
@@ -524,6 +532,21 @@ static void read_execution(struct reading *reading, struct execution *execution)
     leave_call(buffer.call);
 }
 
+/* ---- compacting copies */
+
+/* Called without locks: it calls down. */
+static void read_sizes(struct reading *reading)
+{
+    const struct ran_execution *ran = reading->ran;
+    for (uint32_t i = 0; i < ran->notes.copy_count && !reading->when; i++) {
+        const struct input_note *note = &ran->notes.copies[i];
+        compacted_size_update(
+            note->source.compacted_size,
+            size_query_read(ran->device, note->journal, note->entry, ran->execution->ticket));
+        judge_copy_size(&reading->replay, note->journal, note->entry, &note->source);
+    }
+}
+
 void input_checks_read(const struct ran_execution *ran, const char *when,
                        struct missed_executions *missed)
 {
@@ -545,6 +568,7 @@ void input_checks_read(const struct ran_execution *ran, const char *when,
         end_call(call);
     }
     float_environment_leave(&of_application);
+    read_sizes(&reading);
     report_findings(&reading);
     advice_send_certain(ran->device->advice);
     guard_results_end(&reading.guarded, ran->device);

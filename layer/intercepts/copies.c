@@ -4,6 +4,7 @@
  * becomes work of the host. */
 #include "layer/compare/comparer.h"
 #include "layer/intercepts/intercepts.h"
+#include "layer/snapshots/size_queries.h"
 #include "observers.h"
 #include "src/check/replay/object_states.h"
 
@@ -114,9 +115,28 @@ static struct host_work begin_host_copy(struct layer_device *device, struct jour
     return work;
 }
 
-struct host_work begin_accel_copy(struct layer_device *device,
+/* The driver tells the compacted size of src before the copy is validated. A deferred copy executes
+ * later, perhaps behind the build of src. */
+static void query_size(struct layer_device *device, const VkCopyAccelerationStructureInfoKHR *info)
+{
+    const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
+    const PFN_vkWriteAccelerationStructuresPropertiesKHR query =
+        device->vk.WriteAccelerationStructuresPropertiesKHR;
+    uint64_t size = 0;
+    if (device->level < LEVEL_EXECUTION || !device->facts.acceleration_structure_host_commands ||
+        !size_query_is_needed(device, info))
+        return;
+    struct journal *reading = begin_size_reading(device, type);
+    const VkResult result =
+        query(device->handle, 1, &info->src, type, sizeof(size), &size, sizeof(size));
+    note_sizes(device, reading, 1, &info->src, type, sizeof(size), &size, sizeof(size), result);
+}
+
+struct host_work begin_accel_copy(struct layer_device *device, VkDeferredOperationKHR operation,
                                   const VkCopyAccelerationStructureInfoKHR *info)
 {
+    if (!operation)
+        query_size(device, info);
     struct journal_entry entry = khr_copy_entry(device, COMMAND_CopyAccelerationStructureKHR, info);
     return begin_host_copy(device, &entry);
 }

@@ -26,10 +26,17 @@ static void free_words(void *user, const struct mapped_words *words)
     words_give_back(snapshots->words, words);
 }
 
+static void free_queries(void *user, VkQueryPool pool)
+{
+    const struct layer_device *device = ((const struct snapshots *)user)->device;
+    device->vk.DestroyQueryPool(device->handle, pool, NULL);
+}
+
 static void create_recording(struct snapshots *snapshots,
                              const struct command_buffer *command_buffer)
 {
-    const struct recording_memory memory = {free_chunk, free_guarded, free_words, snapshots};
+    const struct recording_memory memory = {free_chunk, free_guarded, free_words, free_queries,
+                                            snapshots};
     struct recording *recording = recording_create(command_buffer->journal, &memory);
     if (!recording)
         return;

@@ -51,6 +51,9 @@ static void destroy(void *work)
         recording->memory.free_guarded(recording->memory.user, recording->guarded);
     for (uint32_t i = 0; i < recording->marks.count; i++)
         recording->memory.free_words(recording->memory.user, &recording->marks.items[i].words);
+    for (uint32_t i = 0; i < recording->size_pools.count; i++)
+        recording->memory.free_queries(recording->memory.user, recording->size_pools.items[i]);
+    free(recording->size_pools.items);
     free(recording->marks.items);
     free(recording->chunks);
     free(recording->copy_blocks);

@@ -115,11 +115,20 @@ struct build_marks {
     _Atomic uint64_t ticket;
 };
 
+/* Pools of queries of the layer's own, each with SIZE_QUERIES queries of compacted sizes. */
+enum { SIZE_QUERIES = 64 };
+struct size_pools {
+    VkQueryPool *items;
+    uint32_t count, capacity;
+    uint32_t used; /* queries of all pools */
+};
+
 /* Frees a recording's memory. */
 struct recording_memory {
     void (*free_chunk)(void *user, struct snapshot_chunk *chunk);
     void (*free_guarded)(void *user, struct snapshot_chunk *guarded);
     void (*free_words)(void *user, const struct mapped_words *words);
+    void (*free_queries)(void *user, VkQueryPool pool);
     void *user;
 };
 
@@ -142,6 +151,7 @@ struct recording {
     struct snapshot_chunk *guarded;
     bool has_guards, executes_at_once; /* SIMULTANEOUS_USE */
     struct build_marks marks;
+    struct size_pools size_pools;
     bool has_gatherings;
     /* Builds whose inputs were not all copied: their number, and the first ones. */
     uint32_t left_out_count;

@@ -16,4 +16,16 @@ static void read_from_replayed_address(struct scene *scene)
     if (scene->vk->CreateBuffer(scene->fixture->device, &info, NULL, &buffer) == VK_SUCCESS)
         scene->TRIANGLES(INDEXED, 0).vertexData.deviceAddress = replayed.opaqueCaptureAddress;
 }
+/* Of a build that the scene has executed. Only the host is told by the driver at once. */
+static VkDeviceSize compacted_size(struct scene *scene, uint32_t build)
+{
+    VkDeviceSize size = place_size(scene, build) / 2;
+    if (command_is_on_host(scene->command))
+        MUST_SUCCEED(scene->vk->WriteAccelerationStructuresPropertiesKHR(
+            scene->fixture->device, 1, &scene->infos[build].dstAccelerationStructure,
+            VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, sizeof(size), &size,
+            sizeof(size)));
+    return size;
+}
+
 #include "silent.inc"

@@ -7,6 +7,7 @@
  * knows that its write has executed, or if there was only one write; otherwise it may be the result
  * of an earlier write. */
 #include "src/check/replay/judge.h"
+#include "src/check/replay/update_inputs.h"
 #include "src/check/walk/rows.h"
 #include "src/view/life_view.h"
 
@@ -66,6 +67,19 @@ static struct compacted_size *compacted_size_of(struct replay *replay,
     return is_of_one_structure(type) && built->compacted_size->serialized_id != entry->src_id
                ? NULL
                : built->compacted_size;
+}
+
+void replay_note_compaction(struct replay *replay, const struct journal *journal,
+                            const struct journal_entry *entry)
+{
+    if (!replay->notes || !entry->read.size_pool ||
+        !(replay_read(replay, entry)->flags &
+          VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR))
+        return;
+    struct compacted_size *sizes =
+        compacted_size_of(replay, entry, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR);
+    if (sizes && !sizes->size)
+        input_notes_add_copy(replay->notes, journal, entry, sizes);
 }
 
 void replay_query(struct replay *replay, const struct journal_entry *entry)

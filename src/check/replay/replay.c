@@ -228,6 +228,8 @@ static void submit_entry(struct replay *replay, const struct journal *journal,
         judge_by_live_states(replay, journal, entry);
     if (JOURNAL_BIT(entry->kind) & JOURNAL_READS)
         judge_copy_size(replay, journal, entry, replay_read(replay, entry));
+    if (entry->kind == JOURNAL_COMPACT)
+        replay_note_compaction(replay, journal, entry);
     if (entry->kind == JOURNAL_READ && entry->dst_id)
         replay_judge_query(replay, journal, entry);
     judge_sparse(replay, journal, entry);

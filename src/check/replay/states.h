@@ -61,6 +61,10 @@ void replay_ranges(struct replay *replay, const struct journal *journal,
 void replay_judge_query(struct replay *replay, const struct journal *journal,
                         const struct journal_entry *entry);
 void replay_query(struct replay *replay, const struct journal_entry *entry);
+/* Notes a compacting copy whose source has a compacted size that a query of the layer's own will
+ * tell, and nothing has told so far. */
+void replay_note_compaction(struct replay *replay, const struct journal *journal,
+                            const struct journal_entry *entry);
 void replay_reset_queries(struct replay *replay, const struct journal_entry *entry, bool by_host);
 void replay_answer(struct replay *replay, const struct host_view *host,
                    const struct journal_entry *entry);

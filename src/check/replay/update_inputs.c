@@ -16,10 +16,22 @@ void input_notes_release(struct input_notes *notes)
     }
     for (uint32_t i = 0; i < notes->used_count; i++)
         built_release(&notes->used[i].built);
+    for (uint32_t i = 0; i < notes->copy_count; i++)
+        built_release(&notes->copies[i].source);
+    free(notes->copies);
     free(notes->items);
     free(notes->used);
     free(notes->points);
     *notes = (struct input_notes){0};
+}
+
+void input_notes_add_copy(struct input_notes *notes, const struct journal *journal,
+                          const struct journal_entry *entry, struct compacted_size *sizes)
+{
+    const struct built source = {.state = BUILT_BEFORE, .compacted_size = sizes};
+    if (ARRAY_HAS_ROOM(notes->copies, notes->copy_count, notes->copy_capacity))
+        notes->copies[notes->copy_count++] =
+            (struct input_note){.journal = journal, .entry = entry, .source = built_share(&source)};
 }
 
 static bool reserved(struct input_notes *notes, bool has_room)

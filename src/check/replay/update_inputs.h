@@ -26,6 +26,9 @@ struct input_notes {
     uint32_t count, capacity;
     struct used_micromap_note *used;
     uint32_t used_count, used_capacity;
+    /* Of compacting copies whose size is read later. Of `source` only the compacted size is set. */
+    struct input_note *copies;
+    uint32_t copy_count, copy_capacity;
     /* Of builds of instances, needed to look up the structures that the instances refer to. */
     struct execution_point *points;
     uint32_t point_count, point_capacity;
@@ -33,6 +36,10 @@ struct input_notes {
 };
 /* Frees all notes and makes them empty. */
 void input_notes_release(struct input_notes *notes);
+
+/* Without memory the copy is not noted. */
+void input_notes_add_copy(struct input_notes *notes, const struct journal *journal,
+                          const struct journal_entry *entry, struct compacted_size *sizes);
 
 /* Note a build, and attach the note's inputs to `built`; note an update, before its source changes;
  * note the use of a micromap. */

@@ -111,10 +111,10 @@ struct micromap_shape built_micromap_shape(const struct geometry_shapes *shapes,
 
 /* The compacted size of one build, as queried. Shared by the structure that holds the build, its
  * copies, and the queries that are not read yet. Only the owner of the live states accesses the
- * sizes. */
+ * serialized size; the thread that delivers also sets `size`. */
 struct compacted_size {
     atomic_uint references;
-    VkDeviceSize size; /* in bytes: the smallest query result; 0: none was read yet */
+    _Atomic VkDeviceSize size; /* in bytes: the smallest query result; 0: none was read yet */
     /* The serialization size of the structure with this id, while it holds the build: copies may
      * have another one. In bytes; 0: no query result was read yet. */
     VkDeviceSize serialized;
