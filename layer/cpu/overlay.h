@@ -68,8 +68,8 @@ bool cpu_write_by_host(const struct layer_device *device, const struct result_by
 void cpu_overlay_end_transfers(struct cpu_overlay *overlay);
 
 /* Warns once if something was built from the copies of a later execution, once if a structure was
- * used too early, and once if something could not be built because the driver has not executed the
- * copies. */
+ * used too early, once if something could not be built because the driver has not executed the
+ * copies, and each time if the backend has refused commands of command buffers. */
 void cpu_overlay_warn_of_occurrences(const struct layer_device *device);
 
 /* ---- the extensions, features and limits that backend cpu advertises instead of the driver's */

@@ -201,6 +201,12 @@ void cpu_overlay_warn_of_occurrences(const struct layer_device *device)
                       "assay_validation.backend = cpu: a structure was used by the host before the "
                       "commands that build it were complete. The layer waited 10 seconds for them, "
                       "and then used nothing in its place.");
+    if (atomic_exchange(&device->cpu->device->refused, 0))
+        reporter_warn(device->instance->reporter,
+                      "assay_validation.backend = cpu refuses a command of a command buffer that "
+                      "writes a structure, which holds nothing then. The structure is smaller than "
+                      "what is written to it, serialized data is not whole or of another driver, "
+                      "or what a build reads is not readable, or names what does not exist.");
 }
 
 static void warn(const struct layer_device *device)

@@ -70,6 +70,8 @@ static bool keep_finding(void *user, const struct journal *journal, uint32_t fir
                          const struct finding *finding)
 {
     struct reading *reading = user;
+    struct recording *recording = journal->work;
+    atomic_store(&recording->has_findings, true);
     const struct reporter *reporter = reading->ran->device->instance->reporter;
     struct pending_finding *pending = malloc(sizeof(*pending));
     reading->lacks_memory |= !pending;

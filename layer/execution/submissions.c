@@ -75,6 +75,9 @@ static bool send_found(void *user, const struct journal *journal, uint32_t first
                        const struct finding *finding)
 {
     struct judging *judging = user;
+    struct recording *recording = journal->work;
+    if (recording)
+        atomic_store(&recording->has_findings, true);
     judging->origin.command_buffer = journal->command_buffer;
     judging->origin.build_index = first_build;
     judging->origin.labels = journal_labels(journal, origin);

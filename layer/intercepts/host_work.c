@@ -132,23 +132,11 @@ void host_work_end(void *submission, VkResult result)
     submission_finish_silently(submission, result);
 }
 
-/* Queries an operation that has work, and ends the work if the operation is complete. */
-static void poll_operation(struct layer_device *device, VkDeferredOperationKHR operation)
+/* Backend cpu refuses what its builder cannot use. If no rule says why, a warning says that much.
+ */
+static void report_refusal(const struct layer_device *device, VkResult result, bool has_report)
 {
-    uint64_t ticket = deferred_operations_ticket(device->deferred, operation);
-    if (!ticket)
-        return;
-    VkResult result = device->vk.GetDeferredOperationResultKHR(device->handle, operation);
-    if (result != VK_NOT_READY &&
-        deferred_operations_complete(device->deferred, operation, ticket, result))
-        execution_order_run(device->order);
-}
-
-/* Backend cpu refuses what its builder cannot use. If no rule says why, a warning says that much. A
- * command that is not checked begins no call, so the end of each one does. */
-static void report_refusal(const struct layer_device *device, VkResult result)
-{
-    if (device->cpu && result == VK_ERROR_VALIDATION_FAILED_EXT && !reporter_has_sent())
+    if (device->cpu && result == VK_ERROR_VALIDATION_FAILED_EXT && !has_report)
         reporter_warn(
             device->instance->reporter,
             "assay_validation.backend = cpu refuses this command of the host, which "
@@ -156,22 +144,48 @@ static void report_refusal(const struct layer_device *device, VkResult result)
             "A structure is smaller than what is written to it, serialized data is not "
             "whole or of another driver, or an array of a build is not readable, or "
             "names what does not exist.");
-    reporter_begin_call();
 }
 
-/* Other threads may complete an operation before this thread has recorded its work. */
+/* Ends the work of an operation that has completed. */
+static void complete_operation(struct layer_device *device, VkDeferredOperationKHR operation,
+                               uint64_t ticket, VkResult result)
+{
+    const bool has_report = deferred_operations_has_report(device->deferred, operation);
+    if (result == VK_NOT_READY ||
+        !deferred_operations_complete(device->deferred, operation, ticket, result))
+        return;
+    report_refusal(device, result, has_report);
+    execution_order_run(device->order);
+}
+
+/* Queries an operation that has work, and ends the work if the operation is complete. */
+static void poll_operation(struct layer_device *device, VkDeferredOperationKHR operation)
+{
+    uint64_t ticket = deferred_operations_ticket(device->deferred, operation);
+    if (ticket)
+        complete_operation(device, operation, ticket,
+                           device->vk.GetDeferredOperationResultKHR(device->handle, operation));
+}
+
+/* Other threads may complete an operation before this thread has recorded its work. A command that
+ * is not checked begins no call, so the end of each one does. */
 VkResult host_work_finish(struct host_work *work, VkDeferredOperationKHR operation, VkResult result)
 {
     struct layer_device *device = work->device;
-    report_refusal(device, result);
+    const bool has_report = reporter_has_sent();
+    report_refusal(device, result, has_report);
+    reporter_begin_call();
     if (!work->submission)
         return result;
     if (result == VK_OPERATION_DEFERRED_KHR &&
-        deferred_operations_defer(device->deferred, operation, work->submission))
+        deferred_operations_defer(device->deferred, operation, work->submission)) {
+        if (has_report)
+            deferred_operations_note_report(device->deferred, operation);
         poll_operation(device, operation);
-    else
+    } else {
         submission_finish(work->submission,
                           result == VK_OPERATION_DEFERRED_KHR ? VK_ERROR_UNKNOWN : result);
+    }
     return result;
 }
 
@@ -218,9 +232,7 @@ uint64_t find_operation_ticket(struct layer_device *device, VkDeferredOperationK
 void note_operation_result(struct layer_device *device, VkDeferredOperationKHR operation,
                            uint64_t ticket, VkResult result)
 {
-    if (result != VK_NOT_READY &&
-        deferred_operations_complete(device->deferred, operation, ticket, result))
-        execution_order_run(device->order);
+    complete_operation(device, operation, ticket, result);
 }
 
 /* A join does not return the operation's result. */

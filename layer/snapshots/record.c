@@ -71,6 +71,8 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle)
         return false;
     }
     recording_continue(recorder->recording);
+    if (reporter_has_sent())
+        atomic_store(&recorder->recording->has_findings, true);
     const struct recording *recording = recorder->recording;
     if (recording->chunk_count)
         recorder->first_chunk = recording->chunk_count - 1;

@@ -110,6 +110,7 @@ struct cpu_device {
     /* enum cpu_occurrence: a tree was built from snapshots that a later execution in the same
      * submission had overwritten; the host used a structure before its batch was complete. */
     atomic_uint overwritten, used_early;
+    atomic_uint refused;      /* commands of command buffers that no message was about */
     atomic_bool lacks_copies; /* the driver has not executed the copies of a submission */
     bool has_micromaps;       /* an extension with micromaps is enabled; constant */
 };

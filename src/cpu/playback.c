@@ -105,7 +105,7 @@ static struct cpu_tree *make_tree(struct cpu_playback *playback, struct executio
     if (write->serialized)
         return cpu_lazy_deserialization(device, execution, write->serialized, size_max);
     if (write->kind == JOURNAL_COMPACT)
-        return cpu_lazy_compaction(device, source, size_max);
+        return cpu_lazy_compaction(device, execution, source, size_max);
     return source; /* a clone shares it */
 }
 

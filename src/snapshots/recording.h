@@ -141,6 +141,8 @@ struct recording {
     uint32_t chunk_count, chunk_capacity;
     struct copy_block *copy_blocks; /* new orders come from the last one */
     uint32_t copy_block_count, copy_block_capacity;
+    /* Something was reported about a command of the command buffer, or when it executed. */
+    atomic_bool has_findings;
     bool executes_once; /* ONE_TIME_SUBMIT: the chunks are free after the execution */
     struct recording_memory memory;
     /* The device reads the first word before it executes what the layer recorded. While that word

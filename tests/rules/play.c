@@ -70,7 +70,7 @@ static void forget_scene(const struct play *play, const struct call *call, struc
 static bool is_refusal(const struct message *message)
 {
     return strcmp(message->id, "ASSAY-warning") == 0 &&
-           strstr(message->text, "backend = cpu refuses this command of the host") != NULL;
+           strstr(message->text, "backend = cpu refuses ") != NULL;
 }
 
 /* The case says that backend cpu may refuse its calls, and so does a warning then. */

@@ -22,7 +22,7 @@ struct held_micromaps {
 struct lazy {
     struct cpu_device *device;
     uint64_t size_max;
-    struct execution *execution;        /* its snapshots are the input; NULL: none */
+    struct execution *execution;        /* its snapshots are the input, if there is any */
     const struct recorded_build *build; /* belongs to the execution's recording */
     struct snapshot serialized;
     struct cpu_tree *source;           /* of an update or a compaction */
@@ -148,6 +148,15 @@ static VkResult open_memory(const struct lazy *lazy, struct snapshot_memory *sna
     return snapshots->lacks_copies ? VK_ERROR_UNKNOWN : VK_SUCCESS;
 }
 
+/* `result`: of the builder. If no finding says why it refuses the input, a warning will. */
+static VkResult note_refusal(const struct lazy *lazy, VkResult result)
+{
+    if (result == VK_ERROR_VALIDATION_FAILED &&
+        !atomic_load(&lazy->execution->recording->has_findings))
+        atomic_fetch_add(&lazy->device->refused, 1);
+    return result;
+}
+
 /* ---- builds */
 
 static VkResult make_by_build(const struct lazy *lazy, const struct cpu_making *making,
@@ -155,7 +164,8 @@ static VkResult make_by_build(const struct lazy *lazy, const struct cpu_making *
 {
     VkResult result = cpu_make_by_build(making, tree);
     bool is_complete = !lazy->has_references || !lazy->references.out_of_memory;
-    return result == VK_SUCCESS && !is_complete ? VK_ERROR_OUT_OF_HOST_MEMORY : result;
+    return result == VK_SUCCESS && !is_complete ? VK_ERROR_OUT_OF_HOST_MEMORY
+                                                : note_refusal(lazy, result);
 }
 
 static VkResult make_from_memory(struct lazy *lazy, const struct input_memory *memory,
@@ -234,15 +244,18 @@ static VkResult make_compaction(void *context, struct cpu_tree *tree)
 {
     struct lazy *lazy = context;
     const void *source = cpu_tree_read(lazy->source);
-    return source ? cpu_make_by_copy(lazy->device, VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
-                                     source, lazy->size_max, tree)
-                  : VK_ERROR_VALIDATION_FAILED;
+    if (!source)
+        return VK_ERROR_VALIDATION_FAILED;
+    return note_refusal(lazy, cpu_make_by_copy(lazy->device,
+                                               VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
+                                               source, lazy->size_max, tree));
 }
 
-struct cpu_tree *cpu_lazy_compaction(struct cpu_device *device, struct cpu_tree *source,
-                                     uint64_t size_max)
+struct cpu_tree *cpu_lazy_compaction(struct cpu_device *device, struct execution *execution,
+                                     struct cpu_tree *source, uint64_t size_max)
 {
-    struct lazy lazy = {.device = device, .source = source, .size_max = size_max};
+    struct lazy lazy = {
+        .device = device, .execution = execution, .source = source, .size_max = size_max};
     return create_lazy(make_compaction, &lazy);
 }
 
@@ -258,8 +271,9 @@ static VkResult make_deserialization(void *context, struct cpu_tree *tree)
     struct input_memory memory = snapshot_memory_of(&snapshots);
     result = open_memory(lazy, &snapshots);
     if (result == VK_SUCCESS)
-        result = cpu_make_by_deserializing(lazy->device, &memory, lazy->serialized.address,
-                                           lazy->size_max, tree);
+        result = note_refusal(lazy, cpu_make_by_deserializing(lazy->device, &memory,
+                                                              lazy->serialized.address,
+                                                              lazy->size_max, tree));
     snapshot_memory_close(&snapshots);
     shared_lock_release(&execution->lock);
     return result;

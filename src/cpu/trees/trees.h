@@ -56,8 +56,8 @@ struct cpu_tree *cpu_lazy_build(struct cpu_device *device, struct execution *exe
                                 const struct recorded_build *build, struct cpu_tree *source,
                                 uint64_t size_max);
 
-struct cpu_tree *cpu_lazy_compaction(struct cpu_device *device, struct cpu_tree *source,
-                                     uint64_t size_max);
+struct cpu_tree *cpu_lazy_compaction(struct cpu_device *device, struct execution *execution,
+                                     struct cpu_tree *source, uint64_t size_max);
 
 struct cpu_tree *cpu_lazy_deserialization(struct cpu_device *device, struct execution *execution,
                                           const struct snapshot *serialized, uint64_t size_max);

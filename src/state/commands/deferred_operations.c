@@ -10,6 +10,7 @@
 struct operation {
     void *work;      /* NULL: none */
     uint64_t ticket; /* of the work */
+    bool has_report; /* something was reported about the command with the work */
 };
 
 /* `lock` guards all members but `end`, which is constant. */
@@ -44,6 +45,7 @@ static void replace_work(struct deferred_operations *operations, struct operatio
     void *before = operation->work;
     operation->work = work;
     operation->ticket = work ? ++operations->last_ticket : 0;
+    operation->has_report = false;
     if (before)
         operations->end(before, result);
 }
@@ -111,6 +113,26 @@ bool deferred_operations_defer(struct deferred_operations *operations,
         replace_work(operations, operation, work, VK_ERROR_UNKNOWN);
     pthread_mutex_unlock(&operations->lock);
     return operation;
+}
+
+void deferred_operations_note_report(struct deferred_operations *operations,
+                                     VkDeferredOperationKHR handle)
+{
+    pthread_mutex_lock(&operations->lock);
+    struct operation *operation = handle_table_find(&operations->table, key_of(handle));
+    if (operation)
+        operation->has_report = true;
+    pthread_mutex_unlock(&operations->lock);
+}
+
+bool deferred_operations_has_report(struct deferred_operations *operations,
+                                    VkDeferredOperationKHR handle)
+{
+    pthread_mutex_lock(&operations->lock);
+    const struct operation *operation = handle_table_find(&operations->table, key_of(handle));
+    bool has_report = operation && operation->has_report;
+    pthread_mutex_unlock(&operations->lock);
+    return has_report;
 }
 
 uint64_t deferred_operations_ticket(struct deferred_operations *operations,

@@ -34,6 +34,13 @@ enum tristate deferred_operations_has(struct deferred_operations *operations,
 bool deferred_operations_defer(struct deferred_operations *operations,
                                VkDeferredOperationKHR handle, void *work);
 
+/* Notes that something was reported about the command whose work the operation has, and returns
+ * whether that was done. */
+void deferred_operations_note_report(struct deferred_operations *operations,
+                                     VkDeferredOperationKHR handle);
+bool deferred_operations_has_report(struct deferred_operations *operations,
+                                    VkDeferredOperationKHR handle);
+
 /* Returns the unique number of the operation's current work; 0: none. */
 uint64_t deferred_operations_ticket(struct deferred_operations *operations,
                                     VkDeferredOperationKHR handle);
