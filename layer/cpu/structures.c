@@ -10,6 +10,7 @@
 #include "src/cpu/device.h"
 #include "src/cpu/query_pools.h"
 #include "src/cpu/structures.h"
+#include "src/platform/clock.h"
 #include "src/snapshots/build_input.h"
 #include "src/snapshots/build_parameters.h"
 
@@ -162,6 +163,25 @@ VkResult cpu_create_query_pool(struct cpu_query_pools *pools,
         cpu_query_pools_add(pools, create_info->queryType, create_info->queryCount, &handle);
     *pool = result == VK_SUCCESS ? (VkQueryPool)handle : VK_NULL_HANDLE;
     return result;
+}
+
+/* A query that waits may be written by a batch that waits for another thread to signal. As other
+ * waits, this one is limited, because the application may be in a callback of that thread. */
+enum { QUERY_WAITS = 10000, QUERY_WAIT_NANOSECONDS = 1000 * 1000 };
+
+VkResult cpu_read_queries(struct layer_device *device, VkQueryPool pool, uint32_t first,
+                          uint32_t count, size_t size, void *data, VkDeviceSize stride,
+                          VkQueryResultFlags flags)
+{
+    struct cpu_query_pools *pools = device->cpu->device->query_pools;
+    int left = flags & VK_QUERY_RESULT_WAIT_BIT ? QUERY_WAITS : 0;
+    for (;; left--) {
+        const VkResult result =
+            cpu_query_pools_read(pools, (uint64_t)pool, first, count, size, data, stride, flags);
+        if (result != VK_NOT_READY || !left || !execution_order_holds_any(device->order))
+            return result;
+        clock_sleep(QUERY_WAIT_NANOSECONDS);
+    }
 }
 
 /* ---- in command buffers */

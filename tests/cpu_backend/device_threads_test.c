@@ -184,3 +184,49 @@ NOISY_TEST(test_results_behind_work_of_another_thread)
     GET(vk.DeviceWaitIdle(device));
     vk.FreeCommandBuffers(device, command_pool, 2, (VkCommandBuffer[]){mistake, commands});
 }
+
+/* ---- a query whose batch waits for what another thread signals */
+
+static void *signal_later(void *timeline)
+{
+    const STRUCT(VkSemaphoreSignalInfo, info, .semaphore = timeline, .value = 1);
+    clock_sleep(20000000);
+    GET(vk.SignalSemaphore(device, &info));
+    return NULL;
+}
+
+SILENT_TEST(test_a_query_that_waits_for_another_thread)
+{
+    static const uint64_t value = 1;
+    static const VkPipelineStageFlags stage = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
+    struct fixture_build build;
+    fixture_triangles(&build, 4, 0);
+    const struct fixture_structure blas = fixture_create_for(&build);
+    const VkQueryPool queries = query_pool_create(&vk, device, SERIALIZATION_SIZE, 1);
+    VkSemaphore timeline = timeline_create(&vk, device);
+    uint64_t size = 0;
+    pthread_t thread;
+    OWN(DestroyQueryPool, queries);
+    OWN(DestroySemaphore, timeline);
+    GET(host_build(&build, blas.handle, VK_NULL_HANDLE));
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    vk.CmdResetQueryPool(commands, queries, 0, 1);
+    vk.CmdWriteAccelerationStructuresPropertiesKHR(commands, 1, &blas.handle, SERIALIZATION_SIZE,
+                                                   queries, 0);
+    device_end(commands);
+    const STRUCT(VkTimelineSemaphoreSubmitInfo, values, .waitSemaphoreValueCount = 1,
+                 .pWaitSemaphoreValues = &value);
+    const STRUCT(VkSubmitInfo, info, .pNext = &values, .waitSemaphoreCount = 1,
+                 .pWaitSemaphores = &timeline, .pWaitDstStageMask = &stage, .commandBufferCount = 1,
+                 .pCommandBuffers = &commands);
+    GET(vk.QueueSubmit(queue, 1, &info, VK_NULL_HANDLE));
+    assert_int_equal(pthread_create(&thread, NULL, signal_later, timeline), 0);
+    assert_int_equal(vk.GetQueryPoolResults(device, queries, 0, 1, sizeof(size), &size,
+                                            sizeof(size),
+                                            VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
+                     VK_SUCCESS);
+    assert_true(size > 0);
+    pthread_join(thread, NULL);
+    GET(vk.DeviceWaitIdle(device));
+    vk.FreeCommandBuffers(device, command_pool, 1, &commands);
+}

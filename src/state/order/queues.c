@@ -337,6 +337,14 @@ bool execution_order_holds_queue(struct execution_order *order, VkQueue handle)
     return holds;
 }
 
+bool execution_order_holds_any(struct execution_order *order)
+{
+    pthread_mutex_lock(&order->lock);
+    bool holds = order->held_count;
+    pthread_mutex_unlock(&order->lock);
+    return holds;
+}
+
 struct submission *execution_order_under_way(struct execution_order *order, VkQueue handle)
 {
     pthread_mutex_lock(&order->lock);
