@@ -7,6 +7,13 @@
 
 static const VkQueryType size_type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
 
+/* By the sizes that they were created with. */
+static bool may_overlap(const struct accel_facts *a, const struct accel_facts *b)
+{
+    return a->memory && a->memory == b->memory && a->begin < b->begin + b->size &&
+           b->begin < a->begin + a->size;
+}
+
 bool size_query_is_needed(const struct layer_device *device,
                           const VkCopyAccelerationStructureInfoKHR *info)
 {
@@ -15,7 +22,8 @@ bool size_query_is_needed(const struct layer_device *device,
         return false;
     resources_look_up_accel(device->resources, info->dst, &dst);
     resources_look_up_accel(device->resources, info->src, &src);
-    return src.backed == YES && src.details_known && dst.details_known && dst.size < src.size;
+    return src.backed == YES && src.details_known && dst.details_known &&
+           (dst.size < src.size || may_overlap(&dst, &src));
 }
 
 /* Whether the command buffer has built the source so that the query would be invalid. */

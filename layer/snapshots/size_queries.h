@@ -6,7 +6,8 @@
 
 #include "layer/snapshots/snapshots.h"
 
-/* Whether the copy compacts a live structure into a smaller one: only that can be too small. */
+/* Whether the copy compacts a live structure into one that is smaller, and so may be too small, or
+ * that may overlap it. */
 bool size_query_is_needed(const struct layer_device *device,
                           const VkCopyAccelerationStructureInfoKHR *info);
 
