@@ -69,12 +69,13 @@ static bool take_query(const struct recorder *recorder, struct journal_read *rea
     return true;
 }
 
-/* The application orders the copy's read of src, and the query reads src at the same stage. */
+/* The application orders the copy's read of src, and the query reads src at the same stage. Backend
+ * cpu would keep the tree of src for the query, and so the recording, which owns the query. */
 void snapshots_query_size(struct layer_device *device, VkCommandBuffer handle,
                           const VkCopyAccelerationStructureInfoKHR *info)
 {
     struct recorder recorder;
-    if (!device->input_checks || !size_query_is_needed(device, info) ||
+    if (!device->input_checks || device->cpu || !size_query_is_needed(device, info) ||
         !recorder_begin_other(&recorder, handle))
         return;
     struct journal_cursor cursor =

@@ -111,7 +111,8 @@ static void create(struct play *play, char **words)
         if (size > object->buffer.size)
             enlarge(play, object, size);
     } else if (play_is(words[2], "last-size")) {
-        size = play->last_size - (words[3] ? (VkDeviceSize)atoi(words[4]) : 0);
+        if (play->last_size) /* else memory has run out */
+            size = play->last_size - (words[3] ? (VkDeviceSize)atoi(words[4]) : 0);
     } else {
         PLAY_REQUIRE(play, !words[2]);
     }
