@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "src/base/recording_path.h"
-#include "src/view/formats.h"
+#include "src/model/formats.h"
 
 PFN_vkGetPhysicalDeviceFormatProperties2
 physical_device_format_properties2(const struct layer_instance *instance,

@@ -2,10 +2,15 @@
 /* Records the structures, scratch memory, build ranges and micromaps that builds access, and the
  * inputs of vkCmdBuildAccelerationStructureNV. */
 #include "layer/hazards/builds.h"
+
+#include <stdlib.h>
+
 #include "layer/hazards/recording.h"
 #include "layer/intercepts/intercepts.h"
-#include "src/snapshots/input_find.h"
-#include "src/view/formats.h"
+#include "src/base/array.h"
+#include "src/base/readable.h"
+#include "src/model/inputs.h"
+#include "src/snapshots/build_parameters.h"
 
 /* Starts to record a part of a build call; the first part begins the command. */
 static void hazards_start_build(struct hazard_recording *recording, struct build_call *call)
@@ -198,80 +203,76 @@ static void add_nv_scratch(struct hazard_recording *recording, const struct nv_c
                                     view->update ? sizes->update_scratch : sizes->build_scratch);
 }
 
-/* ---- inputs */
+/* ---- inputs: addresses of the translated build stand for places in buffers */
+
+struct nv_places {
+    struct nv_place {
+        VkBuffer buffer;
+        VkDeviceSize offset;
+    } * items;
+    uint32_t count, capacity;
+};
+
+/* Returns 0 without memory: the input is left out. */
+static uint64_t note_place(void *context, VkBuffer buffer, VkDeviceSize offset)
+{
+    struct nv_places *places = context;
+    if (!ARRAY_HAS_ROOM(places->items, places->count, places->capacity))
+        return 0;
+    places->items[places->count++] = (struct nv_place){buffer, offset};
+    return places->count;
+}
 
 static void add_nv_input(struct hazard_recording *recording, uint32_t geometry,
-                         enum hazard_role role, VkBuffer buffer, struct hazard_elements *elements)
+                         const struct geometry_input *input, const struct nv_place *place)
 {
-    const struct hazard_use use = {
-        .kind = ACCESS_BUILD_SHADER_READ, .role = role, .geometry = geometry};
-    struct resources *resources = recording->device->resources;
+    const struct hazard_use use = {.kind = ACCESS_BUILD_SHADER_READ,
+                                   .role = hazards_role_of(input->role, false),
+                                   .geometry = geometry};
     struct memory_bytes bytes;
-    if (!resources_find_buffer_bytes(resources, buffer, &bytes))
+    if (!resources_find_buffer_bytes(recording->device->resources, place->buffer, &bytes))
         return;
-    elements->memory_id = bytes.memory_id;
-    elements->facts = &(struct address_facts){.status = ADDRESS_IN_BUFFER,
-                                              .buffer = buffer,
-                                              .begin = bytes.begin,
-                                              .bytes_left = bytes.size};
-    if (role == HAZARD_VERTICES && !elements->count)
-        hazards_add_indexed(recording, &use, elements);
+    const struct address_facts facts = {.status = ADDRESS_IN_BUFFER,
+                                        .buffer = place->buffer,
+                                        .begin = bytes.begin,
+                                        .bytes_left = bytes.size};
+    const struct hazard_elements elements = {
+        .memory_id = bytes.memory_id,
+        .facts = &facts,
+        .offset = input_extent(place->offset, 1, input->offset, 0),
+        .count = input->count,
+        .stride = input->stride,
+        .size = input->size,
+    };
+    if (input->is_chosen)
+        hazards_add_indexed(recording, &use, &elements);
     else
-        hazards_add_elements(recording, &use, elements);
+        hazards_add_elements(recording, &use, &elements);
+    if (input->role == INPUT_INSTANCES) {
+        if (recording->command)
+            recording->command->reads_references = true;
+        recording->journal->awaits_inputs = true;
+    }
 }
 
-/* As in add_vertices() of inputs.c: indices may skip any vertex. */
-static void add_nv_triangles(struct hazard_recording *recording, uint32_t index,
-                             const VkGeometryTrianglesNV *triangles)
+static void add_nv_inputs(struct hazard_recording *recording, const struct nv_call_view *view)
 {
-    bool is_indexed = triangles->indexType != VK_INDEX_TYPE_NONE_NV;
-    uint64_t index_size = input_index_size(triangles->indexType);
-    if (is_indexed ? !triangles->indexCount : !triangles->vertexCount)
+    struct nv_places places = {0};
+    struct build_parameters build;
+    struct geometry_input inputs[GEOMETRY_INPUTS];
+    const struct nv_data data = {note_place, &places, view->instance_data, view->instance_offset};
+    if (nv_info_copy(readable_cache_of_thread(), view->info, &data, &build) != VK_SUCCESS)
         return;
-    add_nv_input(recording, index, HAZARD_VERTICES, triangles->vertexData,
-                 &(struct hazard_elements){.offset = triangles->vertexOffset,
-                                           .count = is_indexed ? 0 : triangles->vertexCount,
-                                           .stride = triangles->vertexStride,
-                                           .size = format_position_size(triangles->vertexFormat)});
-    if (is_indexed)
-        add_nv_input(recording, index, HAZARD_INDICES, triangles->indexData,
-                     &(struct hazard_elements){.offset = triangles->indexOffset,
-                                               .count = triangles->indexCount,
-                                               .stride = index_size,
-                                               .size = index_size});
-    add_nv_input(recording, index, HAZARD_TRANSFORM, triangles->transformData,
-                 &(struct hazard_elements){.offset = triangles->transformOffset,
-                                           .count = 1,
-                                           .size = sizeof(VkTransformMatrixKHR)});
-}
-
-static void add_nv_geometry(struct hazard_recording *recording, uint32_t index,
-                            const VkGeometryNV *geometry)
-{
-    const VkGeometryAABBNV *boxes = &geometry->geometry.aabbs;
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_NV)
-        add_nv_triangles(recording, index, &geometry->geometry.triangles);
-    else if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_NV)
-        add_nv_input(recording, index, HAZARD_BOXES, boxes->aabbData,
-                     &(struct hazard_elements){.offset = boxes->offset,
-                                               .count = boxes->numAABBs,
-                                               .stride = boxes->stride,
-                                               .size = sizeof(VkAabbPositionsKHR)});
-}
-
-static void add_nv_instances(struct hazard_recording *recording, const struct nv_call_view *view)
-{
-    const uint64_t size = sizeof(VkAccelerationStructureInstanceKHR);
-    uint32_t count = view->info->instanceCount;
-    if (view->info->type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV || !count)
-        return;
-    add_nv_input(
-        recording, 0, HAZARD_INSTANCES, view->instance_data,
-        &(struct hazard_elements){
-            .offset = view->instance_offset, .count = count, .stride = size, .size = size});
-    if (recording->command)
-        recording->command->reads_references = true;
-    recording->journal->awaits_inputs = true;
+    for (uint32_t i = 0; i < build.info.geometryCount; i++) {
+        const uint32_t count = inputs_of_geometry(build.info.flags, &build.geometries[i], NULL,
+                                                  &build.ranges[i], inputs);
+        for (uint32_t j = 0; j < count; j++)
+            if (inputs[j].address.deviceAddress)
+                add_nv_input(recording, i, &inputs[j],
+                             &places.items[inputs[j].address.deviceAddress - 1]);
+    }
+    build_parameters_release(&build);
+    free(places.items);
 }
 
 void hazards_add_nv_build(struct hazard_recording *recording, const struct nv_call_view *view)
@@ -280,7 +281,5 @@ void hazards_add_nv_build(struct hazard_recording *recording, const struct nv_ca
     add_nv_scratch(recording, view);
     if (!view->info)
         return;
-    add_nv_instances(recording, view);
-    for (uint32_t i = 0; i < view->geometry_count; i++)
-        add_nv_geometry(recording, i, &view->geometries[i]);
+    add_nv_inputs(recording, view);
 }

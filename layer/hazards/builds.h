@@ -10,6 +10,10 @@
 /* Returns the recorder of builds with setting `hazards`. */
 const struct build_recorder *hazards_build_recorder(void);
 
+/* The role of an input of a geometry; `has_pointers`: its instances are behind pointers (inputs.c).
+ */
+enum hazard_role hazards_role_of(enum input_role role, bool has_pointers);
+
 /* Adds what a vkCmdBuildAccelerationStructureNV accesses. */
 void hazards_add_nv_build(struct hazard_recording *recording, const struct nv_call_view *view);
 

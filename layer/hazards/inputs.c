@@ -11,9 +11,9 @@
 #include "src/base/readable.h"
 #include "src/check/assemble/extended.h"
 #include "src/check/assemble/views.h"
-#include "src/snapshots/input_find.h"
+#include "src/model/formats.h"
+#include "src/model/inputs.h"
 #include "src/view/extension_view.h"
-#include "src/view/formats.h"
 
 /* ---- bytes */
 
@@ -103,328 +103,138 @@ void hazards_add_indexed(struct hazard_recording *recording, const struct hazard
 /* ---- geometries */
 
 /* A geometry that is being recorded. */
-struct input {
+struct reading {
     struct hazard_recording *recording;
     const struct geometry_view *geometry;
-    const VkAccelerationStructureBuildRangeInfoKHR *range;
     bool is_host;
 };
 
-static struct hazard_use use_of(const struct input *input, enum hazard_role role)
+enum hazard_role hazards_role_of(enum input_role role, bool has_pointers)
 {
-    return (struct hazard_use){
-        .kind = input->is_host ? ACCESS_HOST_READ : ACCESS_BUILD_SHADER_READ,
-        .role = role,
-        .info = input->geometry->build->index,
-        .geometry = input->geometry->index,
-    };
-}
-
-static void add_of_size(const struct input *input, enum hazard_role role, uint32_t index_size,
-                        VkDeviceOrHostAddressConstKHR address, struct hazard_elements *elements)
-{
-    struct hazard_use use = use_of(input, role);
-    use.index_size = index_size;
-    elements->host = input->is_host ? address.hostAddress : NULL;
-    if (input->is_host && !elements->host)
-        return;
-    hazards_add_elements(input->recording, &use, elements);
-}
-
-static void add_input_bytes(const struct input *input, enum hazard_role role,
-                            VkDeviceOrHostAddressConstKHR address, struct hazard_elements *elements)
-{
-    add_of_size(input, role, 0, address, elements);
+    switch ((int)role) {
+    case INPUT_VERTEX:
+        return HAZARD_VERTICES;
+    case INPUT_INDEX:
+        return HAZARD_INDICES;
+    case INPUT_MATRIX:
+        return HAZARD_TRANSFORM;
+    case INPUT_AABBS:
+        return HAZARD_BOXES;
+    case INPUT_INSTANCES:
+        return has_pointers ? HAZARD_INSTANCE_POINTERS : HAZARD_INSTANCES;
+    default:
+        return HAZARD_OTHER_INPUT;
+    }
 }
 
 /* Level content reads the data, and shaders may be what wrote them. */
-static void await_data(const struct input *input, const struct address_facts *facts)
+static void await_data(const struct reading *reading, const struct address_facts *facts)
 {
-    struct resources *resources = input->recording->device->resources;
-    if (!input->is_host && input->recording->device->level >= LEVEL_CONTENT &&
-        facts->status == ADDRESS_IN_BUFFER &&
-        !resources_find_memory(resources, facts->memory).is_shared)
-        input->recording->journal->awaits_inputs = true;
+    const struct layer_device *device = reading->recording->device;
+    if (!reading->is_host && device->level >= LEVEL_CONTENT && facts->status == ADDRESS_IN_BUFFER &&
+        !resources_find_memory(device->resources, facts->memory).is_shared)
+        reading->recording->journal->awaits_inputs = true;
 }
 
-/* An input of an extension's structure; nothing if the address is 0. */
-static void add_other(const struct input *input, VkDeviceOrHostAddressConstKHR address,
-                      struct hazard_elements *elements)
+/* Addresses of extensions are looked up into `other`. */
+static const struct address_facts *facts_of(const struct reading *reading,
+                                            const struct geometry_input *input,
+                                            struct address_facts *other)
 {
-    struct address_facts facts = {.status = ADDRESS_UNKNOWN};
-    if (!input->is_host)
-        resources_look_up_address(input->recording->device->resources, address.deviceAddress,
-                                  &facts);
-    elements->facts = &facts;
-    add_input_bytes(input, HAZARD_OTHER_INPUT, address, elements);
-}
-
-/* The facts of an address in the structures of extensions. */
-static const struct address_facts *chained_facts(const struct input *input, enum input_role role)
-{
-    static const struct address_facts unknown;
-    const struct chained_inputs *chained = input->geometry->chained;
-    for (uint32_t i = 0; chained && i < chained->count; i++)
-        if (chained->items[i].role == role)
-            return &chained->items[i].facts;
-    return &unknown;
+    const struct geometry_view *geometry = reading->geometry;
+    switch ((int)input->role) {
+    case INPUT_VERTEX:
+        return &geometry->vertex;
+    case INPUT_INDEX:
+        return &geometry->index_data;
+    case INPUT_MATRIX:
+        return &geometry->transform;
+    case INPUT_AABBS:
+    case INPUT_INSTANCES:
+        return &geometry->data;
+    default:
+        *other = (struct address_facts){.status = ADDRESS_UNKNOWN};
+        if (!reading->is_host)
+            resources_look_up_address(reading->recording->device->resources,
+                                      input->address.deviceAddress, other);
+        return other;
+    }
 }
 
 /* Indices may skip any vertex, and maxVertex is an upper bound: without the indices no vertex of an
  * indexed geometry is certain, with them those of the smallest and the largest one. */
-static void add_vertices_of(const struct input *input, enum hazard_role role,
-                            VkDeviceOrHostAddressConstKHR address, struct hazard_elements *vertices)
+static void add_input(const struct reading *reading, const struct geometry_input *input)
 {
-    const struct hazard_use use = use_of(input, role);
-    if (vertices->count)
-        add_input_bytes(input, role, address, vertices);
-    else if (!input->is_host)
-        hazards_add_indexed(input->recording, &use, vertices);
-}
-
-static void add_vertices(const struct input *input,
-                         const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
-{
-    const VkAccelerationStructureGeometryMotionTrianglesDataNV *motion =
-        input->geometry->chained
-            ? chain_member(
-                  triangles->pNext, &input->geometry->triangles_chain,
-                  VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV)
-            : NULL;
-    bool is_indexed = triangles->indexType != VK_INDEX_TYPE_NONE_KHR;
-    struct hazard_elements vertices = {
-        .facts = &input->geometry->vertex,
-        .offset = input_extent(is_indexed ? 0 : input->range->primitiveOffset,
-                               input->range->firstVertex, triangles->vertexStride, 0),
-        .count = is_indexed ? 0 : input_vertices(triangles, input->range),
-        .stride = triangles->vertexStride,
-        .size = format_position_size(triangles->vertexFormat),
+    struct address_facts other;
+    const struct hazard_use use = {
+        .kind = reading->is_host ? ACCESS_HOST_READ : ACCESS_BUILD_SHADER_READ,
+        .role = hazards_role_of(input->role, input->stride == sizeof(VkDeviceAddress)),
+        .info = reading->geometry->build->index,
+        .geometry = reading->geometry->index,
+        .index_size = input->role == INPUT_INDEX ? (uint32_t)input->size : 0,
     };
-    add_vertices_of(input, HAZARD_VERTICES, triangles->vertexData, &vertices);
-    await_data(input, &input->geometry->vertex);
-    if (!motion)
-        return;
-    vertices.facts = chained_facts(input, INPUT_MOTION_VERTEX);
-    add_vertices_of(input, HAZARD_OTHER_INPUT, motion->vertexData, &vertices);
+    const bool is_indexed = input->role == INPUT_VERTEX || input->role == INPUT_MOTION_VERTEX;
+    const struct hazard_elements elements = {
+        .facts = facts_of(reading, input, &other),
+        .host = reading->is_host ? input->address.hostAddress : NULL,
+        .offset = input->offset,
+        .count = input->count,
+        .stride = input->stride,
+        .size = input->size,
+    };
+    if (reading->is_host && (!elements.host || input->role == INPUT_OPACITY_INDEX))
+        return; /* the index buffer of VK_KHR_opacity_micromap is in device memory */
+    if (!input->is_chosen)
+        hazards_add_elements(reading->recording, &use, &elements);
+    else if (is_indexed && !reading->is_host)
+        hazards_add_indexed(reading->recording, &use, &elements);
+    if (input->role == INPUT_VERTEX || input->role == INPUT_AABBS)
+        await_data(reading, elements.facts);
 }
-
-/* ---- micromaps that triangles use
- *
- * One index for each triangle, from the first byte of the buffer on. Without micromap nothing is
- * certain. */
-
-static void add_micromap_indices(const struct input *input, VkIndexType type,
-                                 VkDeviceOrHostAddressConstKHR address, uint64_t stride)
-{
-    if (type != VK_INDEX_TYPE_NONE_KHR)
-        add_other(input, address,
-                  &(struct hazard_elements){.count = input->range->primitiveCount,
-                                            .stride = stride,
-                                            .size = input_index_size(type)});
-}
-
-static void add_opacity(const struct input *input, const void *chain)
-{
-    const struct chain_facts *facts = &input->geometry->triangles_chain;
-    const VkAccelerationStructureTrianglesOpacityMicromapEXT *ext = chain_member(
-        chain, facts, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT);
-    const VkAccelerationStructureTrianglesOpacityMicromapKHR *khr = chain_member(
-        chain, facts, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR);
-    if (ext && ext->micromap)
-        add_micromap_indices(input, ext->indexType, ext->indexBuffer, ext->indexStride);
-    if (khr && khr->micromap && !input->is_host)
-        add_micromap_indices(input, khr->indexType,
-                             (VkDeviceOrHostAddressConstKHR){.deviceAddress = khr->indexBuffer},
-                             khr->indexStride);
-}
-
-/* Which vectors, biases and scales are read depends on the indices of the triangles. */
-static void add_displacement(const struct input *input, const void *chain)
-{
-    const VkAccelerationStructureTrianglesDisplacementMicromapNV *displacement =
-        chain_member(chain, &input->geometry->triangles_chain,
-                     VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV);
-    if (!displacement || !displacement->micromap)
-        return;
-    add_micromap_indices(input, displacement->indexType, displacement->indexBuffer,
-                         displacement->indexStride);
-    add_other(
-        input, displacement->displacedMicromapPrimitiveFlags,
-        &(struct hazard_elements){.count = input->range->primitiveCount,
-                                  .stride = displacement->displacedMicromapPrimitiveFlagsStride,
-                                  .size = 1});
-}
-
-static void add_triangles(const struct input *input)
-{
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
-        &input->geometry->geometry->geometry.triangles;
-    uint64_t index_size = input_index_size(triangles->indexType);
-    add_vertices(input, triangles);
-    if (triangles->indexType != VK_INDEX_TYPE_NONE_KHR)
-        add_of_size(input, HAZARD_INDICES, (uint32_t)index_size, triangles->indexData,
-                    &(struct hazard_elements){.facts = &input->geometry->index_data,
-                                              .offset = input->range->primitiveOffset,
-                                              .count = (uint64_t)input->range->primitiveCount * 3,
-                                              .stride = index_size,
-                                              .size = index_size});
-    add_input_bytes(input, HAZARD_TRANSFORM, triangles->transformData,
-                    &(struct hazard_elements){.facts = &input->geometry->transform,
-                                              .offset = input->range->transformOffset,
-                                              .count = 1,
-                                              .size = sizeof(VkTransformMatrixKHR)});
-    if (input->geometry->chained) {
-        add_opacity(input, triangles->pNext);
-        add_displacement(input, triangles->pNext);
-    }
-}
-
-/* ---- other geometries */
-
-/* Indices may skip vertices. Where radii begin is certain only if firstVertex and primitiveOffset
- * are 0. */
-static void add_spheres(const struct input *input)
-{
-    struct swept_spheres_view view;
-    view_spheres(input->geometry, &view);
-    const struct sphere_data *data = &view.data;
-    const VkAccelerationStructureBuildRangeInfoKHR *range = input->range;
-    const bool has_pairs =
-        (int)input->geometry->geometry->geometryType == VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV &&
-        view.indexing_mode == VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV;
-    const uint64_t count = (uint64_t)range->primitiveCount << has_pairs;
-    if (!data->given)
-        return;
-    if (data->index_type != VK_INDEX_TYPE_NONE_KHR) {
-        add_other(input, data->indices,
-                  &(struct hazard_elements){.offset = range->primitiveOffset,
-                                            .count = count,
-                                            .stride = data->index_stride,
-                                            .size = input_index_size(data->index_type)});
-        return;
-    }
-    add_other(
-        input, data->vertices,
-        &(struct hazard_elements){.offset = input_extent(range->primitiveOffset, range->firstVertex,
-                                                         data->vertex_stride, 0),
-                                  .count = count,
-                                  .stride = data->vertex_stride,
-                                  .size = format_position_size(data->vertex_format)});
-    if (!range->firstVertex && !range->primitiveOffset)
-        add_other(
-            input, data->radii,
-            &(struct hazard_elements){.count = count,
-                                      .stride = data->radius_stride,
-                                      .size = format_smallest_component(data->radius_format)});
-}
-
-static void add_boxes(const struct input *input)
-{
-    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs =
-        &input->geometry->geometry->geometry.aabbs;
-    add_input_bytes(input, HAZARD_BOXES, aabbs->data,
-                    &(struct hazard_elements){.facts = &input->geometry->data,
-                                              .offset = input->range->primitiveOffset,
-                                              .count = input->range->primitiveCount,
-                                              .stride = aabbs->stride,
-                                              .size = sizeof(VkAabbPositionsKHR)});
-    await_data(input, &input->geometry->data);
-}
-
-/* Motion instances are 160 bytes apart. What is certainly read of one is as much as an instance
- * without motion has, behind its type and flags. */
-enum { MOTION_INSTANCE_STRIDE = 160, MOTION_INSTANCE_HEADER = 8 };
 
 /* The references of a host build are handles, in host memory, which level content reads. */
-static void add_host_references(const struct input *input, const void *data)
+static void add_host_references(const struct reading *reading, const struct geometry_input *input)
 {
     const size_t size = sizeof(VkAccelerationStructureInstanceKHR);
-    const char *first = host_bytes_at(data, input->range->primitiveOffset);
-    const struct hazard_use use = {
-        .kind = ACCESS_HOST_READ, .role = HAZARD_REFERENCE, .info = input->geometry->build->index};
+    const char *first = host_bytes_at(input->address.hostAddress, input->offset);
+    const struct hazard_use use = {.kind = ACCESS_HOST_READ,
+                                   .role = HAZARD_REFERENCE,
+                                   .info = reading->geometry->build->index};
     uint64_t last = 0;
-    if (!first || !readable(readable_cache_of_thread(), first, input->range->primitiveCount * size))
+    if (!first || input->size != size ||
+        !readable(readable_cache_of_thread(), first, input->count * size))
         return;
-    for (uint32_t i = 0; i < input->range->primitiveCount; i++) {
+    for (uint64_t i = 0; i < input->count; i++) {
         VkAccelerationStructureInstanceKHR instance;
         struct accel_facts facts;
         memcpy(&instance, first + i * size, size);
         if (instance.accelerationStructureReference == last)
             continue;
         last = instance.accelerationStructureReference;
-        resources_look_up_accel(input->recording->device->resources,
+        resources_look_up_accel(reading->recording->device->resources,
                                 (VkAccelerationStructureKHR)(uintptr_t)last, &facts);
-        hazard_recording_add_accel(input->recording, &use, &facts, 1);
+        hazard_recording_add_accel(reading->recording, &use, &facts, 1);
     }
-}
-
-static void add_instances(const struct input *input)
-{
-    const VkAccelerationStructureGeometryInstancesDataKHR *instances =
-        &input->geometry->geometry->geometry.instances;
-    struct hazard_elements elements = {.facts = &input->geometry->data,
-                                       .offset = input->range->primitiveOffset,
-                                       .count = input->range->primitiveCount,
-                                       .stride = sizeof(VkAccelerationStructureInstanceKHR),
-                                       .size = sizeof(VkAccelerationStructureInstanceKHR)};
-    if (instances->arrayOfPointers) {
-        elements.stride = elements.size = sizeof(VkDeviceAddress);
-    } else if (input->geometry->build->info->flags &
-               VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV) {
-        elements.stride = MOTION_INSTANCE_STRIDE;
-        elements.size += MOTION_INSTANCE_HEADER;
-    }
-    add_input_bytes(input, instances->arrayOfPointers ? HAZARD_INSTANCE_POINTERS : HAZARD_INSTANCES,
-                    instances->data, &elements);
-    if (input->is_host && input->recording->device->level >= LEVEL_CONTENT &&
-        elements.size == sizeof(VkAccelerationStructureInstanceKHR))
-        add_host_references(input, instances->data.hostAddress);
-}
-
-static void add_dense(const struct input *input)
-{
-    const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *dense = chain_member(
-        input->geometry->geometry->pNext, &input->geometry->chain,
-        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX);
-    if (dense && !dense_is_empty(dense))
-        add_input_bytes(input, HAZARD_OTHER_INPUT, dense->compressedData,
-                        &(struct hazard_elements){.facts = chained_facts(input, INPUT_DENSE_DATA),
-                                                  .count = 1,
-                                                  .size = dense->dataSize});
 }
 
 void hazards_add_inputs(struct hazard_recording *recording, const struct geometry_view *geometry)
 {
     const struct build_view *build = geometry->build;
-    const struct input input = {
-        .recording = recording,
-        .geometry = geometry,
-        .range = build->ranges ? &build->ranges[geometry->index] : NULL,
-        .is_host = build->call->command == COMMAND_HOST,
-    };
-    if (geometry_is_dense(geometry->geometry) && geometry->chained) {
-        add_dense(&input);
-        return;
-    }
-    if (!input.range || !input.range->primitiveCount)
-        return;
-    switch ((int)geometry->geometry->geometryType) {
-    case VK_GEOMETRY_TYPE_SPHERES_NV:
-    case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
-        if (geometry->chained)
-            add_spheres(&input);
-        break;
-    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
-        add_triangles(&input);
-        break;
-    case VK_GEOMETRY_TYPE_AABBS_KHR:
-        add_boxes(&input);
-        break;
-    case VK_GEOMETRY_TYPE_INSTANCES_KHR:
-        add_instances(&input);
-        break;
-    default:
-        break;
+    const struct reading reading = {recording, geometry, build->call->command == COMMAND_HOST};
+    const VkBuildAccelerationStructureFlagsKHR flags = build->info->flags;
+    struct chained_input chained = {0};
+    struct geometry_input inputs[GEOMETRY_INPUTS];
+    const bool has_chain =
+        geometry->chained &&
+        chained_input_read(readable_cache_of_thread(), flags, geometry->geometry, &chained);
+    const uint32_t count =
+        inputs_of_geometry(flags, geometry->geometry, has_chain ? &chained : NULL,
+                           build->ranges ? &build->ranges[geometry->index] : NULL, inputs);
+    for (uint32_t i = 0; i < count; i++) {
+        add_input(&reading, &inputs[i]);
+        if (reading.is_host && inputs[i].role == INPUT_INSTANCES &&
+            recording->device->level >= LEVEL_CONTENT)
+            add_host_references(&reading, &inputs[i]);
     }
 }
 

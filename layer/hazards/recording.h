@@ -10,8 +10,8 @@
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
 #include "src/hazards/scopes.h"
+#include "src/model/formats.h"
 #include "src/state/commands/hazard_entries.h"
-#include "src/view/formats.h"
 
 struct hazard_recording {
     struct layer_device *device;

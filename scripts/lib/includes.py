@@ -23,6 +23,7 @@ FOLDERS = (
     "src/figures",
     "src/hazards",
     "src/shaders",
+    "src/model",
     "src/state",
     "src/view",
     "src/rules",

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "src/bvh/input/formats.h"
+#include "src/model/inputs.h"
 #include "src/platform/aligned.h"
 
 /* The part of an array that a build reads: `size` bytes, `offset` bytes from its address. */
@@ -21,43 +22,17 @@ enum { EXTENTS = 3 /* per geometry: vertices or boxes, indices, transform */ };
  * zeros. */
 enum { PADDING = 4096 };
 
-static uint64_t elements(uint64_t count, uint64_t stride, uint64_t size)
+/* The address of an input in the geometry; NULL if it has another type. */
+static uint64_t *address_of(VkAccelerationStructureGeometryKHR *geometry, unsigned extent)
 {
-    uint64_t bytes;
-    if (count == 0)
-        return 0;
-    return __builtin_mul_overflow(count - 1, stride, &bytes) || bytes > COMPARE_INPUT_MAX
-               ? COMPARE_INPUT_MAX
-               : bytes + size;
-}
-
-static uint64_t vertex_size(VkFormat format)
-{
-    const struct vertex_format *known = vertex_format_find(format);
-    return known ? known->size : 0;
-}
-
-static void find_triangles(const VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
-                           const VkAccelerationStructureBuildRangeInfoKHR *range,
-                           struct extent extents[EXTENTS])
-{
-    uint64_t corners = (uint64_t)range->primitiveCount * 3;
-    uint32_t skipped =
-        range->firstVertex < triangles->maxVertex ? range->firstVertex : triangles->maxVertex;
-    uint64_t vertices = (uint64_t)triangles->maxVertex - skipped + 1;
-    uint64_t stride = triangles->vertexStride;
-    uint64_t before = range->firstVertex * stride;
-    if (triangles->indexType == VK_INDEX_TYPE_NONE_KHR) {
-        vertices = corners < vertices ? corners : vertices;
-        before += range->primitiveOffset;
-    } else {
-        extents[1] = (struct extent){range->primitiveOffset,
-                                     corners * index_type_size(triangles->indexType)};
-    }
-    extents[0] =
-        (struct extent){before, elements(vertices, stride, vertex_size(triangles->vertexFormat))};
-    if (triangles->transformData.deviceAddress)
-        extents[2] = (struct extent){range->transformOffset, sizeof(VkTransformMatrixKHR)};
+    VkAccelerationStructureGeometryTrianglesDataKHR *triangles = &geometry->geometry.triangles;
+    if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR)
+        return extent == 0 ? &geometry->geometry.aabbs.data.deviceAddress : NULL;
+    if (geometry->geometryType != VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+        return NULL;
+    return extent == 0   ? &triangles->vertexData.deviceAddress
+           : extent == 1 ? &triangles->indexData.deviceAddress
+                         : &triangles->transformData.deviceAddress;
 }
 
 /* Returns pointers to the array addresses of a geometry, and the extents of the arrays. */
@@ -65,20 +40,19 @@ static void find_arrays(VkAccelerationStructureGeometryKHR *geometry,
                         const VkAccelerationStructureBuildRangeInfoKHR *range,
                         uint64_t *addresses[EXTENTS], struct extent extents[EXTENTS])
 {
-    VkAccelerationStructureGeometryTrianglesDataKHR *triangles = &geometry->geometry.triangles;
+    struct geometry_input inputs[GEOMETRY_INPUTS];
+    const uint32_t count = inputs_of_geometry(0, geometry, NULL, range, inputs);
     memset(extents, 0, EXTENTS * sizeof(*extents));
-    memset(addresses, 0, EXTENTS * sizeof(*addresses));
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR) {
-        addresses[0] = &triangles->vertexData.deviceAddress;
-        addresses[1] = &triangles->indexData.deviceAddress;
-        addresses[2] = &triangles->transformData.deviceAddress;
-        if (range->primitiveCount > 0)
-            find_triangles(triangles, range, extents);
-    } else if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR) {
-        addresses[0] = &geometry->geometry.aabbs.data.deviceAddress;
-        extents[0] = (struct extent){
-            range->primitiveOffset, elements(range->primitiveCount, geometry->geometry.aabbs.stride,
-                                             sizeof(VkAabbPositionsKHR))};
+    for (unsigned i = 0; i < EXTENTS; i++)
+        addresses[i] = address_of(geometry, i);
+    for (uint32_t i = 0; i < count; i++) {
+        const unsigned at = inputs[i].role == INPUT_INDEX    ? 1
+                            : inputs[i].role == INPUT_MATRIX ? 2
+                                                             : 0;
+        const uint64_t end = input_end(&inputs[i]);
+        if (inputs[i].size && addresses[at])
+            extents[at] = (struct extent){inputs[i].offset,
+                                          end == UINT64_MAX ? UINT64_MAX : end - inputs[i].offset};
     }
 }
 

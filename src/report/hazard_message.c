@@ -5,6 +5,7 @@
 
 #include <inttypes.h>
 
+#include "src/model/input_names.h"
 #include "src/report/message.h"
 #include "src/state/commands/object_names.h"
 
@@ -48,16 +49,16 @@ static const char *geometry_member(enum hazard_role role)
 {
     switch (role) {
     case HAZARD_VERTICES:
-        return "geometry.triangles.vertexData";
+        return input_name(INPUT_VERTEX, INPUT_PLAIN);
     case HAZARD_INDICES:
-        return "geometry.triangles.indexData";
+        return input_name(INPUT_INDEX, INPUT_PLAIN);
     case HAZARD_TRANSFORM:
-        return "geometry.triangles.transformData";
+        return input_name(INPUT_MATRIX, INPUT_PLAIN);
     case HAZARD_BOXES:
-        return "geometry.aabbs.data";
+        return input_name(INPUT_AABBS, INPUT_PLAIN);
     case HAZARD_INSTANCES:
     case HAZARD_INSTANCE_POINTERS:
-        return "geometry.instances.data";
+        return input_name(INPUT_INSTANCES, INPUT_PLAIN);
     default:
         return NULL;
     }

@@ -2,6 +2,7 @@
 /* Rules that apply to vkBuildAccelerationStructuresKHR only. */
 #include "src/view/view.h"
 
+#include "src/model/input_names.h"
 #include "src/rules/predicates.h"
 #include "src/state/builds/build_info.h"
 #include "src/view/geometry_data.h"
@@ -185,7 +186,7 @@ static bool host_bytes_are_readable(const struct host_bytes *bytes, struct findi
 bool vertex_host_address_is_readable(const struct host_geometry_view *host_geometry,
                                      struct finding *finding)
 {
-    static const char field[] = "geometry.triangles.vertexData.hostAddress";
+    const char *field = input_name(INPUT_VERTEX, INPUT_OF_HOST);
     const struct host_bytes *vertices = &host_geometry->vertices;
     return !triangles_in(host_geometry->geometry->geometry) ||
            (host_input_is_given(host_geometry->geometry, finding, field, vertices->address) &&
@@ -195,7 +196,7 @@ bool vertex_host_address_is_readable(const struct host_geometry_view *host_geome
 bool index_host_address_is_readable(const struct host_geometry_view *host_geometry,
                                     struct finding *finding)
 {
-    static const char field[] = "geometry.triangles.indexData.hostAddress";
+    const char *field = input_name(INPUT_INDEX, INPUT_OF_HOST);
     const struct host_bytes *indices = &host_geometry->indices;
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(host_geometry->geometry->geometry);
@@ -208,13 +209,13 @@ bool transform_host_address_is_null_or_readable(const struct host_geometry_view 
                                                 struct finding *finding)
 {
     return host_bytes_are_readable(&host_geometry->transform, finding,
-                                   "geometry.triangles.transformData.hostAddress");
+                                   input_name(INPUT_MATRIX, INPUT_OF_HOST));
 }
 
 bool aabb_host_address_is_readable(const struct host_geometry_view *host_geometry,
                                    struct finding *finding)
 {
-    static const char field[] = "geometry.aabbs.data.hostAddress";
+    const char *field = input_name(INPUT_AABBS, INPUT_OF_HOST);
     return !aabbs_in(host_geometry->geometry->geometry) ||
            (host_input_is_given(host_geometry->geometry, finding, field,
                                 host_geometry->data.address) &&
@@ -224,7 +225,7 @@ bool aabb_host_address_is_readable(const struct host_geometry_view *host_geometr
 bool instance_host_address_is_readable(const struct host_geometry_view *host_geometry,
                                        struct finding *finding)
 {
-    static const char field[] = "geometry.instances.data.hostAddress";
+    const char *field = input_name(INPUT_INSTANCES, INPUT_OF_HOST);
     return !instances_in(host_geometry->geometry->geometry) ||
            (host_input_is_given(host_geometry->geometry, finding, field,
                                 host_geometry->data.address) &&

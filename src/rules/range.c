@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about build ranges. */
+#include "src/model/formats.h"
 #include "src/rules/predicates.h"
 #include "src/rules/shared.h"
-#include "src/view/formats.h"
 #include "src/view/geometry_data.h"
 
 /* Returns the triangles of a range. Returns NULL if its offsets are unknown or its geometry has
@@ -104,60 +104,32 @@ __attribute__((cold)) static bool has_wrong_count(const struct range_view *range
            !unindexed_vertices_are_within_max_vertex(range, NULL);
 }
 
-/* `count` elements of an input, of which the build reads each one: what follows is certain. */
-struct read {
-    enum input_role role;
-    const struct address_facts *facts;
-    uint64_t offset, count, stride, size;
-};
-
-/* Other rules are about strides that do not fit in 32 bits. */
-static inline bool is_within_buffer(const struct range_view *range, const struct read *read,
-                                    struct finding *finding)
+/* If there are indices, they say which vertices are read: the one with firstVertex, or later ones.
+ * Other rules are about strides that do not fit in 32 bits. */
+static bool is_within_buffer(const struct range_view *range, const struct address_facts *facts,
+                             const struct geometry_input *input, struct finding *finding)
 {
-    const struct address_facts *facts = read->facts;
-    if (facts->status != ADDRESS_IN_BUFFER || read->stride > UINT32_MAX)
+    if (facts->status != ADDRESS_IN_BUFFER || input->stride > UINT32_MAX)
         return true;
-    const uint64_t end = read->offset + (read->count - 1) * read->stride + read->size;
-    return end <= facts->bytes_left || range->continued_inputs & 1U << read->role ||
+    const uint64_t count = input->is_chosen ? 1 : input->count,
+                   end = input_extent(input->offset, count - 1, input->stride, input->size);
+    return end <= facts->bytes_left || range->continued_inputs & 1U << input->role ||
            has_wrong_count(range) ||
            violated(finding, "primitiveCount",
                     "{} makes the build read up to {} behind {} {}, {} past the end of {}",
                     number(range->primitive_count), count_of(end, "byte"),
-                    text(input_field(read->role)), hex(facts->address),
+                    text(input_field(input->role)), hex(facts->address),
                     count_of(end - facts->bytes_left, "byte"),
                     object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer));
 }
 
-/* If there are indices, they say which vertices are read: the one with firstVertex, or later ones.
- */
-static inline bool
-triangles_are_within_buffers(const struct range_view *range,
-                             const VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
-                             struct finding *finding)
+static const struct address_facts *facts_of(const struct geometry_view *geometry,
+                                            enum input_role role)
 {
-    const struct geometry_view *geometry = range->geometry;
-    const VkAccelerationStructureBuildRangeInfoKHR *given = range->range;
-    const uint32_t index_size = index_type_size(triangles->indexType);
-    const uint64_t corners = (uint64_t)given->primitiveCount * 3;
-    const struct read indices = {
-        INPUT_INDEX, &geometry->index_data, given->primitiveOffset, corners, index_size,
-        index_size};
-    const struct read vertices = {INPUT_VERTEX,
-                                  &geometry->vertex,
-                                  index_size ? 0 : given->primitiveOffset,
-                                  given->firstVertex + (index_size ? 1 : corners),
-                                  triangles->vertexStride,
-                                  format_position_size(triangles->vertexFormat)};
-    const struct read transform = {INPUT_MATRIX,
-                                   &geometry->transform,
-                                   given->transformOffset,
-                                   1,
-                                   0,
-                                   sizeof(VkTransformMatrixKHR)};
-    return (!index_size || is_within_buffer(range, &indices, finding)) &&
-           is_within_buffer(range, &vertices, finding) &&
-           is_within_buffer(range, &transform, finding);
+    return role == INPUT_VERTEX   ? &geometry->vertex
+           : role == INPUT_INDEX  ? &geometry->index_data
+           : role == INPUT_MATRIX ? &geometry->transform
+                                  : &geometry->data;
 }
 
 enum { VERTEX_SIZE_MAX = 32 }; /* bytes, of any format */
@@ -178,33 +150,24 @@ triangles_have_room(const struct range_view *range,
            vertices <= range->geometry->vertex.bytes_left;
 }
 
-/* No sentence of the specification says so, but what lies behind a buffer may be unmapped. */
+/* No sentence of the specification says so, but what lies behind a buffer may be unmapped.
+ * Instances may have more bytes, with motion. */
 bool inputs_are_read_within_their_buffers(const struct range_view *range, struct finding *finding)
 {
     const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
-    const VkAccelerationStructureBuildRangeInfoKHR *given = range->range;
-    struct read read = {.facts = &range->geometry->data};
-    if (!given || !given->primitiveCount)
+    struct geometry_input inputs[GEOMETRY_INPUTS];
+    if (!range->range || !range->range->primitiveCount)
         return true;
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
-    if (triangles)
-        return triangles_have_room(range, triangles) ||
-               triangles_are_within_buffers(range, triangles, finding);
-    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry);
-    const VkAccelerationStructureGeometryInstancesDataKHR *instances = instances_in(geometry);
-    if (!aabbs && !instances)
+    if (triangles ? triangles_have_room(range, triangles)
+                  : !aabbs_in(geometry) && !instances_in(geometry))
         return true;
-    read.role = data_role(range->geometry);
-    read.offset = given->primitiveOffset;
-    read.count = given->primitiveCount;
-    if (aabbs)
-        read.size = sizeof(VkAabbPositionsKHR);
-    else if (instances->arrayOfPointers)
-        read.size = sizeof(VkDeviceAddress);
-    else /* or more, with motion */
-        read.size = sizeof(VkAccelerationStructureInstanceKHR);
-    read.stride = aabbs ? aabbs->stride : read.size;
-    return is_within_buffer(range, &read, finding);
+    const uint32_t count = inputs_of_geometry(0, geometry, NULL, range->range, inputs);
+    for (uint32_t i = 0; i < count; i++)
+        if (!is_within_buffer(range, facts_of(range->geometry, inputs[i].role), &inputs[i],
+                              finding))
+            return false;
+    return true;
 }
 
 bool instance_count_is_within_limit(const struct range_view *range, struct finding *finding)

@@ -4,6 +4,7 @@
 #ifndef ASSAY_RULES_SHARED_H
 #define ASSAY_RULES_SHARED_H
 
+#include "src/model/input_names.h"
 #include "src/state/builds/size_queries.h"
 #include "src/state/commands/journal.h"
 #include "src/view/finding.h"
@@ -11,19 +12,6 @@
 #include "vuid-tables/rules.h"
 
 struct geometry_view;
-
-/* Paths of the structures that extensions chain, relative to their geometry. */
-#define MOTION_DATA                                                                                \
-    "geometry.triangles.pNext<VkAccelerationStructureGeometryMotionTrianglesDataNV>."
-#define SPHERES_DATA "pNext<VkAccelerationStructureGeometrySpheresDataNV>."
-#define SWEPT_DATA "pNext<VkAccelerationStructureGeometryLinearSweptSpheresDataNV>."
-#define MICROMAP_DATA "pNext<VkAccelerationStructureGeometryMicromapDataKHR>."
-#define OPACITY_DATA "geometry.triangles.pNext<VkAccelerationStructureTrianglesOpacityMicromapKHR>."
-#define OPACITY_EXT_DATA                                                                           \
-    "geometry.triangles.pNext<VkAccelerationStructureTrianglesOpacityMicromapEXT>."
-#define DISPLACEMENT_DATA                                                                          \
-    "geometry.triangles.pNext<VkAccelerationStructureTrianglesDisplacementMicromapNV>."
-#define DENSE_DATA "pNext<VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX>."
 
 /* Returns the path of the member that holds the device address of `role`, relative to the geometry,
  * or to the build info for scratch. */

@@ -132,9 +132,8 @@ bool index_type_matches_source(const struct updated_geometry_view *updated_geome
 
 static const char *transform_field(const struct updated_geometry_view *geometry)
 {
-    return geometry->update->command == COMMAND_HOST
-               ? "geometry.triangles.transformData.hostAddress"
-               : "geometry.triangles.transformData.deviceAddress";
+    return geometry->update->command == COMMAND_HOST ? input_name(INPUT_MATRIX, INPUT_OF_HOST)
+                                                     : input_name(INPUT_MATRIX, INPUT_OF_DEVICE);
 }
 
 bool transform_is_absent_where_source_had_none(const struct updated_geometry_view *updated_geometry,

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "src/bvh/input/source.h"
-#include "src/snapshots/input_find.h"
+#include "src/model/inputs.h"
 
 /* The kind of BVH that the flags request. VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR is
  * kept among the BVH's flags and changes nothing else, because BVHs have one form. */
@@ -75,123 +75,114 @@ static void build_input_describe(const VkAccelerationStructureGeometryKHR *geome
 
 /* ---- data */
 
-/* `chained` may be NULL. */
-static void find_triangles(const struct input_memory *memory,
-                           const VkAccelerationStructureGeometryTrianglesDataKHR *from,
-                           const struct chained_input *chained,
-                           const VkAccelerationStructureBuildRangeInfoKHR *range,
-                           struct builder_triangles *to)
-{
-    VkDeviceOrHostAddressConstKHR motion = {0};
-    if (chained)
-        motion = chained->motion_vertices;
-    uint64_t corners = (uint64_t)range->primitiveCount * 3, offset = range->primitiveOffset;
-    uint64_t vertices = input_vertices(from, range);
-    if (from->indexType != VK_INDEX_TYPE_NONE_KHR) {
-        to->indices_size = input_find(
-            memory, from->indexData,
-            input_extent(offset, corners, input_index_size(from->indexType), 0), &to->indices);
-        offset = 0;
-    }
-    uint64_t size = input_extent(offset, range->firstVertex + vertices - 1, from->vertexStride,
-                                 INPUT_VERTEX_MAX);
-    to->vertices_size = input_find(memory, from->vertexData, size, &to->vertices);
-    if (motion.deviceAddress)
-        to->motion_vertices_size = input_find(memory, motion, size, &to->motion_vertices);
-    if (motion.deviceAddress && !to->motion_vertices)
-        to->motion_vertices = from; /* has motion, but none of the data can be read */
-    if (!from->transformData.deviceAddress)
-        return;
-    to->transforms_size = input_find(
-        memory, from->transformData,
-        input_extent(range->transformOffset, 1, sizeof(VkTransformMatrixKHR), 0), &to->transforms);
-    if (!to->transforms)
-        to->transforms = from; /* has a transform that can't be read */
-}
-
-enum { MOTION_INSTANCE_STRIDE = 160 };
-
-static uint64_t extent_of_instances(const struct build_parameters *build, bool array_of_pointers,
-                                    uint64_t offset, uint64_t count)
-{
-    if (array_of_pointers)
-        return input_extent(offset, count, sizeof(uint64_t), 0);
-    if (build->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV)
-        return input_extent(offset, count - 1, MOTION_INSTANCE_STRIDE,
-                            sizeof(VkAccelerationStructureMotionInstanceNV));
-    return input_extent(offset, count, sizeof(VkAccelerationStructureInstanceKHR), 0);
-}
-
 /* If indices can't be read yet, the numbers of vertices and radii are unknown. */
-static void find_spheres(const struct input_memory *memory,
-                         const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *from,
-                         const VkAccelerationStructureBuildRangeInfoKHR *range, bool is_swept,
-                         struct builder_spheres *to)
+static uint64_t end_of_spheres(const struct input_memory *memory,
+                               const struct builder_spheres *spheres, bool is_swept,
+                               const VkAccelerationStructureBuildRangeInfoKHR *range,
+                               const struct geometry_input *input)
 {
-    uint64_t offset = range->primitiveOffset;
-    if (!sphere_formats_are_known(to))
-        return;
-    if (to->index_type != VK_INDEX_TYPE_NONE_KHR) {
-        uint64_t count = sphere_element_count(to, is_swept, range->primitiveCount);
-        to->indices_size = input_find(
-            memory, from->indexData,
-            input_extent(offset, count - 1, to->index_stride, input_index_size(to->index_type)),
-            &to->indices);
-        offset = 0;
-    }
-    uint64_t count = sphere_vertex_count(to, is_swept, range), last = range->firstVertex + count;
-    bool is_open = !count && memory->is_later;
-    if (!count && !is_open)
-        return;
-    to->vertices_size = input_find(
-        memory, from->vertexData,
-        is_open ? UINT64_MAX : input_extent(offset, last - 1, to->vertex_stride, INPUT_VERTEX_MAX),
-        &to->vertices);
-    to->radii_size = input_find(memory, from->radiusData,
-                                is_open ? UINT64_MAX
-                                        : input_extent(offset, last - 1, to->radius_stride,
-                                                       radius_format_size(to->radius_format)),
-                                &to->radii);
+    const uint64_t count = sphere_vertex_count(spheres, is_swept, range);
+    if (!input->is_chosen || input->count)
+        return input_end(input);
+    if (!count)
+        return memory->is_later ? UINT64_MAX : 0;
+    return input_extent(0, range->firstVertex + count - 1, input->stride, input->most);
 }
 
-static void find_data(const struct input_memory *memory, const struct build_parameters *build,
-                      uint32_t geometry, struct builder_geometry *to)
+/* Where the bytes of an input go. */
+struct found_bytes {
+    const void **bytes;
+    uint64_t *size;
+    bool is_optional; /* if it is given, the builder must know even if none of it can be read */
+};
+
+static struct found_bytes place_of(struct build_input *input, uint32_t geometry,
+                                   enum input_role role)
 {
-    const VkAccelerationStructureGeometryKHR *from = &build->geometries[geometry];
-    const VkAccelerationStructureBuildRangeInfoKHR *range = &build->ranges[geometry];
-    const struct chained_input *chained = build->chained ? &build->chained[geometry] : NULL;
-    uint64_t count = range->primitiveCount, offset = range->primitiveOffset;
-    if (count == 0)
-        return;
-    switch ((int)to->type) {
-    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
-        find_triangles(memory, &from->geometry.triangles, chained, range, &to->triangles);
-        break;
-    case VK_GEOMETRY_TYPE_SPHERES_NV:
-    case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
-        if (chained)
-            find_spheres(memory, &chained->spheres, range,
-                         (int)to->type == VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV, &to->spheres);
-        break;
-    case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
-        if (chained)
-            to->dense.size = input_find(memory, chained->dense.compressedData,
-                                        chained->dense.dataSize, &to->dense.data);
-        break;
-    case VK_GEOMETRY_TYPE_AABBS_KHR:
-        to->aabbs.size = input_find(
-            memory, from->geometry.aabbs.data,
-            input_extent(offset, count - 1, to->aabbs.stride, sizeof(VkAabbPositionsKHR)),
-            &to->aabbs.data);
-        break;
-    case VK_GEOMETRY_TYPE_INSTANCES_KHR:
-        to->instances.size =
-            input_find(memory, from->geometry.instances.data,
-                       extent_of_instances(build, to->instances.array_of_pointers, offset, count),
-                       &to->instances.data);
-        break;
+    struct builder_geometry *to = &input->geometries[geometry];
+    struct builder_displacement *displacement =
+        input->displacements ? &input->displacements[geometry] : NULL;
+#define PLACE(of, name)                                                                            \
+    {                                                                                              \
+        &(of)->name, &(of)->name##_size, false                                                     \
+    }
+#define OPTIONAL(of, name)                                                                         \
+    {                                                                                              \
+        &(of)->name, &(of)->name##_size, true                                                      \
+    }
+    switch (role) {
+    case INPUT_VERTEX:
+        return (struct found_bytes)PLACE(&to->triangles, vertices);
+    case INPUT_MOTION_VERTEX:
+        return (struct found_bytes)OPTIONAL(&to->triangles, motion_vertices);
+    case INPUT_INDEX:
+        return (struct found_bytes)PLACE(&to->triangles, indices);
+    case INPUT_MATRIX:
+        return (struct found_bytes)OPTIONAL(&to->triangles, transforms);
+    case INPUT_AABBS:
+        return (struct found_bytes){&to->aabbs.data, &to->aabbs.size, false};
+    case INPUT_INSTANCES:
+        return (struct found_bytes){&to->instances.data, &to->instances.size, false};
+    case INPUT_SPHERE_VERTEX:
+    case INPUT_SWEPT_VERTEX:
+        return (struct found_bytes)PLACE(&to->spheres, vertices);
+    case INPUT_SPHERE_RADIUS:
+    case INPUT_SWEPT_RADIUS:
+        return (struct found_bytes)PLACE(&to->spheres, radii);
+    case INPUT_SPHERE_INDEX:
+    case INPUT_SWEPT_INDEX:
+        return (struct found_bytes)PLACE(&to->spheres, indices);
+    case INPUT_DENSE_DATA:
+        return (struct found_bytes){&to->dense.data, &to->dense.size, false};
+    case INPUT_OPACITY_INDEX:
+    case INPUT_OPACITY_EXT_INDEX:
+        return (struct found_bytes)PLACE(&input->opacities[geometry], indices);
+    case INPUT_DISPLACEMENT_INDEX:
+        return (struct found_bytes)PLACE(displacement, indices);
+    case INPUT_DISPLACEMENT_VECTOR:
+        return (struct found_bytes)PLACE(displacement, vectors);
+    case INPUT_DISPLACEMENT_BIAS:
+        return (struct found_bytes)OPTIONAL(displacement, biases_and_scales);
+    case INPUT_DISPLACEMENT_FLAGS:
+        return (struct found_bytes)OPTIONAL(displacement, flags);
     default:
-        break;
+        return (struct found_bytes){0};
+    }
+#undef PLACE
+#undef OPTIONAL
+}
+
+static bool is_of_displacement(enum input_role role)
+{
+    return role >= INPUT_DISPLACEMENT_INDEX && role <= INPUT_DISPLACEMENT_FLAGS;
+}
+
+/* Indices come before what they choose among. */
+static void find_data(const struct input_memory *memory, const struct build_parameters *build,
+                      uint32_t geometry, struct build_input *input)
+{
+    const struct chained_input *chained = build->chained ? &build->chained[geometry] : NULL;
+    struct builder_geometry *to = &input->geometries[geometry];
+    const bool is_swept = (int)to->type == VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV,
+               is_sphere = is_swept || (int)to->type == VK_GEOMETRY_TYPE_SPHERES_NV;
+    struct geometry_input inputs[GEOMETRY_INPUTS];
+    const uint32_t count = inputs_of_geometry(build->info.flags, &build->geometries[geometry],
+                                              chained, &build->ranges[geometry], inputs);
+    if (!build->ranges[geometry].primitiveCount ||
+        (is_sphere && !sphere_formats_are_known(&to->spheres)))
+        return;
+    for (uint32_t i = 0; i < count; i++) {
+        const struct found_bytes place = place_of(input, geometry, inputs[i].role);
+        if (!place.bytes || (memory->is_for_rules && is_of_displacement(inputs[i].role)))
+            continue;
+        const uint64_t end = is_sphere ? end_of_spheres(memory, &to->spheres, is_swept,
+                                                        &build->ranges[geometry], &inputs[i])
+                                       : input_end(&inputs[i]);
+        if (end)
+            *place.size =
+                memory->find(memory->context, inputs[i].address.deviceAddress, end, place.bytes);
+        if (place.is_optional && !*place.bytes)
+            *place.bytes = build; /* it is given, and none of it can be read */
     }
 }
 
@@ -213,12 +204,12 @@ static VkResult open_geometries(const struct build_parameters *build,
     if (!input->geometries)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     input->input.geometries = input->geometries;
-    for (uint32_t i = 0; i < count; i++) {
+    for (uint32_t i = 0; i < count; i++)
         build_input_describe(&build->geometries[i], build->chained ? &build->chained[i] : NULL,
                              &input->geometries[i]);
-        find_data(memory, build, i, &input->geometries[i]);
-    }
-    VkResult result = build_input_find_micromaps(build, memory, input);
+    VkResult result = build_input_describe_micromaps(build, input);
+    for (uint32_t i = 0; result == VK_SUCCESS && i < count; i++)
+        find_data(memory, build, i, input);
     if (result != VK_SUCCESS)
         build_input_close(input);
     return result;

@@ -29,9 +29,9 @@ void build_input_close(struct build_input *input);
 void build_input_find_micromap(const struct build_parameters *build,
                                const struct input_memory *memory, struct micromap_input *to);
 
-/* Fills in the micromaps of geometries that use them, after the geometries have been described. */
-VkResult build_input_find_micromaps(const struct build_parameters *build,
-                                    const struct input_memory *memory, struct build_input *input);
+/* Describes the micromaps of geometries that use them, without data, after the geometries. */
+VkResult build_input_describe_micromaps(const struct build_parameters *build,
+                                        struct build_input *input);
 
 /* ---- sizes */
 

@@ -7,7 +7,7 @@
 
 #include "src/base/readable.h"
 #include "src/bvh/bvh.h"
-#include "src/snapshots/chained_input.h"
+#include "src/model/chained_input.h"
 #include "src/state/builds/build_info.h"
 
 /* pNext of info, geometries and their data is NULL; `chained` has the contents of the chains.

@@ -4,7 +4,7 @@
 
 #include <stdlib.h>
 
-#include "src/snapshots/input_find.h"
+#include "src/model/inputs.h"
 
 /* If triangles can't be read yet, the amount of their data is unknown. */
 void build_input_find_micromap(const struct build_parameters *build,
@@ -18,111 +18,65 @@ void build_input_find_micromap(const struct build_parameters *build,
     to->usage_count = from->usage_count;
     to->usages = from->usages;
     to->stride = from->stride;
-    uint64_t count = micromap_triangle_count(to);
-    if (!count)
-        return;
-    to->triangles_size = input_find(
-        memory, from->triangles,
-        input_extent(0, count - 1, to->stride, sizeof(VkMicromapTriangleEXT)), &to->triangles);
-    to->data_size = input_find(memory, from->data,
-                               memory->is_later ? UINT64_MAX : micromap_data_extent(to), &to->data);
+    struct geometry_input inputs[GEOMETRY_INPUTS];
+    const uint32_t count = inputs_of_geometry(build->info.flags, &build->geometries[0],
+                                              &build->chained[0], NULL, inputs);
+    for (uint32_t i = 0; i < count; i++) {
+        const uint64_t address = inputs[i].address.deviceAddress;
+        if (inputs[i].role == INPUT_MICROMAP_TRIANGLES)
+            to->triangles_size =
+                memory->find(memory->context, address, input_end(&inputs[i]), &to->triangles);
+        else
+            to->data_size =
+                memory->find(memory->context, address,
+                             memory->is_later ? UINT64_MAX : micromap_data_extent(to), &to->data);
+    }
 }
 
-/* ---- triangles that use micromaps */
-
-/* Fills in the opacity of `count` triangles. */
-static void find_opacity(const struct input_memory *memory,
-                         const VkAccelerationStructureTrianglesOpacityMicromapEXT *from,
-                         uint64_t count, struct builder_opacity *to)
-{
-    *to = (struct builder_opacity){
-        .index_type = from->indexType,
-        .base_triangle = from->baseTriangle,
-        .stride = from->indexStride,
-        .micromap = (uint64_t)from->micromap,
-    };
-    if (count && from->indexType != VK_INDEX_TYPE_NONE_KHR)
-        to->indices_size =
-            input_find(memory, from->indexBuffer,
-                       input_extent(0, count - 1, to->stride, input_index_size(from->indexType)),
-                       &to->indices);
-}
-
-/* Also fills it in if there are no triangles, because a size query tests whether a geometry has
+/* ---- triangles that use micromaps
+ *
+ * Also described if there are no triangles, because a size query tests whether a geometry has
  * opacity. */
-static void find_opacities(const struct build_parameters *build, const struct input_memory *memory,
-                           struct build_input *input)
+
+static void describe_opacities(const struct build_parameters *build, struct build_input *input)
 {
     for (uint32_t i = 0; i < build->info.geometryCount; i++) {
         const struct chained_input *chained = &build->chained[i];
+        const VkAccelerationStructureTrianglesOpacityMicromapEXT *from = &chained->opacity;
         struct builder_geometry *to = &input->geometries[i];
-        bool is_dense = geometry_is_dense(&build->geometries[i]);
-        uint64_t count = build->ranges[i].primitiveCount;
         if (!chained->has_opacity)
             continue;
-        if (is_dense && count)
-            count = (uint64_t)to->dense.max_primitive + 1;
-        find_opacity(memory, &chained->opacity, count, &input->opacities[i]);
-        *(is_dense ? &to->dense.opacity : &to->triangles.opacity) = &input->opacities[i];
+        input->opacities[i] = (struct builder_opacity){
+            .index_type = from->indexType,
+            .base_triangle = from->baseTriangle,
+            .stride = from->indexStride,
+            .micromap = (uint64_t)from->micromap,
+        };
+        *(geometry_is_dense(&build->geometries[i]) ? &to->dense.opacity : &to->triangles.opacity) =
+            &input->opacities[i];
     }
 }
 
-static void find_displacement(const struct input_memory *memory,
-                              const struct build_parameters *build, uint32_t geometry,
-                              struct builder_displacement *to)
-{
-    const VkAccelerationStructureTrianglesDisplacementMicromapNV *from =
-        &build->chained[geometry].displacement;
-    const VkAccelerationStructureBuildRangeInfoKHR *range = &build->ranges[geometry];
-    *to = (struct builder_displacement){
-        .usage_count = build->chained[geometry].micromap.usage_count,
-        .usages = build->chained[geometry].micromap.usages,
-        .vector_format = from->displacementVectorFormat,
-        .bias_and_scale_format = from->displacementBiasAndScaleFormat,
-        .index_type = from->indexType,
-        .base_triangle = from->baseTriangle,
-        .vector_stride = from->displacementVectorStride,
-        .bias_and_scale_stride = from->displacementBiasAndScaleStride,
-        .flags_stride = from->displacedMicromapPrimitiveFlagsStride,
-        .index_stride = from->indexStride,
-        .micromap = (uint64_t)from->micromap,
-    };
-    uint64_t count = range->primitiveCount;
-    if (!count || !to->micromap || memory->is_for_rules)
-        return;
-    uint64_t last = range->firstVertex +
-                    input_vertices(&build->geometries[geometry].geometry.triangles, range) - 1;
-    to->vectors_size =
-        input_find(memory, from->displacementVectorBuffer,
-                   input_extent(0, last, to->vector_stride, INPUT_VERTEX_MAX), &to->vectors);
-    if (from->displacementBiasAndScaleBuffer.deviceAddress) {
-        to->biases_and_scales_size =
-            input_find(memory, from->displacementBiasAndScaleBuffer,
-                       input_extent(0, last, to->bias_and_scale_stride, INPUT_VERTEX_MAX),
-                       &to->biases_and_scales);
-        if (!to->biases_and_scales)
-            to->biases_and_scales = from; /* has them, but none can be read */
-    }
-    if (from->displacedMicromapPrimitiveFlags.deviceAddress) {
-        to->flags_size = input_find(memory, from->displacedMicromapPrimitiveFlags,
-                                    input_extent(0, count - 1, to->flags_stride, 1), &to->flags);
-        if (!to->flags)
-            to->flags = from;
-    }
-    if (from->indexType != VK_INDEX_TYPE_NONE_KHR)
-        to->indices_size = input_find(
-            memory, from->indexBuffer,
-            input_extent(0, count - 1, to->index_stride, input_index_size(from->indexType)),
-            &to->indices);
-}
-
-static void find_displacements(const struct build_parameters *build,
-                               const struct input_memory *memory, struct build_input *input)
+static void describe_displacements(const struct build_parameters *build, struct build_input *input)
 {
     for (uint32_t i = 0; i < build->info.geometryCount; i++) {
+        const VkAccelerationStructureTrianglesDisplacementMicromapNV *from =
+            &build->chained[i].displacement;
         if (!build->chained[i].has_displacement)
             continue;
-        find_displacement(memory, build, i, &input->displacements[i]);
+        input->displacements[i] = (struct builder_displacement){
+            .usage_count = build->chained[i].micromap.usage_count,
+            .usages = build->chained[i].micromap.usages,
+            .vector_format = from->displacementVectorFormat,
+            .bias_and_scale_format = from->displacementBiasAndScaleFormat,
+            .index_type = from->indexType,
+            .base_triangle = from->baseTriangle,
+            .vector_stride = from->displacementVectorStride,
+            .bias_and_scale_stride = from->displacementBiasAndScaleStride,
+            .flags_stride = from->displacedMicromapPrimitiveFlagsStride,
+            .index_stride = from->indexStride,
+            .micromap = (uint64_t)from->micromap,
+        };
         input->geometries[i].triangles.displacement = &input->displacements[i];
     }
 }
@@ -138,22 +92,22 @@ static unsigned micromaps_of(const struct build_parameters *build)
     return found;
 }
 
-VkResult build_input_find_micromaps(const struct build_parameters *build,
-                                    const struct input_memory *memory, struct build_input *input)
+VkResult build_input_describe_micromaps(const struct build_parameters *build,
+                                        struct build_input *input)
 {
-    unsigned micromaps = micromaps_of(build);
-    uint32_t count = build->info.geometryCount;
+    const unsigned micromaps = micromaps_of(build);
+    const uint32_t count = build->info.geometryCount;
     if (micromaps & HAS_OPACITY) {
         input->opacities = calloc(count, sizeof(*input->opacities));
         if (!input->opacities)
             return VK_ERROR_OUT_OF_HOST_MEMORY;
-        find_opacities(build, memory, input);
+        describe_opacities(build, input);
     }
     if (micromaps & HAS_DISPLACEMENT) {
         input->displacements = calloc(count, sizeof(*input->displacements));
         if (!input->displacements)
             return VK_ERROR_OUT_OF_HOST_MEMORY;
-        find_displacements(build, memory, input);
+        describe_displacements(build, input);
     }
     return VK_SUCCESS;
 }

@@ -88,22 +88,21 @@ static VkAccelerationStructureGeometryKHR triangles(VkIndexType type, uint32_t m
     return triangles_geometry(VERTICES, max_vertex, type, INDICES);
 }
 
-/* Of vertices, 32 bytes from the last one's address on: as many as any format has. */
 TEST(triangles_are_looked_up)
 {
     VkAccelerationStructureGeometryKHR list = triangles(VK_INDEX_TYPE_NONE_KHR, 100);
-    EXPECT(&list, NULL, 0, RANGE(3, 24, 1, 0), {VERTICES, 24 + 9 * 12 + 32});
+    EXPECT(&list, NULL, 0, RANGE(3, 24, 1, 0), {VERTICES, 24 + 9 * 12 + 12});
     list = triangles(VK_INDEX_TYPE_NONE_KHR, 7);
-    EXPECT(&list, NULL, 0, RANGE(3, 24, 1, 0), {VERTICES, 24 + 8 * 12 + 32});
+    EXPECT(&list, NULL, 0, RANGE(3, 24, 1, 0), {VERTICES, 24 + 7 * 12 + 12});
     list = triangles(VK_INDEX_TYPE_UINT8_KHR, 9);
-    EXPECT(&list, NULL, 0, RANGE(3, 8, 2, 0), {INDICES, 8 + 9}, {VERTICES, 11 * 12 + 32});
+    EXPECT(&list, NULL, 0, RANGE(3, 8, 2, 0), {VERTICES, 9 * 12 + 12}, {INDICES, 8 + 9});
     list = triangles(VK_INDEX_TYPE_UINT16, 9);
-    EXPECT(&list, NULL, 0, RANGE(3, 8, 2, 0), {INDICES, 8 + 18}, {VERTICES, 11 * 12 + 32});
+    EXPECT(&list, NULL, 0, RANGE(3, 8, 2, 0), {VERTICES, 9 * 12 + 12}, {INDICES, 8 + 18});
     list = triangles(VK_INDEX_TYPE_UINT32, 9);
     list.geometry.triangles.transformData.deviceAddress = TRANSFORMS;
     struct chained_input chained = {.motion_vertices.deviceAddress = MOTION};
     EXPECT(&list, &chained, VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV, RANGE(3, 8, 2, 96),
-           {INDICES, 8 + 36}, {VERTICES, 11 * 12 + 32}, {MOTION, 11 * 12 + 32},
+           {VERTICES, 9 * 12 + 12}, {MOTION, 9 * 12 + 12}, {INDICES, 8 + 36},
            {TRANSFORMS, 96 + sizeof(VkTransformMatrixKHR)});
 }
 
@@ -116,7 +115,7 @@ TEST(micromaps_of_triangles_are_looked_up)
                         .indexType = VK_INDEX_TYPE_UINT16, .indexStride = 6,
                         .indexBuffer.deviceAddress = OPACITIES),
     };
-    EXPECT(&list, &chained, 0, RANGE(5, 0, 0, 0), {INDICES, 60}, {VERTICES, 9 * 12 + 32},
+    EXPECT(&list, &chained, 0, RANGE(5, 0, 0, 0), {VERTICES, 9 * 12 + 12}, {INDICES, 60},
            {OPACITIES, 4 * 6 + 2});
     chained.has_opacity = false;
     chained.has_displacement = true;
@@ -131,14 +130,13 @@ TEST(micromaps_of_triangles_are_looked_up)
              .displacedMicromapPrimitiveFlagsStride = 3, .indexType = VK_INDEX_TYPE_UINT32,
              .indexBuffer.deviceAddress = MICROMAPS, .indexStride = 4,
              .micromap = (VkMicromapEXT)(uintptr_t)1);
-    EXPECT(&list, &chained, 0, RANGE(5, 0, 2, 0), {INDICES, 60}, {VERTICES, 11 * 12 + 32},
-           {VECTORS, 11 * 8 + 32}, {BIASES, 11 * 16 + 32}, {FLAGS, 4 * 3 + 1},
-           {MICROMAPS, 4 * 4 + 4});
+    EXPECT(&list, &chained, 0, RANGE(5, 0, 2, 0), {VERTICES, 9 * 12 + 12}, {INDICES, 60},
+           {VECTORS, 9 * 8 + 6}, {BIASES, 9 * 16 + 8}, {FLAGS, 4 * 3 + 1}, {MICROMAPS, 4 * 4 + 4});
     chained.displacement.indexType = VK_INDEX_TYPE_NONE_KHR;
     chained.displacement.displacementBiasAndScaleBuffer.deviceAddress = 0;
     chained.displacement.displacedMicromapPrimitiveFlags.deviceAddress = 0;
-    EXPECT(&list, &chained, 0, RANGE(5, 0, 2, 0), {INDICES, 60}, {VERTICES, 11 * 12 + 32},
-           {VECTORS, 11 * 8 + 32});
+    EXPECT(&list, &chained, 0, RANGE(5, 0, 2, 0), {VERTICES, 9 * 12 + 12}, {INDICES, 60},
+           {VECTORS, 9 * 8 + 6});
 }
 
 TEST(boxes_and_instances_are_looked_up)
@@ -170,17 +168,17 @@ TEST(spheres_are_looked_up)
     STRUCT(VkAccelerationStructureGeometryKHR, geometry,
            .geometryType = VK_GEOMETRY_TYPE_SPHERES_NV);
     struct chained_input chained = spheres(VK_INDEX_TYPE_NONE_KHR, VK_FORMAT_R32_SFLOAT);
-    EXPECT(&geometry, &chained, 0, RANGE(3, 4, 1, 0), {VERTICES, 4 + 3 * 12 + 32},
+    EXPECT(&geometry, &chained, 0, RANGE(3, 4, 1, 0), {VERTICES, 4 + 3 * 12 + 12},
            {RADII, 4 + 3 * 6 + 4});
     chained = spheres(VK_INDEX_TYPE_UINT16, VK_FORMAT_R16_SFLOAT);
-    EXPECT(&geometry, &chained, 0, RANGE(3, 4, 1, 0), {INDICES, 4 + 2 * 8 + 2}, {VERTICES, 12 + 32},
+    EXPECT(&geometry, &chained, 0, RANGE(3, 4, 1, 0), {INDICES, 4 + 2 * 8 + 2}, {VERTICES, 12 + 12},
            {RADII, 6 + 2});
     geometry.geometryType = VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV;
-    EXPECT(&geometry, &chained, 0, RANGE(3, 4, 1, 0), {INDICES, 4 + 5 * 8 + 2}, {VERTICES, 12 + 32},
+    EXPECT(&geometry, &chained, 0, RANGE(3, 4, 1, 0), {INDICES, 4 + 5 * 8 + 2}, {VERTICES, 12 + 12},
            {RADII, 6 + 2});
     chained.spheres.indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV;
     EXPECT(&geometry, &chained, 0, RANGE(3, 4, 1, 0), {INDICES, 4 + 2 * 8 + 2},
-           {VERTICES, 2 * 12 + 32}, {RADII, 2 * 6 + 2});
+           {VERTICES, 2 * 12 + 12}, {RADII, 2 * 6 + 2});
     chained.spheres.radiusFormat = VK_FORMAT_R8_UNORM; /* unknown */
     EXPECT(&geometry, &chained, 0, RANGE(3, 4, 1, 0), {0, 0});
 }
@@ -191,9 +189,9 @@ TEST(dense_blocks_are_looked_up)
                  .geometryType =
                      (VkGeometryTypeKHR)VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX);
     struct chained_input chained = {
-        .dense =
-            MAKE(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX,
-                 .compressedData.deviceAddress = VERTICES, .dataSize = 384, .maxPrimitiveIndex = 6),
+        .dense = MAKE(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX,
+                      .compressedData.deviceAddress = VERTICES, .dataSize = 384, .numTriangles = 2,
+                      .maxPrimitiveIndex = 6),
         .has_opacity = true,
         .opacity = MAKE(VkAccelerationStructureTrianglesOpacityMicromapEXT,
                         .indexType = VK_INDEX_TYPE_UINT32, .indexStride = 4,

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What rules get: the flags and types that are valid on a device with one extension, those of the
  * registry; properties of formats; and the other rules that a finding names. */
+#include "src/model/formats.h"
 #include "src/view/enabled.h"
 #include "src/view/finding.h"
-#include "src/view/formats.h"
 #include "tests/state/unit_test.h"
 
 #define BUILD(name) VK_BUILD_ACCELERATION_STRUCTURE_##name

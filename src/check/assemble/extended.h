@@ -18,11 +18,6 @@ bool spheres_are_well_formed(const VkAccelerationStructureGeometryKHR *geometry)
 /* Fills a view from the spheres or linear swept spheres in the chain of a geometry. `given` stays
  * false if there are none. */
 void view_spheres(const struct geometry_view *geometry, struct swept_spheres_view *view);
-/* Fills a view from a copy of the chained structure of either kind; `given` stays false if its
- * sType is 0. */
-void view_chained_spheres(const struct geometry_view *geometry,
-                          const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *chained,
-                          struct swept_spheres_view *view);
 /* Gets the number of triangles of a dense geometry, which takes no build range. Returns false for
  * other geometries. */
 bool dense_triangle_count(const VkAccelerationStructureGeometryKHR *geometry, uint32_t *count);

@@ -4,8 +4,8 @@
 
 #include "src/check/assemble/extended.h"
 #include "src/check/assemble/views.h"
+#include "src/model/formats.h"
 #include "src/state/builds/build_info.h"
-#include "src/view/formats.h"
 #include "src/view/geometry_data.h"
 
 static const VkStructureType spheres_type =
@@ -77,18 +77,6 @@ void view_spheres(const struct geometry_view *geometry, struct swept_spheres_vie
                                                 .indexing_mode = s->indexingMode,
                                                 .end_caps_mode = s->endCapsMode};
     }
-    view->data.geometry = geometry;
-}
-
-void view_chained_spheres(const struct geometry_view *geometry,
-                          const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *chained,
-                          struct swept_spheres_view *view)
-{
-    *view = (struct swept_spheres_view){0};
-    if (chained->sType)
-        *view = (struct swept_spheres_view){.data = {COMMON_MEMBERS(chained)},
-                                            .indexing_mode = chained->indexingMode,
-                                            .end_caps_mode = chained->endCapsMode};
     view->data.geometry = geometry;
 }
 

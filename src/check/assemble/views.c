@@ -9,9 +9,9 @@
 #include "src/base/clear.h"
 #include "src/base/recording_path.h"
 #include "src/check/assemble/extended.h"
+#include "src/model/formats.h"
 #include "src/state/builds/build_info.h"
 #include "src/state/builds/size_cache.h"
-#include "src/view/formats.h"
 #include "src/view/geometry_data.h"
 
 enum { INLINE_COUNTS = 16 };

@@ -4,7 +4,7 @@
 
 #include "src/check/assemble/views.h"
 #include "src/check/walk/rows.h"
-#include "src/view/formats.h"
+#include "src/model/inputs.h"
 #include "src/view/geometry_data.h"
 #include "src/view/view.h"
 
@@ -67,83 +67,57 @@ void check_indirect(struct walk *walk, const struct build_view *build, bool with
 
 /* ---- Host builds: which of their host memory is readable. */
 
-/* Returns how many bytes of a vertex a build reads, without a fourth component. Returns 1 for
- * unknown formats. */
-static uint32_t vertex_size(VkFormat format)
+/* If there are indices, they determine which vertices are read; then only the first byte counts, as
+ * it does of instances with motion, which other rules read. */
+static struct host_bytes find_input(struct check_context *context,
+                                    const struct geometry_input *input, bool is_read)
 {
-    uint32_t size = format_size(format), component = format_smallest_component(format);
-    if (component && size == 4 * component)
-        return 3 * component;
-    return size ? size : 1;
-}
-
-/* If there are indices, they determine which vertices are read; then only the first byte counts. */
-static struct host_bytes find_vertices(struct check_context *context,
-                                       const VkAccelerationStructureGeometryTrianglesDataKHR *t,
-                                       const VkAccelerationStructureBuildRangeInfoKHR *range)
-{
-    const void *address = t->vertexData.hostAddress;
-    uint64_t first;
-    if (index_type_size(t->indexType))
-        return host_memory_bytes(context, address, 0, range->primitiveCount ? 1 : 0, 0, 1);
-    if (__builtin_mul_overflow(t->vertexStride, (uint64_t)range->firstVertex, &first) ||
-        __builtin_add_overflow(first, (uint64_t)range->primitiveOffset, &first))
+    const void *address = input->address.hostAddress;
+    if (!is_read || input->offset == UINT64_MAX)
         return (struct host_bytes){.address = address};
-    return host_memory_bytes(context, address, first, (uint64_t)range->primitiveCount * 3,
-                             t->vertexStride, vertex_size(t->vertexFormat));
+    if (input->is_chosen)
+        return host_memory_bytes(context, address, 0, 1, 0, 1);
+    if (input->role == INPUT_INSTANCES && input->stride != input->size)
+        return host_memory_bytes(context, address, input->offset, 1, 1, 1);
+    return host_memory_bytes(context, address, input->offset, input->count, input->stride,
+                             input->size ? input->size : 1);
 }
 
-static void view_triangles(struct check_context *context,
-                           const VkAccelerationStructureGeometryTrianglesDataKHR *t,
-                           const VkAccelerationStructureBuildRangeInfoKHR *range,
-                           struct host_geometry_view *view)
+static void find_inputs(struct check_context *context, const struct range_view *range,
+                        struct host_geometry_view *view)
 {
-    uint32_t index_size = index_type_size(t->indexType);
-    view->vertices = find_vertices(context, t, range);
-    view->transform =
-        host_memory_bytes(context, t->transformData.hostAddress, range->transformOffset,
-                          range->primitiveCount ? 1 : 0, 0, sizeof(VkTransformMatrixKHR));
-    if (index_size)
-        view->indices =
-            host_memory_bytes(context, t->indexData.hostAddress, range->primitiveOffset,
-                              (uint64_t)range->primitiveCount * 3, index_size, index_size);
-}
-
-/* Only the first byte of instances with motion, which other rules read. */
-static struct host_bytes
-find_instances(struct check_context *context, const struct build_view *build,
-               const VkAccelerationStructureGeometryInstancesDataKHR *instances,
-               const VkAccelerationStructureBuildRangeInfoKHR *range)
-{
-    uint64_t size =
-        instances->arrayOfPointers ? sizeof(void *) : sizeof(VkAccelerationStructureInstanceKHR);
-    uint64_t count = range->primitiveCount;
-    if (!instances->arrayOfPointers &&
-        (build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV))
-        count = count ? 1 : 0, size = 1;
-    return host_memory_bytes(context, instances->data.hostAddress, range->primitiveOffset, count,
-                             size, size);
+    static const VkAccelerationStructureBuildRangeInfoKHR one = {.primitiveCount = 1};
+    const bool is_read = range->range && range->range->primitiveCount;
+    struct geometry_input inputs[GEOMETRY_INPUTS];
+    const uint32_t count =
+        inputs_of_geometry(range->geometry->build->info->flags, range->geometry->geometry, NULL,
+                           is_read ? range->range : &one, inputs);
+    for (uint32_t i = 0; i < count; i++) {
+        const struct host_bytes bytes = find_input(context, &inputs[i], is_read);
+        switch ((int)inputs[i].role) {
+        case INPUT_VERTEX:
+            view->vertices = bytes;
+            break;
+        case INPUT_INDEX:
+            view->indices = bytes;
+            break;
+        case INPUT_MATRIX:
+            view->transform = bytes;
+            break;
+        default:
+            view->data = bytes;
+        }
+    }
 }
 
 static WALK_ALL(host_geometry)
 
     void check_host_geometry(struct walk *walk, const struct range_view *range)
 {
-    static const VkAccelerationStructureBuildRangeInfoKHR nothing = {0};
     const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
-    const VkAccelerationStructureBuildRangeInfoKHR *read = range->range ? range->range : &nothing;
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
-    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry);
-    const VkAccelerationStructureGeometryInstancesDataKHR *instances = instances_in(geometry);
     struct host_geometry_view view = {.geometry = range->geometry};
-    if (triangles)
-        view_triangles(walk->context, triangles, read, &view);
-    if (aabbs)
-        view.data =
-            host_memory_bytes(walk->context, aabbs->data.hostAddress, read->primitiveOffset,
-                              read->primitiveCount, aabbs->stride, sizeof(VkAabbPositionsKHR));
-    if (instances)
-        view.data = find_instances(walk->context, range->geometry->build, instances, read);
+    if (triangles_in(geometry) || aabbs_in(geometry) || instances_in(geometry))
+        find_inputs(walk->context, range, &view);
     const struct location location = walk_location(range->geometry, SUBJECT_GEOMETRY);
     walk_host_geometry(walk, &view, &location);
 }

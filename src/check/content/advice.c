@@ -7,9 +7,9 @@
 #include "src/base/array.h"
 #include "src/bvh/input/source.h"
 #include "src/figures/refits.h"
+#include "src/model/formats.h"
 #include "src/rules/advice.h"
 #include "src/state/builds/build_info.h"
-#include "src/view/formats.h"
 #include "src/view/geometry_data.h"
 
 /* ---- rows */
@@ -61,14 +61,13 @@ static bool find_layout(const struct content *content, const struct source *sour
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(content->range->geometry->geometry);
     const uint64_t stride = triangles->vertexStride;
+    const struct geometry_input *vertices = content_input(content, INPUT_VERTEX);
     struct used_vertices used;
-    if (content->range->geometry->build->geometry_count < 2 ||
+    if (!vertices || content->range->geometry->build->geometry_count < 2 ||
         figures->measured * 2 < figures->count || !find_used(content, &used))
         return false;
     *layout = (struct vertex_layout){
-        .begin = triangles->vertexData.deviceAddress +
-                 content_vertex_offset(content->range->range, content->indices.size, stride) +
-                 used.smallest * stride,
+        .begin = vertices->address.deviceAddress + vertices->offset + used.smallest * stride,
         .count = (uint64_t)used.largest - used.smallest + 1,
         .stride = stride,
         .geometry = content->range->geometry->index,

@@ -6,7 +6,7 @@
 
 #include "src/base/handle_table.h"
 #include "src/check/walk/walk.h"
-#include "src/snapshots/chained_input.h"
+#include "src/model/inputs.h"
 #include "src/snapshots/memory.h"
 #include "src/view/content_view.h"
 
@@ -17,7 +17,7 @@
 void check_host_inputs(struct walk *walk, const struct range_view *range);
 
 /* Evaluates the rules about the data of a geometry, which `memory` provides. `chained` is a copy of
- * the chained structures; NULL if the geometry's own chain is readable. */
+ * the chained structures, or NULL. */
 void content_check_geometry(struct walk *walk, const struct range_view *range,
                             const struct input_memory *memory, const struct chained_input *chained);
 
@@ -38,9 +38,11 @@ struct content {
     struct walk *walk;
     const struct range_view *range; /* its build range is known */
     const struct input_memory *memory;
-    const struct chained_input *chained; /* NULL: use the geometry's own chain */
-    struct geometry_inputs *retained;    /* for later updates, see content_retain_count() */
-    struct content_indices {             /* of triangles; zeros: none, or not readable */
+    const struct chained_input *chained; /* NULL: the chain adds nothing */
+    struct geometry_input inputs[GEOMETRY_INPUTS];
+    uint32_t input_count;
+    struct geometry_inputs *retained; /* for later updates, see content_retain_count() */
+    struct content_indices {          /* of triangles; zeros: none, or not readable */
         const uint8_t *bytes;
         uint32_t size; /* of an index, in bytes */
         uint32_t max;  /* the largest index */
@@ -77,10 +79,13 @@ uint64_t content_find_some(const struct content *content, VkDeviceOrHostAddressC
                            uint64_t offset, uint64_t count, uint64_t stride, uint64_t size,
                            const void **bytes);
 
-/* Returns the offset of the first vertex from the address of the vertex data, or UINT64_MAX if it
- * overflows. */
-uint64_t content_vertex_offset(const VkAccelerationStructureBuildRangeInfoKHR *range,
-                               uint32_t index_size, uint64_t stride);
+/* Returns what the geometry reads in a role; NULL: nothing. */
+const struct geometry_input *content_input(const struct content *content, enum input_role role);
+/* The same as the functions above for all elements of an input, which may be NULL. */
+const uint8_t *content_find_input(const struct content *content,
+                                  const struct geometry_input *input);
+uint64_t content_find_some_input(const struct content *content, const struct geometry_input *input,
+                                 const void **bytes);
 /* Opens the arrays found, each from its offset on, for the builder's readers. Returns false if that
  * fails. */
 struct builder_geometry;

@@ -6,8 +6,8 @@
 #include <xxhash.h>
 
 #include "src/check/content/content.h"
+#include "src/model/inputs.h"
 #include "src/state/builds/build_info.h"
-#include "src/view/formats.h"
 #include "src/view/geometry_data.h"
 
 /* ---- the hash: each step is one of the hash before it, with a hash of the bytes. */
@@ -35,57 +35,41 @@ static bool add_array(const struct content *content, VkDeviceOrHostAddressConstK
 
 /* ---- geometries */
 
-/* The vertices up to that of the largest index. */
-static bool add_vertices(const struct content *content,
-                         const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
-{
-    const struct content_indices *indices = &content->indices;
-    const uint64_t size = format_position_size(triangles->vertexFormat),
-                   offset = content_vertex_offset(content->range->range, indices->size,
-                                                  triangles->vertexStride),
-                   count = indices->size && indices->count ? (uint64_t)indices->max + 1
-                                                           : indices->count;
-    return size && offset != UINT64_MAX &&
-           add_array(content, triangles->vertexData, offset, count, triangles->vertexStride, size);
-}
-
-static bool add_triangles(const struct content *content,
+static void add_triangles(const struct content *content,
                           const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
 {
-    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
-    const struct content_indices *indices = &content->indices;
-    const bool has_transform = triangles->transformData.deviceAddress;
     const uint64_t parameters[] = {triangles->vertexFormat, triangles->vertexStride,
-                                   triangles->maxVertex, triangles->indexType, has_transform};
-    if (indices->size ? indices->count && !indices->bytes
-                      : triangles->indexType != VK_INDEX_TYPE_NONE_KHR)
-        return false;
+                                   triangles->maxVertex, triangles->indexType,
+                                   triangles->transformData.deviceAddress != 0};
     add_bytes(&content->walk->digesting->digest, parameters, sizeof(parameters));
-    if (indices->bytes)
-        add_bytes(&content->walk->digesting->digest, indices->bytes,
-                  indices->count * indices->size);
-    return add_vertices(content, triangles) &&
-           (!has_transform ||
-            add_array(content, triangles->transformData, range->transformOffset,
-                      range->primitiveCount ? 1 : 0, 0, sizeof(VkTransformMatrixKHR)));
 }
 
-static bool add_elements(const struct content *content)
+/* Indices choose among the vertices up to that of the largest index. */
+static bool add_input(const struct content *content, const struct geometry_input *input)
+{
+    const struct content_indices *indices = &content->indices;
+    if ((input->is_chosen && !indices->bytes) || !input->size || input->offset == UINT64_MAX)
+        return false;
+    return add_array(content, input->address, input->offset,
+                     input->is_chosen ? (uint64_t)indices->max + 1 : input->count, input->stride,
+                     input->size);
+}
+
+static bool add_inputs(const struct content *content)
 {
     const VkAccelerationStructureGeometryKHR *geometry = content->range->geometry->geometry;
-    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
-    const VkAccelerationStructureGeometryAabbsDataKHR *boxes = aabbs_in(geometry);
     const VkAccelerationStructureGeometryInstancesDataKHR *instances = instances_in(geometry);
-    const uint64_t size = sizeof(VkAccelerationStructureInstanceKHR);
+    struct geometry_input inputs[GEOMETRY_INPUTS];
     if (triangles)
-        return add_triangles(content, triangles);
-    if (boxes)
-        return add_array(content, boxes->data, range->primitiveOffset, range->primitiveCount,
-                         boxes->stride, sizeof(VkAabbPositionsKHR));
-    return instances && !instances->arrayOfPointers &&
-           add_array(content, instances->data, range->primitiveOffset, range->primitiveCount, size,
-                     size);
+        add_triangles(content, triangles);
+    else if (!aabbs_in(geometry) && (!instances || instances->arrayOfPointers))
+        return false;
+    const uint32_t count = inputs_of_geometry(0, geometry, NULL, content->range->range, inputs);
+    for (uint32_t i = 0; i < count; i++)
+        if (!add_input(content, &inputs[i]))
+            return false;
+    return true;
 }
 
 void content_add_to_digest(const struct content *content)
@@ -95,7 +79,7 @@ void content_add_to_digest(const struct content *content)
     const uint64_t parameters[] = {geometry->geometryType, geometry->flags,
                                    content->range->range->primitiveCount};
     add_bytes(&digesting->digest, parameters, sizeof(parameters));
-    digesting->geometries += add_elements(content);
+    digesting->geometries += add_inputs(content);
 }
 
 /* ---- builds */

@@ -10,9 +10,6 @@
 #include "src/check/content/content.h"
 #include "src/state/builds/structures.h"
 
-/* Stride of instances with motion in bytes (VkAccelerationStructureGeometryInstancesDataKHR). */
-enum { MOTION_STRIDE = 160 };
-
 /* How many instances ahead of the current one are fetched from memory. */
 enum { PREFETCHED = 16 };
 
@@ -330,41 +327,37 @@ static void read_typed_instance(struct content *content, uint32_t index,
         content_read_motion_data(content, index, type, bytes);
 }
 
-static void read_array_of_pointers(struct content *content, VkDeviceOrHostAddressConstKHR data,
+static void read_array_of_pointers(struct content *content,
                                    void (*read)(struct content *content, uint32_t index,
                                                 VkDeviceOrHostAddressConstKHR to))
 {
-    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    const struct geometry_input *pointers = content_input(content, INPUT_INSTANCES);
     VkDeviceOrHostAddressConstKHR to = {.deviceAddress = 0};
-    const uint8_t *next = content_find(content, data, range->primitiveOffset, range->primitiveCount,
-                                       sizeof(to), sizeof(to));
+    const uint8_t *next = content_find_input(content, pointers);
     content->has_gaps |= !next;
-    content->elements = (struct content_elements){next, range->primitiveCount * sizeof(to)};
-    for (uint32_t i = 0; next && i < range->primitiveCount; i++, next += sizeof(to)) {
+    content->elements = (struct content_elements){next, next ? pointers->count * sizeof(to) : 0};
+    for (uint32_t i = 0; next && i < pointers->count; i++, next += sizeof(to)) {
         memcpy(&to, next, sizeof(to));
         read(content, i, to);
     }
 }
 
-static void read_motion_instances(struct content *content, VkDeviceOrHostAddressConstKHR data)
+static void read_motion_instances(struct content *content)
 {
-    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
-    const uint8_t *next =
-        content_find(content, data, range->primitiveOffset, range->primitiveCount, MOTION_STRIDE,
-                     sizeof(VkAccelerationStructureMotionInstanceNV));
-    for (uint32_t i = 0; next && i < range->primitiveCount; i++, next += MOTION_STRIDE)
+    const struct geometry_input *instances = content_input(content, INPUT_INSTANCES);
+    const uint8_t *next = content_find_input(content, instances);
+    for (uint32_t i = 0; next && i < instances->count; i++, next += instances->stride)
         content_read_motion_instance(content, i, next);
 }
 
-static void read_plain_instances(struct content *content, VkDeviceOrHostAddressConstKHR data)
+static void read_plain_instances(struct content *content)
 {
-    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    const struct geometry_input *instances = content_input(content, INPUT_INSTANCES);
     const size_t size = sizeof(VkAccelerationStructureInstanceKHR);
-    const uint8_t *next =
-        content_find(content, data, range->primitiveOffset, range->primitiveCount, size, size);
+    const uint8_t *next = content_find_input(content, instances);
     content->has_gaps |= !next;
-    content->elements = (struct content_elements){next, range->primitiveCount * size};
-    for (uint32_t i = 0; next && i < range->primitiveCount; i++, next += size) {
+    content->elements = (struct content_elements){next, next ? instances->count * size : 0};
+    for (uint32_t i = 0; next && i < instances->count; i++, next += size) {
         __builtin_prefetch(next + PREFETCHED * size); /* processors do not, across pages */
         read_instance(content, i, next);
     }
@@ -379,15 +372,15 @@ void content_read_instances(struct content *content,
         content->walk->instances->geometry++;
     if (!(build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV)) {
         if (instances->arrayOfPointers)
-            read_array_of_pointers(content, instances->data, read_pointed_instance);
+            read_array_of_pointers(content, read_pointed_instance);
         else
-            read_plain_instances(content, instances->data);
+            read_plain_instances(content);
         content->walk->knows_references =
             !content->range->range->primitiveCount || (!content->has_gaps && !content->has_strays);
     } else if (build->call->device->extension.motion_blur_nv && !instances->arrayOfPointers) {
-        read_motion_instances(content, instances->data);
+        read_motion_instances(content);
     } else if (build->call->device->extension.motion_blur_nv &&
                build->call->command != COMMAND_HOST) {
-        read_array_of_pointers(content, instances->data, read_typed_instance);
+        read_array_of_pointers(content, read_typed_instance);
     }
 }

@@ -2,7 +2,6 @@
 /* Reads the radii of spheres and linear swept spheres with the reference builder's reader, and
  * evaluates their rules. Inactive primitives have no valid radius to check. */
 #include "src/bvh/input/source.h"
-#include "src/check/assemble/extended.h"
 #include "src/check/content/content.h"
 #include "src/rules/predicates.h"
 #include "src/rules/shared.h"
@@ -15,51 +14,51 @@ static bool is_swept(const struct content *content)
 }
 
 /* If there are indices, they determine the number of vertices and radii. */
-static bool find_arrays(const struct content *content, const struct sphere_data *from,
-                        struct builder_spheres *to)
+static uint64_t find_elements(const struct content *content, enum input_role role, uint64_t count,
+                              const void **bytes)
 {
-    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
-    const VkAccelerationStructureBuildRangeInfoKHR found = {.primitiveCount =
-                                                                range->primitiveCount};
-    uint32_t size = index_type_size(from->index_type);
-    if (size) {
-        uint64_t count = sphere_element_count(to, is_swept(content), range->primitiveCount);
-        to->indices_size = content_find_some(content, from->indices, range->primitiveOffset, count,
-                                             to->index_stride, size, &to->indices);
-        if (!to->indices_size)
-            return false;
-    }
-    uint64_t count = sphere_vertex_count(to, is_swept(content), &found);
-    if (!count)
+    const struct geometry_input *given = content_input(content, role);
+    struct geometry_input input = given ? *given : (struct geometry_input){0};
+    input.count = count;
+    return content_find_some_input(content, &input, bytes);
+}
+
+static bool find_arrays(const struct content *content, struct builder_spheres *to)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR found = {
+        .primitiveCount = content->range->range->primitiveCount};
+    const bool swept = is_swept(content);
+    const struct geometry_input *indices =
+        content_input(content, swept ? INPUT_SWEPT_INDEX : INPUT_SPHERE_INDEX);
+    to->indices_size = content_find_some_input(content, indices, &to->indices);
+    if (indices && !to->indices_size)
         return false;
-    to->vertices_size = content_find_some(
-        content, from->vertices, content_vertex_offset(range, size, to->vertex_stride), count,
-        to->vertex_stride, vertex_format_find(to->vertex_format)->size, &to->vertices);
-    to->radii_size = content_find_some(
-        content, from->radii, content_vertex_offset(range, size, to->radius_stride), count,
-        to->radius_stride, radius_format_size(to->radius_format), &to->radii);
+    const uint64_t count = sphere_vertex_count(to, swept, &found);
+    to->vertices_size = find_elements(content, swept ? INPUT_SWEPT_VERTEX : INPUT_SPHERE_VERTEX,
+                                      count, &to->vertices);
+    to->radii_size =
+        find_elements(content, swept ? INPUT_SWEPT_RADIUS : INPUT_SPHERE_RADIUS, count, &to->radii);
     return to->vertices_size && to->radii_size;
 }
 
-static bool describe_without_data(const struct content *content, struct builder_geometry *described)
+static bool describe(const struct content *content, struct builder_geometry *described)
 {
-    struct swept_spheres_view view;
-    if (content->chained)
-        view_chained_spheres(content->range->geometry, &content->chained->spheres, &view);
-    else
-        view_spheres(content->range->geometry, &view);
+    if (!content->chained || !content->chained->spheres.sType)
+        return false;
+    const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *from =
+        &content->chained->spheres;
     *described = (struct builder_geometry){
         .type = content->range->geometry->geometry->geometryType,
-        .spheres = {.vertex_format = view.data.vertex_format,
-                    .radius_format = view.data.radius_format,
-                    .index_type = view.data.index_type,
-                    .vertex_stride = view.data.vertex_stride,
-                    .radius_stride = view.data.radius_stride,
-                    .index_stride = view.data.index_stride,
-                    .indexing_mode = view.indexing_mode},
+        .spheres = {.vertex_format = from->vertexFormat,
+                    .radius_format = from->radiusFormat,
+                    .index_type = from->indexType,
+                    .vertex_stride = from->vertexStride,
+                    .radius_stride = from->radiusStride,
+                    .index_stride = from->indexStride,
+                    .indexing_mode = from->indexingMode},
     };
-    return view.data.given && sphere_formats_are_known(&described->spheres) &&
-           find_arrays(content, &view.data, &described->spheres);
+    return sphere_formats_are_known(&described->spheres) &&
+           find_arrays(content, &described->spheres);
 }
 
 static enum source_state read_radius(const struct source *source, struct radius_view *view)
@@ -90,8 +89,7 @@ void content_read_radii(struct content *content)
     struct radius_view view = {.geometry = content->range->geometry, .is_swept = is_swept(content)};
     struct builder_geometry described;
     struct source source = {0};
-    if (!describe_without_data(content, &described) ||
-        !content_open_source(content, &described, &source))
+    if (!describe(content, &described) || !content_open_source(content, &described, &source))
         return;
     const uint64_t count = readable_primitive_count(&source);
     for (; view.primitive < count; view.primitive++)

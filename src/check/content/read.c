@@ -13,36 +13,50 @@
 #include "src/check/content/digest.h"
 #include "src/check/content/micromap.h"
 #include "src/check/walk/rows.h"
+#include "src/model/formats.h"
 #include "src/rules/shared.h"
-#include "src/view/formats.h"
 #include "src/view/geometry_data.h"
-
-const uint8_t *content_find(const struct content *content, VkDeviceOrHostAddressConstKHR address,
-                            uint64_t offset, uint64_t count, uint64_t stride, uint64_t size)
-{
-    const struct input_memory *memory = content->memory;
-    uint64_t begin, extent;
-    const void *bytes;
-    if (!address.deviceAddress || !count ||
-        __builtin_add_overflow(address.deviceAddress, offset, &begin) ||
-        __builtin_mul_overflow(count - 1, stride, &extent) ||
-        __builtin_add_overflow(extent, size, &extent))
-        return NULL;
-    return memory->find(memory->context, begin, extent, &bytes) == extent ? bytes : NULL;
-}
 
 uint64_t content_find_some(const struct content *content, VkDeviceOrHostAddressConstKHR address,
                            uint64_t offset, uint64_t count, uint64_t stride, uint64_t size,
                            const void **bytes)
 {
     const struct input_memory *memory = content->memory;
-    uint64_t begin, extent;
-    if (!address.deviceAddress || !count ||
-        __builtin_add_overflow(address.deviceAddress, offset, &begin) ||
-        __builtin_mul_overflow(count - 1, stride, &extent) ||
-        __builtin_add_overflow(extent, size, &extent))
+    const uint64_t begin = input_extent(address.deviceAddress, 1, offset, 0),
+                   extent = count ? input_extent(0, count - 1, stride, size) : 0;
+    *bytes = NULL;
+    if (!address.deviceAddress || !count || begin == UINT64_MAX || extent == UINT64_MAX)
         return 0;
     return memory->find(memory->context, begin, extent, bytes);
+}
+
+const uint8_t *content_find(const struct content *content, VkDeviceOrHostAddressConstKHR address,
+                            uint64_t offset, uint64_t count, uint64_t stride, uint64_t size)
+{
+    const void *bytes;
+    const uint64_t found = content_find_some(content, address, offset, count, stride, size, &bytes);
+    return found && found == input_extent(0, count - 1, stride, size) ? bytes : NULL;
+}
+
+const struct geometry_input *content_input(const struct content *content, enum input_role role)
+{
+    return input_of_role(content->inputs, content->input_count, role);
+}
+
+const uint8_t *content_find_input(const struct content *content, const struct geometry_input *input)
+{
+    return input ? content_find(content, input->address, input->offset, input->count, input->stride,
+                                input->most)
+                 : NULL;
+}
+
+uint64_t content_find_some_input(const struct content *content, const struct geometry_input *input,
+                                 const void **bytes)
+{
+    *bytes = NULL;
+    return input ? content_find_some(content, input->address, input->offset, input->count,
+                                     input->stride, input->most, bytes)
+                 : 0;
 }
 
 /* Instances of VK_NV_ray_tracing are a parameter of the command, not a geometry. */
@@ -121,13 +135,10 @@ static uint64_t count_vertices(const uint8_t *indices, uint32_t size, uint64_t c
 static void find_indices(struct content *content,
                          const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
 {
-    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
     struct content_indices *indices = &content->indices;
     indices->size = index_type_size(triangles->indexType);
-    indices->count = (uint64_t)range->primitiveCount * 3;
-    if (indices->size)
-        indices->bytes = content_find(content, triangles->indexData, range->primitiveOffset,
-                                      indices->count, indices->size, indices->size);
+    indices->count = (uint64_t)content->range->range->primitiveCount * 3;
+    indices->bytes = content_find_input(content, content_input(content, INPUT_INDEX));
     if (!indices->bytes)
         return;
     const struct geometry_inputs *source =
@@ -149,18 +160,18 @@ static uint32_t smallest_index(const struct content_indices *indices)
     return smallest;
 }
 
-/* Reports elements that the build has read, beginning at an offset from the address. */
-static void report_elements(const struct content *content, VkDeviceOrHostAddressConstKHR address,
-                            uint64_t offset, struct elements_read read)
+/* Reports elements that the build has read. */
+static void report_elements(const struct content *content, const struct geometry_input *input)
 {
     const struct check_context *context = content->walk->context;
     const struct geometry_view *geometry = content->range->geometry;
-    const uint8_t *bytes = context->hooks->reads ? content_find(content, address, offset,
-                                                                read.count, read.stride, read.size)
-                                                 : NULL;
+    struct elements_read read = {.address = input->address.deviceAddress + input->offset,
+                                 .count = input->count,
+                                 .stride = input->stride,
+                                 .size = input->size};
+    const uint8_t *bytes = context->hooks->reads ? content_find_input(content, input) : NULL;
     if (!bytes || geometry->build->call->command == COMMAND_NV)
         return;
-    read.address = address.deviceAddress + offset;
     if (read.stride == read.size)
         read.hash = XXH3_64bits(bytes, read.count * read.size);
     for (uint64_t i = 0; read.stride != read.size && i < read.count; i++)
@@ -170,29 +181,22 @@ static void report_elements(const struct content *content, VkDeviceOrHostAddress
 
 /* Without indices all vertices are read; with them at least those of the smallest and the largest
  * one. */
-static void report_vertices(const struct content *content,
-                            const VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
-                            uint32_t smallest)
+static void report_vertices(const struct content *content, uint32_t smallest)
 {
-    const struct content_indices *indices = &content->indices;
-    const uint64_t stride = triangles->vertexStride,
-                   size = format_position_size(triangles->vertexFormat);
-    uint64_t offset = content_vertex_offset(content->range->range, indices->size, stride);
-    struct elements_read read = {.count = indices->count, .stride = stride, .size = size};
-    if (!size || offset == UINT64_MAX)
+    const struct geometry_input *given = content_input(content, INPUT_VERTEX);
+    if (!given || !given->size || given->offset == UINT64_MAX)
         return;
-    if (indices->size) {
-        const uint64_t last = ((uint64_t)indices->max - smallest) * stride;
-        offset += smallest * stride;
-        read.count = 2;
-        read.stride = last;
+    struct geometry_input vertices = *given;
+    if (given->is_chosen) {
+        vertices.offset += smallest * given->stride;
+        vertices.stride *= content->indices.max - smallest;
+        vertices.count = 2;
     }
-    report_elements(content, triangles->vertexData, offset, read);
+    report_elements(content, &vertices);
 }
 
 /* Reports the smallest and the largest index, and vertices. */
-static void report_triangles(const struct content *content,
-                             const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
+static void report_triangles(const struct content *content)
 {
     const struct check_context *context = content->walk->context;
     const struct content_indices *indices = &content->indices;
@@ -205,7 +209,7 @@ static void report_triangles(const struct content *content,
         context->hooks->indexes(context->user, geometry->build->index, geometry->index, smallest,
                                 indices->max);
     }
-    report_vertices(content, triangles, smallest);
+    report_vertices(content, smallest);
 }
 
 /* More vertices than exist can be used only if an index exceeds maxVertex. */
@@ -231,28 +235,28 @@ static void view_indices(const struct content_indices *indices, struct indices_v
 
 /* Compares the vertex of the largest index with the end of the buffer as it is now: unknown if any
  * object was destroyed since the build was submitted. */
-static void find_past_end(const struct content *content,
-                          const VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
-                          struct indices_view *view)
+static void find_past_end(const struct content *content, struct indices_view *view)
 {
     const struct check_context *context = content->walk->context;
-    const uint64_t size = format_position_size(triangles->vertexFormat),
-                   first = content_vertex_offset(view->range, content->indices.size,
-                                                 triangles->vertexStride);
+    const struct geometry_input *vertices = content_input(content, INPUT_VERTEX);
     struct address_facts begin, last;
-    uint64_t end;
     view->max = content->indices.max;
-    if (!size || first > INT64_MAX || triangles->vertexStride > UINT32_MAX ||
-        context->destroy_count != resources_destroy_count(context->resources) ||
-        __builtin_add_overflow(triangles->vertexData.deviceAddress,
-                               first + view->max * triangles->vertexStride + size, &end))
+    if (!vertices || !vertices->size || vertices->stride > UINT32_MAX ||
+        context->destroy_count != resources_destroy_count(context->resources))
         return;
-    resources_look_up_address(context->resources, triangles->vertexData.deviceAddress, &begin);
+    const uint64_t address = vertices->address.deviceAddress,
+                   read =
+                       input_extent(vertices->offset, view->max, vertices->stride, vertices->size),
+                   end = input_extent(address, 1, read, 0);
+    if (read == UINT64_MAX || end == UINT64_MAX)
+        return;
+    resources_look_up_address(context->resources, address, &begin);
     resources_look_up_address(context->resources, end - 1, &last);
     if (begin.status != ADDRESS_IN_BUFFER || begin.is_sparse || last.status != ADDRESS_NOWHERE)
         return;
     /* inputs_are_read_within_their_buffers() is about the vertex of firstVertex. */
-    if (view->geometry->build->call->command == COMMAND_DEVICE && first + size > begin.bytes_left)
+    if (view->geometry->build->call->command == COMMAND_DEVICE &&
+        vertices->offset + vertices->size > begin.bytes_left)
         return;
     view->buffer = begin.buffer;
     view->past_end = end - (begin.address + begin.bytes_left);
@@ -272,17 +276,14 @@ static void check_indices(struct content *content,
     else if (triangles->indexType == VK_INDEX_TYPE_NONE_KHR)
         view.consumed = content->indices.count;
     if (content->indices.bytes && content->range->geometry->build->call->command != COMMAND_HOST)
-        find_past_end(content, triangles, &view);
+        find_past_end(content, &view);
     content_walk_indices(content, &view);
 }
 
-static void read_transform(struct content *content,
-                           const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
+static void read_transform(struct content *content)
 {
-    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
     struct transform_view view = {.geometry = content->range->geometry};
-    const uint8_t *matrix = content_find(content, triangles->transformData, range->transformOffset,
-                                         range->primitiveCount ? 1 : 0, 0, sizeof(view.matrix));
+    const uint8_t *matrix = content_find_input(content, content_input(content, INPUT_MATRIX));
     if (!matrix)
         return;
     memcpy(&view.matrix, matrix, sizeof(view.matrix));
@@ -291,22 +292,16 @@ static void read_transform(struct content *content,
 
 /* ---- AABBs */
 
-static void read_boxes(struct content *content,
-                       const VkAccelerationStructureGeometryAabbsDataKHR *aabbs)
+static void read_boxes(struct content *content)
 {
-    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
     struct box_view view = {.geometry = content->range->geometry};
-    const uint8_t *first =
-        content_find(content, aabbs->data, range->primitiveOffset, range->primitiveCount,
-                     aabbs->stride, sizeof(view.positions));
+    const struct geometry_input *boxes = content_input(content, INPUT_AABBS);
+    const uint8_t *first = content_find_input(content, boxes);
     if (!first)
         return;
-    report_elements(content, aabbs->data, range->primitiveOffset,
-                    (struct elements_read){.count = range->primitiveCount,
-                                           .stride = aabbs->stride,
-                                           .size = sizeof(view.positions)});
-    for (; view.primitive < range->primitiveCount; view.primitive++) {
-        memcpy(&view.positions, first + view.primitive * aabbs->stride, sizeof(view.positions));
+    report_elements(content, boxes);
+    for (; view.primitive < boxes->count; view.primitive++) {
+        memcpy(&view.positions, first + view.primitive * boxes->stride, sizeof(view.positions));
         content_walk_box(content, &view);
     }
 }
@@ -321,16 +316,18 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
     const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry);
     const VkAccelerationStructureGeometryInstancesDataKHR *instances = instances_in(geometry);
     struct content content = {.walk = walk, .range = range, .memory = memory, .chained = chained};
+    content.input_count = inputs_of_geometry(range->geometry->build->info->flags, geometry, chained,
+                                             range->range, content.inputs);
     content_retain_count(&content);
     if (triangles) {
         find_indices(&content, triangles);
-        report_triangles(&content, triangles);
+        report_triangles(&content);
         if (range->geometry->build->call->command != COMMAND_NV)
             check_indices(&content, triangles);
-        read_transform(&content, triangles);
+        read_transform(&content);
     }
     if (aabbs)
-        read_boxes(&content, aabbs);
+        read_boxes(&content);
     if (triangles || aabbs)
         content_retain_inputs(&content);
     if (range->geometry->build->call->device->extension.linear_swept_spheres_nv)
@@ -339,12 +336,9 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
         content_advise_begin(&content);
     if (instances)
         content_read_instances(&content, instances);
-    if (instances && !instances->arrayOfPointers &&
-        !(range->geometry->build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV))
-        report_elements(&content, instances->data, range->range->primitiveOffset,
-                        (struct elements_read){.count = range->range->primitiveCount,
-                                               .stride = sizeof(VkAccelerationStructureInstanceKHR),
-                                               .size = sizeof(VkAccelerationStructureInstanceKHR)});
+    const struct geometry_input *elements = content_input(&content, INPUT_INSTANCES);
+    if (elements && elements->stride == sizeof(VkAccelerationStructureInstanceKHR))
+        report_elements(&content, elements);
     if (walk->advice)
         content_advise(&content);
     if (walk->digesting)
@@ -369,8 +363,13 @@ OFF_RECORDING_PATH void check_host_inputs(struct walk *walk, const struct range_
                                         .context = walk->context->readable};
     /* Findings about data don't affect the size query. */
     uint32_t findings = walk->findings;
+    struct chained_input chained = {0};
+    const bool has_chain =
+        range->geometry->chained &&
+        chained_input_read(walk->context->readable, range->geometry->build->info->flags,
+                           range->geometry->geometry, &chained);
     if (range->range)
-        content_check_geometry(walk, range, &memory, NULL);
+        content_check_geometry(walk, range, &memory, has_chain ? &chained : NULL);
     if ((int)range->geometry->geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR)
         check_host_micromap(walk, range->geometry);
     walk->findings = findings;

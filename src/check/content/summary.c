@@ -9,17 +9,6 @@
 #include "src/state/builds/build_info.h"
 #include "src/view/geometry_data.h"
 
-/* If the offset overflows, no such memory exists. */
-uint64_t content_vertex_offset(const VkAccelerationStructureBuildRangeInfoKHR *range,
-                               uint32_t index_size, uint64_t stride)
-{
-    uint64_t offset;
-    return __builtin_mul_overflow(stride, (uint64_t)range->firstVertex, &offset) ||
-                   __builtin_add_overflow(offset, index_size ? 0 : range->primitiveOffset, &offset)
-               ? UINT64_MAX
-               : offset;
-}
-
 bool content_open_source(const struct content *content, const struct builder_geometry *described,
                          struct source *source)
 {
@@ -33,30 +22,23 @@ static bool describe_triangles(const struct content *content,
                                const VkAccelerationStructureGeometryTrianglesDataKHR *from,
                                struct builder_triangles *to)
 {
-    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
-    const struct vertex_format *format = vertex_format_find(from->vertexFormat);
-    uint32_t size = index_type_size(from->indexType);
-    uint64_t corners = (uint64_t)range->primitiveCount * 3;
-    uint64_t vertices = size ? (uint64_t)from->maxVertex + 1 : corners;
-    if (!format || (!size && from->indexType != VK_INDEX_TYPE_NONE_KHR))
+    if (!vertex_format_find(from->vertexFormat) ||
+        (!index_type_size(from->indexType) && from->indexType != VK_INDEX_TYPE_NONE_KHR))
         return false;
     *to = (struct builder_triangles){.vertex_format = from->vertexFormat,
                                      .index_type = from->indexType,
                                      .max_vertex = from->maxVertex,
                                      .vertex_stride = from->vertexStride};
-    if (size)
-        to->indices_size = content_find_some(content, from->indexData, range->primitiveOffset,
-                                             corners, size, size, &to->indices);
-    uint64_t offset = content_vertex_offset(range, size, from->vertexStride);
-    to->vertices_size = content_find_some(content, from->vertexData, offset, vertices,
-                                          from->vertexStride, format->size, &to->vertices);
+    to->indices_size =
+        content_find_some_input(content, content_input(content, INPUT_INDEX), &to->indices);
+    to->vertices_size =
+        content_find_some_input(content, content_input(content, INPUT_VERTEX), &to->vertices);
     return true;
 }
 
 bool content_describe(const struct content *content, struct builder_geometry *described)
 {
     const VkAccelerationStructureGeometryKHR *geometry = content->range->geometry->geometry;
-    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
     const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry);
     *described = (struct builder_geometry){.type = geometry->geometryType};
@@ -65,9 +47,8 @@ bool content_describe(const struct content *content, struct builder_geometry *de
     if (!aabbs)
         return false;
     described->aabbs.stride = aabbs->stride;
-    described->aabbs.size =
-        content_find_some(content, aabbs->data, range->primitiveOffset, range->primitiveCount,
-                          aabbs->stride, sizeof(VkAabbPositionsKHR), &described->aabbs.data);
+    described->aabbs.size = content_find_some_input(content, content_input(content, INPUT_AABBS),
+                                                    &described->aabbs.data);
     return true;
 }
 

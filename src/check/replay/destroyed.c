@@ -157,22 +157,13 @@ static void check_input(struct replay *replay, const struct journal *journal,
 }
 
 /* The inputs of the NV command, which are handles. */
-static const struct {
-    const char *field;
-    enum rule rule;
-    enum subject subject;
-} nv_inputs[] = {
-    [INPUT_VERTEX] = {"geometry.triangles.vertexData", RULE_nv_vertex_data_is_a_valid_buffer,
-                      SUBJECT_GEOMETRY},
-    [INPUT_INDEX] = {"geometry.triangles.indexData", RULE_nv_index_data_is_null_or_a_valid_buffer,
-                     SUBJECT_GEOMETRY},
-    [INPUT_MATRIX] = {"geometry.triangles.transformData", RULE_nv_transform_data_is_a_valid_buffer,
-                      SUBJECT_GEOMETRY},
-    [INPUT_AABBS] = {"geometry.aabbs.aabbData", RULE_nv_aabb_data_is_a_valid_buffer,
-                     SUBJECT_GEOMETRY},
-    [INPUT_INSTANCES] = {"instanceData", RULE_nv_instance_data_is_a_valid_buffer,
-                         SUBJECT_PARAMETER},
-    [INPUT_SCRATCH] = {"scratch", RULE_nv_scratch_is_a_valid_buffer, SUBJECT_PARAMETER},
+static const enum rule nv_rules[] = {
+    [INPUT_VERTEX] = RULE_nv_vertex_data_is_a_valid_buffer,
+    [INPUT_INDEX] = RULE_nv_index_data_is_null_or_a_valid_buffer,
+    [INPUT_MATRIX] = RULE_nv_transform_data_is_a_valid_buffer,
+    [INPUT_AABBS] = RULE_nv_aabb_data_is_a_valid_buffer,
+    [INPUT_INSTANCES] = RULE_nv_instance_data_is_a_valid_buffer,
+    [INPUT_SCRATCH] = RULE_nv_scratch_is_a_valid_buffer,
 };
 
 static void check_nv_input(struct replay *replay, const struct journal *journal,
@@ -183,17 +174,19 @@ static void check_nv_input(struct replay *replay, const struct journal *journal,
     bool is_destroyed = facts.alive == NO || (facts.alive == YES && facts.id != input->buffer_id);
     if (!is_destroyed)
         return;
+    const enum input_role role = (enum input_role)input->role;
+    const bool is_parameter = role == INPUT_INSTANCES || role == INPUT_SCRATCH;
     struct location location = {.command = COMMAND_NV,
-                                .subject = nv_inputs[input->role].subject,
+                                .subject = is_parameter ? SUBJECT_PARAMETER : SUBJECT_GEOMETRY,
                                 .geometry = input->geometry};
     struct judge judge;
     struct finding finding;
     judge_begin(&judge, replay, journal, input->position, &location);
-    finding_says(&finding, nv_inputs[input->role].field,
+    finding_says(&finding, input_name(role, INPUT_OF_NV),
                  "{} was destroyed after the build was recorded",
                  destroyed_object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)input->buffer,
                                   input->buffer_id));
-    judge_report(&judge, nv_inputs[input->role].rule, &finding);
+    judge_report(&judge, nv_rules[role], &finding);
 }
 
 static void check_inputs(struct replay *replay, const struct journal *journal)

@@ -2,7 +2,7 @@
 /* Advice about input data: legal, and hardly meant. The name of the structure precedes the
  * sentence. */
 #include "src/rules/advice.h"
-#include "src/view/formats.h"
+#include "src/model/formats.h"
 #include "src/view/geometry_data.h"
 #include "src/view/names.h"
 

@@ -3,9 +3,9 @@
 #include <math.h>
 
 #include "src/bvh/bvh.h"
+#include "src/model/formats.h"
 #include "src/rules/predicates.h"
 #include "src/rules/shared.h"
-#include "src/view/formats.h"
 #include "src/view/geometry_data.h"
 
 /* ---- vertices */

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about triangles with a displacement micromap of VK_NV_displacement_micromap. */
+#include "src/model/formats.h"
 #include "src/rules/micromap/shared.h"
 #include "src/rules/predicates.h"
 #include "src/rules/shared.h"
-#include "src/view/formats.h"
 
 bool displacement_micromap_is_valid(const struct displacement_view *displacement,
                                     struct finding *finding)

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about VkGeometryNV and the structures in it. */
+#include "src/model/formats.h"
 #include "src/rules/nv/objects.h"
 #include "src/rules/predicates.h"
 #include "src/view/enabled.h"
-#include "src/view/formats.h"
 #include "src/view/geometry_data.h"
 #include "src/view/names.h"
 

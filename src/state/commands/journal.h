@@ -15,6 +15,7 @@
 #define ASSAY_STATE_COMMANDS_JOURNAL_H
 
 #include "src/base/array.h"
+#include "src/model/inputs.h"
 #include "src/state/builds/built.h"
 #include "src/state/commands/label_stack.h"
 #include "src/state/commands/used_range.h"
@@ -210,30 +211,6 @@ enum {
     JOURNAL_ENTRY_MAX = sizeof(struct journal_entry) + sizeof(struct recorded_build *)
 };
 _Static_assert(JOURNAL_ENTRY_MAX <= 128, "a recorded build takes little memory");
-/* The use that a build makes of an address. */
-enum input_role {
-    INPUT_VERTEX,
-    INPUT_INDEX,
-    INPUT_MATRIX,
-    INPUT_AABBS,
-    INPUT_INSTANCES,
-    INPUT_MOTION_VERTEX,
-    INPUT_SPHERE_VERTEX,
-    INPUT_SPHERE_RADIUS,
-    INPUT_SPHERE_INDEX,
-    INPUT_SWEPT_VERTEX,
-    INPUT_SWEPT_RADIUS,
-    INPUT_SWEPT_INDEX,
-    INPUT_MICROMAP_DATA,
-    INPUT_MICROMAP_TRIANGLES,
-    INPUT_OPACITY_INDEX,
-    INPUT_OPACITY_EXT_INDEX,
-    INPUT_DENSE_DATA,
-    INPUT_SCRATCH,
-    INPUT_UPDATE_SCRATCH,
-    INPUT_INDIRECT, /* build ranges */
-};
-
 struct journal_input {
     unsigned char kind, size;  /* as in struct journal_entry */
     unsigned char role;        /* enum input_role */

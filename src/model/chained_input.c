@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Reads the chains of geometries. Most geometries have no chain. */
-#include "src/snapshots/chained_input.h"
+#include "src/model/chained_input.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -174,23 +174,29 @@ static VkResult copy_micromap(struct readable_cache *cache, const void *chain,
                                 &copy->micromap);
 }
 
-static VkResult copy_displacement(struct readable_cache *cache, const void *chain,
-                                  struct chained_input *copy)
+static bool copy_displacement(struct readable_cache *cache, const void *chain,
+                              struct chained_input *copy)
 {
     VkAccelerationStructureTrianglesDisplacementMicromapNV s;
     if (!find_in_chain(cache, chain,
                        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
                        sizeof(s), &s))
-        return VK_ERROR_VALIDATION_FAILED;
-    if (!s.sType)
-        return VK_SUCCESS;
-    copy->has_displacement = true;
+        return false;
+    copy->has_displacement = s.sType;
     copy->displacement = s;
     copy->displacement.pNext = NULL;
-    copy->displacement.pUsageCounts = NULL;
-    copy->displacement.ppUsageCounts = NULL;
-    return micromap_usages_copy(cache, s.usageCountsCount, s.pUsageCounts, s.ppUsageCounts,
-                                &copy->micromap);
+    return true;
+}
+
+/* The usages are still the application's. */
+static VkResult copy_displacement_usages(struct readable_cache *cache, struct chained_input *copy)
+{
+    VkAccelerationStructureTrianglesDisplacementMicromapNV *s = &copy->displacement;
+    const VkResult result = micromap_usages_copy(cache, s->usageCountsCount, s->pUsageCounts,
+                                                 s->ppUsageCounts, &copy->micromap);
+    s->pUsageCounts = NULL;
+    s->ppUsageCounts = NULL;
+    return result;
 }
 
 /* ---- geometries */
@@ -210,34 +216,38 @@ static bool has_any(const VkAccelerationStructureGeometryKHR *geometry)
     }
 }
 
+bool chained_input_read(struct readable_cache *cache, VkBuildAccelerationStructureFlagsKHR flags,
+                        const VkAccelerationStructureGeometryKHR *geometry,
+                        struct chained_input *chained)
+{
+    const void *triangles = geometry->geometry.triangles.pNext;
+    const bool has_motion = flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
+    switch ((int)geometry->geometryType) {
+    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
+        return (!has_motion || copy_motion(cache, geometry, chained)) &&
+               copy_opacity(cache, triangles, chained) &&
+               copy_displacement(cache, triangles, chained);
+    case VK_GEOMETRY_TYPE_SPHERES_NV:
+        return copy_spheres(cache, geometry->pNext, chained);
+    case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
+        return copy_swept_spheres(cache, geometry->pNext, chained);
+    case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
+        return copy_dense(cache, geometry->pNext, chained);
+    default:
+        return true;
+    }
+}
+
 static VkResult copy_of_geometry(struct readable_cache *cache,
                                  const VkAccelerationStructureBuildGeometryInfoKHR *info,
                                  const VkAccelerationStructureGeometryKHR *geometry,
                                  struct chained_input *copy)
 {
-    bool has_motion = info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV, is_read = true;
-    switch ((int)geometry->geometryType) {
-    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
-        is_read = (!has_motion || copy_motion(cache, geometry, copy)) &&
-                  copy_opacity(cache, geometry->geometry.triangles.pNext, copy);
-        if (is_read)
-            return copy_displacement(cache, geometry->geometry.triangles.pNext, copy);
-        break;
-    case VK_GEOMETRY_TYPE_SPHERES_NV:
-        is_read = copy_spheres(cache, geometry->pNext, copy);
-        break;
-    case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
-        is_read = copy_swept_spheres(cache, geometry->pNext, copy);
-        break;
-    case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
-        is_read = copy_dense(cache, geometry->pNext, copy);
-        break;
-    case VK_GEOMETRY_TYPE_MICROMAP_KHR:
+    if (!chained_input_read(cache, info->flags, geometry, copy))
+        return VK_ERROR_VALIDATION_FAILED;
+    if (geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR)
         return copy_micromap(cache, geometry->pNext, copy);
-    default:
-        break;
-    }
-    return is_read ? VK_SUCCESS : VK_ERROR_VALIDATION_FAILED;
+    return copy->has_displacement ? copy_displacement_usages(cache, copy) : VK_SUCCESS;
 }
 
 VkResult chained_inputs_copy(struct readable_cache *cache,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Properties of formats. The only file that includes vk_format_utils.h, whose tables are large. */
-#include "src/view/formats.h"
+#include "src/model/formats.h"
 
 #include <stdatomic.h>
 #include <vulkan/utility/vk_format_utils.h>

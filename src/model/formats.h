@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Properties of a VkFormat that rules need, from the tables of Vulkan-Utility-Libraries. */
-#ifndef ASSAY_VIEW_FORMATS_H
-#define ASSAY_VIEW_FORMATS_H
+#ifndef ASSAY_MODEL_FORMATS_H
+#define ASSAY_MODEL_FORMATS_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Copies of what extensions chain to the geometries of a build. */
-#ifndef ASSAY_SNAPSHOTS_CHAINED_INPUT_H
-#define ASSAY_SNAPSHOTS_CHAINED_INPUT_H
+#ifndef ASSAY_MODEL_CHAINED_INPUT_H
+#define ASSAY_MODEL_CHAINED_INPUT_H
 
 #include <stdbool.h>
 #include <vulkan/vulkan.h>
@@ -35,6 +35,13 @@ struct chained_input {
     bool has_displacement;
     VkAccelerationStructureTrianglesDisplacementMicromapNV displacement;
 };
+
+/* Reads the chain of one geometry of a build with these flags into zeros. Usages of micromaps
+ * remain the application's and those of a micromap's own build are left out. Returns false if the
+ * chain can't be read. */
+bool chained_input_read(struct readable_cache *cache, VkBuildAccelerationStructureFlagsKHR flags,
+                        const VkAccelerationStructureGeometryKHR *geometry,
+                        struct chained_input *chained);
 
 /* Allocates one for each geometry of `info`, whose geometries are in pGeometries and readable; NULL
  * if no geometry has any. Returns VK_ERROR_VALIDATION_FAILED if a chain can't be read. */

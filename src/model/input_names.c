@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "src/model/input_names.h"
+
+#define ADDRESS(name, nv)                                                                          \
+    {                                                                                              \
+        name, name ".deviceAddress", name ".hostAddress", nv                                       \
+    }
+#define CHAINED(name) ADDRESS(name, NULL)
+#define OF_DEVICE(name)                                                                            \
+    {                                                                                              \
+        name, name, name, NULL                                                                     \
+    } /* a VkDeviceAddress */
+
+static const char *const names[][INPUT_FORMS] = {
+    [INPUT_VERTEX] = ADDRESS("geometry.triangles.vertexData", "geometry.triangles.vertexData"),
+    [INPUT_INDEX] = ADDRESS("geometry.triangles.indexData", "geometry.triangles.indexData"),
+    [INPUT_MATRIX] =
+        ADDRESS("geometry.triangles.transformData", "geometry.triangles.transformData"),
+    [INPUT_AABBS] = ADDRESS("geometry.aabbs.data", "geometry.aabbs.aabbData"),
+    [INPUT_INSTANCES] = ADDRESS("geometry.instances.data", "instanceData"),
+    [INPUT_MOTION_VERTEX] = CHAINED(MOTION_DATA "vertexData"),
+    [INPUT_SPHERE_VERTEX] = CHAINED(SPHERES_DATA "vertexData"),
+    [INPUT_SPHERE_RADIUS] = CHAINED(SPHERES_DATA "radiusData"),
+    [INPUT_SPHERE_INDEX] = CHAINED(SPHERES_DATA "indexData"),
+    [INPUT_SWEPT_VERTEX] = CHAINED(SWEPT_DATA "vertexData"),
+    [INPUT_SWEPT_RADIUS] = CHAINED(SWEPT_DATA "radiusData"),
+    [INPUT_SWEPT_INDEX] = CHAINED(SWEPT_DATA "indexData"),
+    [INPUT_MICROMAP_DATA] = OF_DEVICE(MICROMAP_DATA "data"),
+    [INPUT_MICROMAP_TRIANGLES] = OF_DEVICE(MICROMAP_DATA "triangleArray"),
+    [INPUT_OPACITY_INDEX] = OF_DEVICE(OPACITY_DATA "indexBuffer"),
+    [INPUT_OPACITY_EXT_INDEX] = CHAINED(OPACITY_EXT_DATA "indexBuffer"),
+    [INPUT_DENSE_DATA] = CHAINED(DENSE_DATA "compressedData"),
+    [INPUT_SCRATCH] = ADDRESS("scratchData", "scratch"),
+    [INPUT_UPDATE_SCRATCH] = ADDRESS("scratchData", "scratch"),
+    [INPUT_INDIRECT] = OF_DEVICE("pIndirectDeviceAddresses"),
+    [INPUT_DISPLACEMENT_INDEX] = CHAINED(DISPLACEMENT_DATA "indexBuffer"),
+    [INPUT_DISPLACEMENT_VECTOR] = CHAINED(DISPLACEMENT_DATA "displacementVectorBuffer"),
+    [INPUT_DISPLACEMENT_BIAS] = CHAINED(DISPLACEMENT_DATA "displacementBiasAndScaleBuffer"),
+    [INPUT_DISPLACEMENT_FLAGS] = CHAINED(DISPLACEMENT_DATA "displacedMicromapPrimitiveFlags"),
+};
+
+const char *input_name(enum input_role role, enum input_form form)
+{
+    return names[role][form];
+}

@@ -1,0 +1,296 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "src/model/inputs.h"
+
+#include "src/bvh/input/formats.h"
+#include "src/model/formats.h"
+
+/* The inputs of one geometry, as far as they are found. */
+struct found_inputs {
+    struct geometry_input *items;
+    uint32_t count;
+};
+
+static void add(struct found_inputs *found, const struct geometry_input *input)
+{
+    found->items[found->count] = *input;
+    if (!input->most)
+        found->items[found->count].most = input->size;
+    found->count++;
+}
+
+/* Adds `count` indices, if the type has any. */
+static void add_indices(struct found_inputs *found, VkIndexType type, struct geometry_input indices)
+{
+    indices.size = index_type_size(type);
+    if (indices.size)
+        add(found, &indices);
+}
+
+/* ---- triangles */
+
+/* How many vertices a range may use, from its firstVertex on. */
+static uint64_t vertex_count(const VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
+                             const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    const uint32_t most = triangles->maxVertex,
+                   first = range->firstVertex < most ? range->firstVertex : most;
+    const uint64_t corners = (uint64_t)range->primitiveCount * 3, left = (uint64_t)most - first + 1;
+    return triangles->indexType == VK_INDEX_TYPE_NONE_KHR && corners < left ? corners : left;
+}
+
+static void add_vertices(struct found_inputs *found,
+                         const VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
+                         const struct chained_input *chained,
+                         const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    const bool is_indexed = triangles->indexType != VK_INDEX_TYPE_NONE_KHR;
+    struct geometry_input vertices = {
+        .role = INPUT_VERTEX,
+        .is_chosen = is_indexed,
+        .address = triangles->vertexData,
+        .offset = input_extent(is_indexed ? 0 : range->primitiveOffset, range->firstVertex,
+                               triangles->vertexStride, 0),
+        .count = vertex_count(triangles, range),
+        .stride = triangles->vertexStride,
+        .size = format_position_size(triangles->vertexFormat),
+    };
+    add(found, &vertices);
+    if (!chained || !chained->motion_vertices.deviceAddress)
+        return;
+    vertices.role = INPUT_MOTION_VERTEX;
+    vertices.address = chained->motion_vertices;
+    add(found, &vertices);
+}
+
+/* One index for each of `count` triangles, of which the build reads each one if there is a
+ * micromap. */
+static void add_opacity(struct found_inputs *found, const struct chained_input *chained,
+                        uint64_t count, bool is_certain)
+{
+    const VkAccelerationStructureTrianglesOpacityMicromapEXT *opacity = &chained->opacity;
+    const bool is_ext =
+        opacity->sType == VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT;
+    if (chained->has_opacity)
+        add_indices(
+            found, opacity->indexType,
+            (struct geometry_input){.role = is_ext ? INPUT_OPACITY_EXT_INDEX : INPUT_OPACITY_INDEX,
+                                    .is_chosen = !is_certain || !opacity->micromap,
+                                    .address = opacity->indexBuffer,
+                                    .count = count,
+                                    .stride = opacity->indexStride});
+}
+
+/* Which vectors, and biases and scales, are read depends on the indices of the triangles. */
+static void add_displacement(struct found_inputs *found,
+                             const VkAccelerationStructureTrianglesDisplacementMicromapNV *from,
+                             const VkAccelerationStructureBuildRangeInfoKHR *range,
+                             uint64_t vertices)
+{
+    const struct geometry_input vectors = {
+        .role = INPUT_DISPLACEMENT_VECTOR,
+        .is_chosen = true,
+        .address = from->displacementVectorBuffer,
+        .offset = input_extent(0, range->firstVertex, from->displacementVectorStride, 0),
+        .count = vertices,
+        .stride = from->displacementVectorStride,
+        .size = format_position_size(from->displacementVectorFormat),
+    };
+    const struct geometry_input biases = {
+        .role = INPUT_DISPLACEMENT_BIAS,
+        .is_chosen = true,
+        .address = from->displacementBiasAndScaleBuffer,
+        .offset = input_extent(0, range->firstVertex, from->displacementBiasAndScaleStride, 0),
+        .count = vertices,
+        .stride = from->displacementBiasAndScaleStride,
+        .size = format_position_size(from->displacementBiasAndScaleFormat),
+    };
+    const struct geometry_input flags = {
+        .role = INPUT_DISPLACEMENT_FLAGS,
+        .address = from->displacedMicromapPrimitiveFlags,
+        .count = range->primitiveCount,
+        .stride = from->displacedMicromapPrimitiveFlagsStride,
+        .size = 1,
+    };
+    if (!from->micromap)
+        return;
+    add(found, &vectors);
+    if (biases.address.deviceAddress)
+        add(found, &biases);
+    if (flags.address.deviceAddress)
+        add(found, &flags);
+    add_indices(found, from->indexType,
+                (struct geometry_input){.role = INPUT_DISPLACEMENT_INDEX,
+                                        .address = from->indexBuffer,
+                                        .count = range->primitiveCount,
+                                        .stride = from->indexStride});
+}
+
+static void add_triangles(struct found_inputs *found,
+                          const VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
+                          const struct chained_input *chained,
+                          const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    const uint32_t index_size = index_type_size(triangles->indexType);
+    add_vertices(found, triangles, chained, range);
+    add_indices(found, triangles->indexType,
+                (struct geometry_input){.role = INPUT_INDEX,
+                                        .address = triangles->indexData,
+                                        .offset = range->primitiveOffset,
+                                        .count = (uint64_t)range->primitiveCount * 3,
+                                        .stride = index_size});
+    if (triangles->transformData.deviceAddress)
+        add(found, &(struct geometry_input){.role = INPUT_MATRIX,
+                                            .address = triangles->transformData,
+                                            .offset = range->transformOffset,
+                                            .count = 1,
+                                            .size = sizeof(VkTransformMatrixKHR)});
+    if (!chained)
+        return;
+    add_opacity(found, chained, range->primitiveCount, true);
+    if (chained->has_displacement)
+        add_displacement(found, &chained->displacement, range, vertex_count(triangles, range));
+}
+
+/* ---- other geometries */
+
+/* Indices choose vertices and radii. Without them, radii follow each other from the first one on;
+ * where that is, is certain only if firstVertex and primitiveOffset are 0. */
+static void add_spheres(struct found_inputs *found,
+                        const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *spheres,
+                        const VkAccelerationStructureBuildRangeInfoKHR *range, bool is_swept)
+{
+    const bool is_indexed = spheres->indexType != VK_INDEX_TYPE_NONE_KHR;
+    const bool is_shared =
+        is_indexed && spheres->indexingMode == VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV;
+    const bool has_pairs = is_swept && !is_shared;
+    const bool is_known_mode =
+        !has_pairs || spheres->indexingMode == VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV;
+    const uint64_t count = (uint64_t)range->primitiveCount << has_pairs;
+    const uint32_t offset = is_indexed ? 0 : range->primitiveOffset;
+    const struct geometry_input vertices = {
+        .role = is_swept ? INPUT_SWEPT_VERTEX : INPUT_SPHERE_VERTEX,
+        .is_chosen = is_indexed,
+        .address = spheres->vertexData,
+        .offset = input_extent(offset, range->firstVertex, spheres->vertexStride, 0),
+        .count = is_indexed ? 0 : count,
+        .stride = spheres->vertexStride,
+        .size = format_position_size(spheres->vertexFormat),
+    };
+    const struct geometry_input radii = {
+        .role = is_swept ? INPUT_SWEPT_RADIUS : INPUT_SPHERE_RADIUS,
+        .is_chosen = is_indexed || range->firstVertex || offset,
+        .address = spheres->radiusData,
+        .offset = input_extent(offset, range->firstVertex, spheres->radiusStride, 0),
+        .count = is_indexed ? 0 : count,
+        .stride = spheres->radiusStride,
+        .size = format_smallest_component(spheres->radiusFormat),
+    };
+    add_indices(found, spheres->indexType,
+                (struct geometry_input){.role = is_swept ? INPUT_SWEPT_INDEX : INPUT_SPHERE_INDEX,
+                                        .is_chosen = !is_known_mode,
+                                        .address = spheres->indexData,
+                                        .offset = range->primitiveOffset,
+                                        .count = count,
+                                        .stride = spheres->indexStride});
+    add(found, &vertices);
+    add(found, &radii);
+}
+
+/* Motion instances are 160 bytes apart. What is certainly read of one is as much as an instance
+ * without motion has, behind its type and flags. */
+enum { MOTION_INSTANCE_STRIDE = 160, MOTION_INSTANCE_HEADER = 8 };
+
+static void add_instances(struct found_inputs *found,
+                          const VkAccelerationStructureGeometryInstancesDataKHR *instances,
+                          const VkAccelerationStructureBuildRangeInfoKHR *range, bool has_motion)
+{
+    struct geometry_input input = {.role = INPUT_INSTANCES,
+                                   .address = instances->data,
+                                   .offset = range->primitiveOffset,
+                                   .count = range->primitiveCount,
+                                   .stride = sizeof(VkAccelerationStructureInstanceKHR),
+                                   .size = sizeof(VkAccelerationStructureInstanceKHR)};
+    if (instances->arrayOfPointers) {
+        input.stride = input.size = sizeof(VkDeviceAddress);
+    } else if (has_motion) {
+        input.stride = MOTION_INSTANCE_STRIDE;
+        input.size += MOTION_INSTANCE_HEADER;
+        input.most = sizeof(VkAccelerationStructureMotionInstanceNV);
+    }
+    add(found, &input);
+}
+
+/* Its primitive count is in the data. */
+static void add_dense(struct found_inputs *found, const struct chained_input *chained)
+{
+    const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *dense = &chained->dense;
+    if (!dense->numTriangles || !dense->dataSize)
+        return;
+    add(found, &(struct geometry_input){.role = INPUT_DENSE_DATA,
+                                        .address = dense->compressedData,
+                                        .count = 1,
+                                        .size = dense->dataSize});
+    add_opacity(found, chained, (uint64_t)dense->maxPrimitiveIndex + 1, false);
+}
+
+/* How much data the triangles of a micromap have is known only from them. */
+static void add_micromap(struct found_inputs *found, const struct micromap_parameters *micromap)
+{
+    const uint64_t count = micromap_parameters_count(micromap);
+    if (!count)
+        return;
+    add(found, &(struct geometry_input){.role = INPUT_MICROMAP_TRIANGLES,
+                                        .address = micromap->triangles,
+                                        .count = count,
+                                        .stride = micromap->stride,
+                                        .size = sizeof(VkMicromapTriangleEXT)});
+    add(found, &(struct geometry_input){
+                   .role = INPUT_MICROMAP_DATA, .is_chosen = true, .address = micromap->data});
+}
+
+uint32_t inputs_of_geometry(VkBuildAccelerationStructureFlagsKHR flags,
+                            const VkAccelerationStructureGeometryKHR *geometry,
+                            const struct chained_input *chained,
+                            const VkAccelerationStructureBuildRangeInfoKHR *range,
+                            struct geometry_input inputs[GEOMETRY_INPUTS])
+{
+    struct found_inputs found = {.items = inputs};
+    const bool has_motion = flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
+    const bool is_empty = !range || !range->primitiveCount;
+    switch ((int)geometry->geometryType) {
+    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
+        if (!is_empty)
+            add_triangles(&found, &geometry->geometry.triangles, chained, range);
+        break;
+    case VK_GEOMETRY_TYPE_AABBS_KHR:
+        if (!is_empty)
+            add(&found, &(struct geometry_input){.role = INPUT_AABBS,
+                                                 .address = geometry->geometry.aabbs.data,
+                                                 .offset = range->primitiveOffset,
+                                                 .count = range->primitiveCount,
+                                                 .stride = geometry->geometry.aabbs.stride,
+                                                 .size = sizeof(VkAabbPositionsKHR)});
+        break;
+    case VK_GEOMETRY_TYPE_INSTANCES_KHR:
+        if (!is_empty)
+            add_instances(&found, &geometry->geometry.instances, range, has_motion);
+        break;
+    case VK_GEOMETRY_TYPE_SPHERES_NV:
+    case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
+        if (!is_empty && chained && chained->spheres.sType)
+            add_spheres(&found, &chained->spheres, range,
+                        (int)geometry->geometryType == VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV);
+        break;
+    case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
+        if (chained)
+            add_dense(&found, chained);
+        break;
+    case VK_GEOMETRY_TYPE_MICROMAP_KHR:
+        if (chained)
+            add_micromap(&found, &chained->micromap);
+        break;
+    default:
+        break;
+    }
+    return found.count;
+}
