@@ -84,11 +84,16 @@ static bool refers_to_nothing(const struct test_case *test_case)
  * structures in external memory, and pointers to no memory. */
 static bool guard_warns_of(const struct test_case *test_case)
 {
-    static const char *const names[] = {
-        "pointer_to_instance_misaligned", "null_pointer_to_instance",
-        "pointer_to_no_buffer",           "pointers_to_nowhere",
-        "flat_motion_instance",           "flat_packed_motion_instance",
-        "motion_instance_without_memory", "instance_in_external_memory"};
+    static const char *const names[] = {"pointer_to_instance_misaligned",
+                                        "null_pointer_to_instance",
+                                        "pointer_to_no_buffer",
+                                        "pointers_to_nowhere",
+                                        "flat_motion_instance",
+                                        "flat_packed_motion_instance",
+                                        "motion_instance_without_memory",
+                                        "instance_in_external_memory",
+                                        "null_pointer_to_motion_instance",
+                                        "motion_pointer_to_no_buffer"};
     for (size_t i = 0; i < sizeof(names) / sizeof(names[0]); i++)
         if (strcmp(test_case->name, names[i]) == 0)
             return true;

@@ -3,6 +3,8 @@
 #define _GNU_SOURCE
 #include "internal.h"
 
+#include <pthread.h>
+#include <string.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -35,13 +37,68 @@ static unsigned char *map_host(const struct object *memory)
     return all + before;
 }
 
-static void release_memory(struct object *memory)
+static void unmap_host(const struct object *memory)
 {
     const size_t before = gap_before(memory);
+    munmap((unsigned char *)memory->memory.host - before,
+           before + memory->memory.size + gap_behind(memory));
+}
+
+/* Small memory without gaps is not unmapped: the system would interrupt all processors each time,
+ * which took half of the time of tests that free much. */
+enum { SPARES = 64, SPARE_MAX = 256 * 1024 };
+
+static struct {
+    unsigned char *bytes;
+    size_t size;
+} spares[SPARES];
+static unsigned spare_count;
+static pthread_mutex_t spares_lock = PTHREAD_MUTEX_INITIALIZER;
+
+static unsigned char *take_spare(const struct object *memory)
+{
+    unsigned char *bytes = NULL;
+    pthread_mutex_lock(&spares_lock);
+    for (unsigned i = spare_count; i-- > 0 && !bytes && !memory->config->has_gaps;)
+        if (spares[i].size == memory->memory.size) {
+            bytes = spares[i].bytes;
+            spares[i] = spares[--spare_count];
+        }
+    pthread_mutex_unlock(&spares_lock);
+    if (bytes)
+        memset(bytes, 0, memory->memory.size);
+    return bytes;
+}
+
+static bool keep_spare(const struct object *memory)
+{
+    bool is_kept = false;
+    if (memory->config->has_gaps || memory->memory.size > SPARE_MAX)
+        return false;
+    pthread_mutex_lock(&spares_lock);
+    if (spare_count < SPARES) {
+        spares[spare_count].bytes = memory->memory.host;
+        spares[spare_count++].size = memory->memory.size;
+        is_kept = true;
+    }
+    pthread_mutex_unlock(&spares_lock);
+    return is_kept;
+}
+
+/* The loader unloads the driver with the last instance. */
+__attribute__((destructor)) static void unmap_spares(void)
+{
+    while (spare_count > 0) {
+        spare_count--;
+        munmap(spares[spare_count].bytes, spares[spare_count].size);
+    }
+}
+
+static void release_memory(struct object *memory)
+{
     atomic_fetch_sub(&allocated, memory->memory.size);
-    if (memory->memory.host != NULL && !memory->memory.imported)
-        munmap((unsigned char *)memory->memory.host - before,
-               before + memory->memory.size + gap_behind(memory));
+    if (memory->memory.host != NULL && !memory->memory.imported && !keep_spare(memory))
+        unmap_host(memory);
     address_remove_object(memory);
     address_release(memory->config, memory->memory.address, memory->memory.size);
 }
@@ -110,6 +167,8 @@ unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDevice
     if (*size > memory->memory.size - offset)
         *size = memory->memory.size - offset;
     pthread_mutex_lock(&lock);
+    if (memory->memory.host == NULL)
+        memory->memory.host = take_spare(memory);
     if (memory->memory.host == NULL)
         memory->memory.host = map_host(memory);
     unsigned char *bytes = memory->memory.host;
