@@ -226,7 +226,7 @@ struct layer_device *layer_find_reporting_device(const void *dispatchable)
 /* Hashed as in src/base/handle_table.c. */
 static uintptr_t _Atomic *recent_owner(VkCommandBuffer handle)
 {
-    uint64_t hash = (uint64_t)(uintptr_t)handle * 0x9e3779b97f4a7c15u;
+    uint64_t hash = handle_number(handle) * 0x9e3779b97f4a7c15u;
     return &page.recent_owners[hash >> (64 - OWNER_BITS)];
 }
 
@@ -285,7 +285,7 @@ __attribute__((cold)) static void warn_of_skipped(VkCommandBuffer handle)
                 "A command was to be recorded in VkCommandBuffer %#" PRIx64
                 ", which is not a command buffer: it was freed, or never allocated. The layer "
                 "skips such commands.",
-                (uint64_t)(uintptr_t)handle);
+                handle_number(handle));
     reporter_warn(device->instance->reporter, line);
 }
 

@@ -24,11 +24,10 @@ struct device_advice {
      * known.
      */
     atomic_uint tops, known_tops;
-    atomic_uint tiny;             /* structures with few primitives that are alive */
-    uint32_t most_tiny;           /* at a time; read when all work has executed */
-    uint32_t single_calls;        /* the most in a row; read then, too */
-    atomic_bool is_unknown;       /* uses of structures may be missing */
-    atomic_bool has_unseen_sizes; /* see advice_note_unseen_sizes() */
+    atomic_uint tiny;       /* structures with few primitives that are alive */
+    uint32_t most_tiny;     /* at a time; read when all work has executed */
+    uint32_t single_calls;  /* the most in a row; read then, too */
+    atomic_bool is_unknown; /* uses of structures may be missing */
     /* The last id of an object after each of the last submissions, by their number: a ring. */
     uint32_t ring_size; /* as many as the limit; 0: none */
     _Atomic uint64_t *created;
@@ -112,7 +111,7 @@ static void note_build(struct noting *noting, const struct journal_entry *entry)
 {
     noting->has_memory &=
         structures_note_build(noting->structures, entry->dst_id, noting->advice->submissions,
-                              entry->built.flags, entry->built.needed_size);
+                              entry->built.flags, built_needed_size(&entry->built));
     note_tiny(noting, entry->dst_id, noting->is_tiny && is_bottom(entry));
     note_top(noting, is_top(entry));
     noting->is_tiny = false;
@@ -150,7 +149,7 @@ static void note_answer(struct noting *noting, const struct journal_entry *entry
         noting->has_memory &= structures_note_compacted_size(
             noting->structures, compacted->serialized_id, compacted->size);
     else
-        advice_note_unseen_sizes(noting->advice);
+        noting->advice->device->has_unseen_sizes = true;
 }
 
 static void note_journal(struct noting *noting, const struct journal *journal);
@@ -305,12 +304,6 @@ struct batch_consumer advice_consumer(struct device_advice *advice)
                                    .order_unknown = order_unknown};
 }
 
-void advice_note_unseen_sizes(struct device_advice *advice)
-{
-    if (advice)
-        advice->has_unseen_sizes = true;
-}
-
 /* ---- the list */
 
 static struct advice_report report_about(const struct device_advice *advice, enum advice id,
@@ -335,7 +328,7 @@ void advice_add_refit(struct device_advice *advice, uint64_t id, VkAccelerationS
 {
     const struct advice_report report =
         report_about(advice, ADVICE_updates_suit_the_tree,
-                     VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)accel);
+                     VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle_number(accel));
     refit_judge_add(advice->refits, id, refit, &report);
 }
 
@@ -381,14 +374,14 @@ static void judge(struct device_advice *advice, const struct accel_facts *accel,
         .lived = uses.counts[USE_BUILT] || uses.is_hasty_copy
                      ? advice->submissions - uses.first_build
                      : 0,
-        .may_know_its_size = advice->has_unseen_sizes,
+        .may_know_its_size = advice->device->has_unseen_sizes,
         .is_old = is_old(advice, accel->id),
         .is_left = is_left,
         .knows_references = advice->known_tops && advice->known_tops == advice->tops,
         .limits = advice->limits,
     };
     struct judging judging = {advice, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                              (uint64_t)(uintptr_t)accel->handle};
+                              handle_number(accel->handle)};
     advice_judge_use(&view, add_found_advice, &judging);
 }
 
@@ -396,8 +389,7 @@ static void judge_all(struct device_advice *advice)
 {
     const struct crowd_view view = {
         .tiny = advice->most_tiny, .single_calls = advice->single_calls, .limits = advice->limits};
-    struct judging judging = {advice, VK_OBJECT_TYPE_DEVICE,
-                              (uint64_t)(uintptr_t)advice->device->handle};
+    struct judging judging = {advice, VK_OBJECT_TYPE_DEVICE, handle_number(advice->device->handle)};
     if (!advice->is_unknown)
         advice_judge_crowd(&view, add_found_advice, &judging);
 }

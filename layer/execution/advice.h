@@ -21,10 +21,6 @@ struct batch_consumer advice_consumer(struct device_advice *advice);
 /* Call before the structure and its name are forgotten. `advice` may be NULL. */
 void advice_judge_destroyed(struct device_advice *advice, VkAccelerationStructureKHR accel);
 
-/* The application may learn compacted sizes in a way that the layer does not follow. `advice` may
- * be NULL. */
-void advice_note_unseen_sizes(struct device_advice *advice);
-
 /* Judges the structures that are alive, and sends the list. Call when the work of the device is
  * complete and its input data was read, and without a lock: the device is destroyed (`is_end`), or
  * its instance, and the application has left the device behind. `advice` may be NULL. */

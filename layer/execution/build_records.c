@@ -241,7 +241,7 @@ void build_records_add_size(const struct layer_device *device, VkAccelerationStr
                         .device = device->handle,
                         .names = device->names,
                         .object_type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                        .dst = (uint64_t)(uintptr_t)structure,
+                        .dst = handle_number(structure),
                         .compacted_size = compacted_size,
                     });
 }
@@ -274,7 +274,7 @@ void build_records_add_instances(const struct recorded_instances *instances,
         .submission = instances->batch->number,
         .names = device->names,
         .object_type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-        .dst = (uint64_t)(uintptr_t)instances->dst,
+        .dst = handle_number(instances->dst),
         .command_buffer = instances->command_buffer,
         .position = instances->position,
         .references = references,
@@ -285,7 +285,7 @@ void build_records_add_instances(const struct recorded_instances *instances,
             continue;
         if (record.reference_total++ < REFERENCES_SHOWN)
             references[record.reference_count++] =
-                (struct log_reference){(uint64_t)(uintptr_t)use->referenced.handle, use->count};
+                (struct log_reference){handle_number(use->referenced.handle), use->count};
     }
     if (record.reference_total)
         reporter_record(device->instance->reporter, &record);

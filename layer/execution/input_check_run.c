@@ -257,7 +257,7 @@ static void advised(void *user, const struct content_advice *advice,
     const struct layer_device *device = call->reading->ran->device;
     if (contents)
         structures_note_contents(device->structures, call->dst_id, contents);
-    if (resources_find_id(device->resources, RESOURCE_ACCEL, (uint64_t)(uintptr_t)call->dst) !=
+    if (resources_find_id(device->resources, RESOURCE_ACCEL, handle_number(call->dst)) !=
         call->dst_id)
         return;
     if (advice->refit.now)
@@ -266,7 +266,7 @@ static void advised(void *user, const struct content_advice *advice,
         if (advice->kept[id].weight &&
             structures_note_advised(device->structures, call->dst_id, id))
             advice_add(device->advice, id, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                       (uint64_t)(uintptr_t)call->dst, &advice->kept[id].finding,
+                       handle_number(call->dst), &advice->kept[id].finding,
                        advice->kept[id].weight);
 }
 

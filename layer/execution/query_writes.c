@@ -255,8 +255,8 @@ bool query_writes_find(struct query_writes *writes, VkQueryPool pool, uint32_t f
 bool query_writes_find_event(struct query_writes *writes, VkEvent event,
                              struct execution_clock *clock)
 {
-    return find_writes(writes, pool_of_event((uint64_t)(uintptr_t)event), EVENT_QUERY,
-                       EVENT_QUERY + 1, clock);
+    return find_writes(writes, pool_of_event(handle_number(event)), EVENT_QUERY, EVENT_QUERY + 1,
+                       clock);
 }
 
 void query_writes_forget(struct query_writes *writes, VkQueryPool pool)
@@ -273,5 +273,5 @@ void query_writes_forget(struct query_writes *writes, VkQueryPool pool)
 
 void query_writes_forget_event(struct query_writes *writes, VkEvent event)
 {
-    query_writes_forget(writes, pool_of_event((uint64_t)(uintptr_t)event));
+    query_writes_forget(writes, pool_of_event(handle_number(event)));
 }

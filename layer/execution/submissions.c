@@ -108,6 +108,7 @@ static struct replay replay_of(struct judging *judging, const struct order_batch
         .predecessors_known = batch->predecessors_known,
         .destroy_count = batch->destroy_count,
         .never_is_certain = !submissions->device->facts.has_other_builders,
+        .has_unseen_sizes = submissions->device->has_unseen_sizes,
         .unordered = batch->work != WORK_OF_QUEUE,
         .found = send_found,
         .compacted = submissions->device->records_builds ? record_compacted_size : NULL,
@@ -169,6 +170,8 @@ static void replay_batch(struct submissions *submissions, struct order_batch *ba
         if (replay.out_of_memory)
             set_order_unknown(submissions, ORDER_UNKNOWN_OUT_OF_MEMORY);
     }
+    if (replay.has_unseen_sizes)
+        submissions->device->has_unseen_sizes = true;
     batch->is_replayed = !submissions->order_unknown;
 }
 

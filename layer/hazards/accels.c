@@ -150,7 +150,7 @@ static void add_micromap(struct hazard_recording *recording, const struct hazard
         return;
     const struct hazard_bytes bytes = {all.memory_id, all.begin,
                                        all.begin + (size < all.size ? size : all.size)};
-    hazard_recording_add(recording, use, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)(uintptr_t)handle,
+    hazard_recording_add(recording, use, VK_OBJECT_TYPE_MICROMAP_EXT, handle_number(handle),
                          &bytes);
 }
 

@@ -41,7 +41,7 @@ static struct group begin_wait(struct hazard_recording *recording, VkEvent event
     struct group group = begin_group(recording);
     group.first = hazard_add(recording->journal, HAZARD_WAIT_EVENT);
     if (group.first)
-        group.first->object = (uint64_t)(uintptr_t)event;
+        group.first->object = handle_number(event);
     return group;
 }
 
@@ -299,7 +299,7 @@ static struct hazard_entry *add_set(struct hazard_recording *recording, VkEvent 
 {
     struct hazard_entry *entry = hazard_add(recording->journal, HAZARD_SET_EVENT);
     if (entry)
-        entry->object = (uint64_t)(uintptr_t)event;
+        entry->object = handle_number(event);
     return entry;
 }
 

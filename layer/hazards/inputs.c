@@ -25,7 +25,7 @@ static void add_in_buffer(struct hazard_recording *recording, const struct hazar
     const struct hazard_bytes bytes = {from->memory_id,
                                        facts->begin + (begin < size ? begin : size),
                                        facts->begin + (end < size ? end : size)};
-    hazard_recording_add(recording, use, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer,
+    hazard_recording_add(recording, use, VK_OBJECT_TYPE_BUFFER, handle_number(facts->buffer),
                          &bytes);
 }
 
@@ -92,7 +92,7 @@ void hazards_add_indexed(struct hazard_recording *recording, const struct hazard
     if (!item)
         return;
     item->object_type = VK_OBJECT_TYPE_BUFFER;
-    item->object = (uint64_t)(uintptr_t)facts->buffer;
+    item->object = handle_number(facts->buffer);
     item->count = (uint32_t)elements->stride;
     item->origin = (uint32_t)elements->size;
     item->bytes = (struct hazard_bytes){memory, facts->begin + elements->offset,

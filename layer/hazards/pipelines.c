@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "layer/hazards/pipelines.h"
+#include "src/base/handle.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -51,14 +52,14 @@ static void set_record(struct shader_pipelines *pipelines, struct handle_table *
 void shader_pipelines_note_module(struct shader_pipelines *pipelines, VkShaderModule module,
                                   const VkShaderModuleCreateInfo *info)
 {
-    set_record(pipelines, &pipelines->modules, (uint64_t)(uintptr_t)module, copy_code(info),
+    set_record(pipelines, &pipelines->modules, handle_number(module), copy_code(info),
                release_code);
 }
 
 void shader_pipelines_forget_module(struct shader_pipelines *pipelines, VkShaderModule module)
 {
     if (module)
-        set_record(pipelines, &pipelines->modules, (uint64_t)(uintptr_t)module, NULL, release_code);
+        set_record(pipelines, &pipelines->modules, handle_number(module), NULL, release_code);
 }
 
 /* Returns a reference to the code of a stage; NULL: it is not seen. */
@@ -72,8 +73,7 @@ static struct shader_code *find_code(struct shader_pipelines *pipelines,
         return copy_code(info);
     const unsigned stripe = reader_lock_enter(&pipelines->lock);
     struct shader_code *code =
-        stage->module ? handle_table_find(&pipelines->modules, (uint64_t)(uintptr_t)stage->module)
-                      : NULL;
+        stage->module ? handle_table_find(&pipelines->modules, handle_number(stage->module)) : NULL;
     if (code)
         atomic_fetch_add(&code->references, 1);
     reader_lock_leave(&pipelines->lock, stripe);
@@ -219,7 +219,7 @@ void shader_pipelines_add(struct shader_pipelines *pipelines, VkPipeline handle,
                           struct shader_pipeline *pipeline)
 {
     if (handle)
-        set_record(pipelines, &pipelines->pipelines, (uint64_t)(uintptr_t)handle, pipeline,
+        set_record(pipelines, &pipelines->pipelines, handle_number(handle), pipeline,
                    release_pipeline);
     else
         shader_pipeline_release(pipeline);

@@ -100,8 +100,7 @@ void hazard_recording_add_buffer(struct hazard_recording *recording, enum access
     VkDeviceSize begin = all.begin + offset;
     const struct hazard_bytes bytes = {all.memory_id, begin,
                                        begin + smaller_of(size, all.size - offset)};
-    hazard_recording_add(recording, &use, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)buffer,
-                         &bytes);
+    hazard_recording_add(recording, &use, VK_OBJECT_TYPE_BUFFER, handle_number(buffer), &bytes);
 }
 
 void hazard_recording_add_address(struct hazard_recording *recording, const struct hazard_use *use,
@@ -115,7 +114,7 @@ void hazard_recording_add_address(struct hazard_recording *recording, const stru
     const struct hazard_bytes bytes = {memory_id(recording, facts->memory),
                                        facts->begin + smaller_of(begin, facts->bytes_left),
                                        facts->begin + smaller_of(end, facts->bytes_left)};
-    hazard_recording_add(recording, use, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer,
+    hazard_recording_add(recording, use, VK_OBJECT_TYPE_BUFFER, handle_number(facts->buffer),
                          &bytes);
 }
 
@@ -125,7 +124,7 @@ void hazard_recording_add_accel(struct hazard_recording *recording, const struct
     const struct hazard_bytes bytes = {facts->is_sparse ? 0 : memory_id(recording, facts->memory),
                                        facts->begin, facts->begin + smaller_of(size, facts->size)};
     hazard_recording_add(recording, use, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                         (uint64_t)(uintptr_t)facts->handle, &bytes);
+                         handle_number(facts->handle), &bytes);
 }
 
 void hazard_recording_add_nv(struct hazard_recording *recording, const struct hazard_use *use,
@@ -134,7 +133,7 @@ void hazard_recording_add_nv(struct hazard_recording *recording, const struct ha
     const struct hazard_bytes bytes = {memory_id(recording, facts->span.memory), facts->span.begin,
                                        facts->span.end};
     hazard_recording_add(recording, use, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
-                         (uint64_t)(uintptr_t)facts->handle, &bytes);
+                         handle_number(facts->handle), &bytes);
 }
 
 /* ---- images and render passes by handle */
@@ -201,13 +200,13 @@ void hazard_objects_add_image(struct hazard_objects *objects, VkImage image, VkF
     struct image *record = malloc(sizeof(*record));
     if (record)
         record->format = format;
-    set(objects, &objects->images, (uint64_t)(uintptr_t)image, record);
+    set(objects, &objects->images, handle_number(image), record);
 }
 
 void hazard_objects_remove_image(struct hazard_objects *objects, VkImage image)
 {
     if (objects && image)
-        set(objects, &objects->images, (uint64_t)(uintptr_t)image, NULL);
+        set(objects, &objects->images, handle_number(image), NULL);
 }
 
 VkFormat hazard_objects_format(struct hazard_objects *objects, VkImage image)
@@ -215,7 +214,7 @@ VkFormat hazard_objects_format(struct hazard_objects *objects, VkImage image)
     if (!objects)
         return VK_FORMAT_UNDEFINED;
     unsigned stripe = reader_lock_enter(&objects->lock);
-    const struct image *record = handle_table_find(&objects->images, (uint64_t)(uintptr_t)image);
+    const struct image *record = handle_table_find(&objects->images, handle_number(image));
     VkFormat format = record ? record->format : VK_FORMAT_UNDEFINED;
     reader_lock_leave(&objects->lock, stripe);
     return format;
@@ -231,13 +230,13 @@ void hazard_objects_add_render_pass(struct hazard_objects *objects, VkRenderPass
         record->count = count;
     if (record && count)
         memcpy(record->dependencies, dependencies, count * sizeof(*dependencies));
-    set(objects, &objects->render_passes, (uint64_t)(uintptr_t)render_pass, record);
+    set(objects, &objects->render_passes, handle_number(render_pass), record);
 }
 
 void hazard_objects_remove_render_pass(struct hazard_objects *objects, VkRenderPass render_pass)
 {
     if (objects && render_pass)
-        set(objects, &objects->render_passes, (uint64_t)(uintptr_t)render_pass, NULL);
+        set(objects, &objects->render_passes, handle_number(render_pass), NULL);
 }
 
 const struct subpass_dependency *hazard_objects_dependencies(struct hazard_objects *objects,
@@ -248,7 +247,7 @@ const struct subpass_dependency *hazard_objects_dependencies(struct hazard_objec
         return NULL;
     unsigned stripe = reader_lock_enter(&objects->lock);
     const struct render_pass *record =
-        handle_table_find(&objects->render_passes, (uint64_t)(uintptr_t)render_pass);
+        handle_table_find(&objects->render_passes, handle_number(render_pass));
     reader_lock_leave(&objects->lock, stripe);
     if (!record)
         return NULL;

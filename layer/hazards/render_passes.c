@@ -121,7 +121,7 @@ static void add_place(struct hazard_recording *recording, enum place place)
 void hazards_begin_render_pass(struct hazard_recording *recording,
                                const VkRenderPassBeginInfo *info)
 {
-    recording->command_buffer->render_pass = (uint64_t)(uintptr_t)info->renderPass;
+    recording->command_buffer->render_pass = handle_number(info->renderPass);
     add_place(recording, PASS_BEGIN);
 }
 

@@ -331,7 +331,7 @@ void hazards_bind_pipeline(struct hazard_recording *recording, VkPipelineBindPoi
     struct bound_shaders *bound = change_bound(recording);
     enum shader_point point;
     if (bound && find_point(bind_point, &point))
-        bound->pipelines[point] = (uint64_t)(uintptr_t)pipeline;
+        bound->pipelines[point] = handle_number(pipeline);
 }
 
 /* Shader objects are not followed. */
@@ -347,7 +347,7 @@ static void bind_sets(struct hazard_recording *recording, enum shader_point poin
 {
     struct bound_shaders *bound = change_bound(recording);
     for (uint32_t i = 0; bound && i < count && first < BOUND_SETS; i++)
-        bound_shaders_bind_set(bound, point, first + i, sets ? (uint64_t)(uintptr_t)sets[i] : 0);
+        bound_shaders_bind_set(bound, point, first + i, sets ? handle_number(sets[i]) : 0);
 }
 
 void hazards_bind_sets(struct hazard_recording *recording, VkPipelineBindPoint bind_point,

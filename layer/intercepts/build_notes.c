@@ -122,7 +122,7 @@ __attribute__((cold)) static void note_micromaps(const struct build_call *call,
             .geometry_by_pointer = build->geometry_pointers != NULL,
             .src = use->handle,
             .src_id = use->id,
-            .micromap = {.updated = updates ? (uint64_t)(uintptr_t)build->src.handle : 0,
+            .micromap = {.updated = updates ? handle_number(build->src.handle) : 0,
                          .updated_id = updates ? build->src.id : 0,
                          .position = position_of(call, build),
                          .geometry = use->geometry,
@@ -151,7 +151,7 @@ static inline void note_src(struct journal_entry *entry, const struct build_view
         entry->src_backing = 0;
         return;
     }
-    entry->src = (uint64_t)(uintptr_t)build->src.handle;
+    entry->src = handle_number(build->src.handle);
     entry->src_id = build->src.id;
     entry->src_backing = backing_of(&build->src);
 }
@@ -170,6 +170,7 @@ add_shapes(struct journal *journal, const struct build_view *build, struct journ
         .info = build->info,
         .ranges = build->ranges,
         .dst_size = build->dst.size,
+        .needed_size = build->sizes.known ? build->sizes.acceleration_structure : 0,
         .dense_readable = build->dense_readable,
         .micromaps = build->micromaps,
         .inputs = build->inputs,
@@ -197,7 +198,7 @@ static inline void note_build(const struct build_call *call, const struct build_
     entry->judged = false;
     entry->info = build->index;
     entry->origin = build_call_origin(call);
-    entry->dst = (uint64_t)(uintptr_t)build->dst.handle;
+    entry->dst = handle_number(build->dst.handle);
     entry->dst_id = build->dst.id;
     entry->dst_backing = backing_of(&build->dst);
     entry->geometry_by_pointer = build->geometry_pointers != NULL;
@@ -205,7 +206,7 @@ static inline void note_build(const struct build_call *call, const struct build_
     built_describe(&entry->built, build->info, &call->view.command_buffer,
                    position_of(call, build));
     if (build->sizes.known)
-        entry->built.needed_size = build->sizes.acceleration_structure;
+        entry->built.plain_size = build->sizes.acceleration_structure;
     if (built_has_shapes(build->info) || !has_all_geometries(build))
         add_shapes(call->journal, build, entry);
 }

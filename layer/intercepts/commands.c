@@ -28,14 +28,14 @@ void note_command_pool(struct layer_device *device, VkCommandPool pool,
 static void forget_command_buffer(void *user, VkCommandBuffer handle)
 {
     layer_forget_command_buffer(handle);
-    object_names_end(user, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)handle, 0);
+    object_names_end(user, VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(handle), 0);
 }
 
 void forget_command_pool(struct layer_device *device, VkCommandPool pool)
 {
     command_buffers_remove_pool(device->command_buffers, pool, forget_command_buffer,
                                 device->names);
-    object_names_end(device->names, VK_OBJECT_TYPE_COMMAND_POOL, (uint64_t)(uintptr_t)pool, 0);
+    object_names_end(device->names, VK_OBJECT_TYPE_COMMAND_POOL, handle_number(pool), 0);
 }
 
 void note_pool_reset(struct layer_device *device, VkCommandPool pool, VkCommandPoolResetFlags flags)

@@ -35,7 +35,7 @@ static struct journal_entry khr_copy_entry(const struct layer_device *device,
                                            const VkCopyAccelerationStructureInfoKHR *info)
 {
     return copy_entry(device, command, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                      (uint64_t)(uintptr_t)info->dst, (uint64_t)(uintptr_t)info->src, info->mode);
+                      handle_number(info->dst), handle_number(info->src), info->mode);
 }
 
 /* `address`: of device memory, or 0. */
@@ -44,11 +44,11 @@ static struct journal_entry fill_entry(const struct layer_device *device,
                                        VkDeviceAddress address)
 {
     const struct object_facts facts = object_facts_find(
-        device->resources, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)dst);
+        device->resources, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle_number(dst));
     return (struct journal_entry){.kind = JOURNAL_FILL,
                                   .command = (unsigned char)command,
                                   .dst_backing = object_backing(&facts),
-                                  .dst = (uint64_t)(uintptr_t)dst,
+                                  .dst = handle_number(dst),
                                   .dst_id = facts.id,
                                   .src_id = layer_bytes_at(device, address) ? address : 0};
 }
@@ -59,13 +59,13 @@ static struct journal_entry serialize_entry(const struct layer_device *device,
                                             VkAccelerationStructureKHR src, VkDeviceAddress address)
 {
     const struct object_facts facts = object_facts_find(
-        device->resources, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)src);
+        device->resources, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle_number(src));
     return (struct journal_entry){
         .kind = JOURNAL_READ,
         .command = (unsigned char)command,
         .src_backing = object_backing(&facts),
         .dst = address,
-        .src = (uint64_t)(uintptr_t)src,
+        .src = handle_number(src),
         .src_id = facts.id,
         .read = {.query = VK_QUERY_TYPE_MAX_ENUM, .dst_size = layer_bytes_at(device, address)}};
 }
@@ -82,9 +82,9 @@ bool note_nv_copy(struct layer_device *device, VkCommandBuffer handle,
                   VkAccelerationStructureNV dst, VkAccelerationStructureNV src,
                   VkCopyAccelerationStructureModeKHR mode)
 {
-    struct journal_entry entry = copy_entry(
-        device, COMMAND_CmdCopyAccelerationStructureNV, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
-        (uint64_t)(uintptr_t)dst, (uint64_t)(uintptr_t)src, mode);
+    struct journal_entry entry = copy_entry(device, COMMAND_CmdCopyAccelerationStructureNV,
+                                            VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
+                                            handle_number(dst), handle_number(src), mode);
     return layer_record(device, handle, &entry, 1);
 }
 

@@ -7,7 +7,7 @@
 
 uint64_t layer_accel_id(const struct layer_device *device, VkAccelerationStructureKHR handle)
 {
-    return resources_find_id(device->resources, RESOURCE_ACCEL, (uint64_t)(uintptr_t)handle);
+    return resources_find_id(device->resources, RESOURCE_ACCEL, handle_number(handle));
 }
 
 VkDeviceSize layer_bytes_at(const struct layer_device *device, VkDeviceAddress address)
@@ -219,8 +219,8 @@ void forget_operation(struct layer_device *device, VkDeferredOperationKHR operat
         return;
     deferred_operations_remove(device->deferred, operation);
     execution_order_run(device->order);
-    object_names_end(device->names, VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR,
-                     (uint64_t)(uintptr_t)operation, 0);
+    object_names_end(device->names, VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR, handle_number(operation),
+                     0);
 }
 
 /* A result that is available belongs to the work that the operation had before the call. */

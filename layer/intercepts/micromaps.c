@@ -15,16 +15,16 @@ void note_micromap(struct layer_device *device, VkMicromapEXT micromap,
 
 void forget_micromap(struct layer_device *device, VkMicromapEXT micromap)
 {
-    build_records_add_destroyed(device, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)(uintptr_t)micromap);
+    build_records_add_destroyed(device, VK_OBJECT_TYPE_MICROMAP_EXT, handle_number(micromap));
     const uint64_t id = resources_remove_micromap(device->resources, micromap);
     structures_note_destroyed(device->structures, id, 1);
-    object_names_end(device->names, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)(uintptr_t)micromap, id);
+    object_names_end(device->names, VK_OBJECT_TYPE_MICROMAP_EXT, handle_number(micromap), id);
 }
 
 static struct object_facts facts_of(const struct layer_device *device, VkMicromapEXT micromap)
 {
     return object_facts_find(device->resources, VK_OBJECT_TYPE_MICROMAP_EXT,
-                             (uint64_t)(uintptr_t)micromap);
+                             handle_number(micromap));
 }
 
 static struct journal_entry write_entry(const struct layer_device *device,
@@ -36,8 +36,8 @@ static struct journal_entry write_entry(const struct layer_device *device,
                                   .command = (unsigned char)command,
                                   .dst_backing = object_backing(&facts),
                                   .info = fill,
-                                  .dst = (uint64_t)(uintptr_t)micromap,
-                                  .src = (uint64_t)(uintptr_t)src,
+                                  .dst = handle_number(micromap),
+                                  .src = handle_number(src),
                                   .dst_id = facts.id};
 }
 
@@ -48,7 +48,7 @@ static struct journal_entry read_entry(const struct layer_device *device,
     return (struct journal_entry){.kind = JOURNAL_READ,
                                   .command = (unsigned char)command,
                                   .src_backing = object_backing(&facts),
-                                  .src = (uint64_t)(uintptr_t)src,
+                                  .src = handle_number(src),
                                   .src_id = facts.id,
                                   .read = {.query = VK_QUERY_TYPE_MAX_ENUM}};
 }

@@ -60,11 +60,11 @@ void note_nv_accel(struct layer_device *device, VkAccelerationStructureNV accel,
 void forget_nv_accel(struct layer_device *device, VkAccelerationStructureNV accel)
 {
     build_records_add_destroyed(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
-                                (uint64_t)(uintptr_t)accel);
+                                handle_number(accel));
     const uint64_t id = resources_remove_nv_accel(device->resources, accel);
     structures_note_destroyed(device->structures, id, 1);
-    object_names_end(device->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
-                     (uint64_t)(uintptr_t)accel, id);
+    object_names_end(device->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV, handle_number(accel),
+                     id);
 }
 
 /* Whether instance i of the structure is bound to another instance of the memory than i. */
@@ -159,10 +159,10 @@ void nv_record_build(void *user, const struct nv_call_view *view)
         .size = entry->size,
         .command = COMMAND_NV,
         .origin = build_call_origin(call),
-        .dst = (uint64_t)(uintptr_t)view->dst,
+        .dst = handle_number(view->dst),
         .dst_id = view->dst_facts.id,
         .dst_backing = view->dst_facts.binding == NV_BOUND ? BACKED_BY_MEMORY : 0,
-        .src = (uint64_t)(uintptr_t)view->src,
+        .src = handle_number(view->src),
         .src_id = view->src_facts.id,
         .built = describe_nv_build(call, view),
     };

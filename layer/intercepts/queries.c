@@ -34,7 +34,7 @@ void forget_query_pool(struct layer_device *device, VkQueryPool handle)
         structures_note_destroyed(device->structures, pool.first_id, pool.count);
         resources_count_destroyed(device->resources);
     }
-    object_names_end(device->names, VK_OBJECT_TYPE_QUERY_POOL, (uint64_t)(uintptr_t)handle,
+    object_names_end(device->names, VK_OBJECT_TYPE_QUERY_POOL, handle_number(handle),
                      pool.first_id);
 }
 
@@ -80,7 +80,7 @@ static struct journal_entry read_entry(const struct layer_device *device,
         .command = (unsigned char)queried->command,
         .src_backing = object_backing(&facts),
         .info = i,
-        .dst = (uint64_t)(uintptr_t)queried->pool,
+        .dst = handle_number(queried->pool),
         .src = handle,
         .src_id = facts.id,
         .dst_id = i < queried->tracked_count ? queried->first_id + i : 0,
@@ -176,7 +176,7 @@ void note_query_write(struct layer_device *device, VkCommandBuffer command_buffe
                       uint32_t query)
 {
     const struct journal_entry entry = {.kind = JOURNAL_WRITE_QUERY,
-                                        .dst = (uint64_t)(uintptr_t)pool,
+                                        .dst = handle_number(pool),
                                         .info = device->facts.multiview ? VIEWS_MAX : 1,
                                         .number = query};
     struct command_buffer *recording =
@@ -196,7 +196,7 @@ static struct journal *begin_reading(struct layer_device *device)
     struct host_view *host = malloc(sizeof(*host));
     struct idle_wait wait;
     if (!journal || !host) {
-        advice_note_unseen_sizes(device->advice);
+        device->has_unseen_sizes = true;
         journal_release(journal);
         free(host);
         return NULL;
@@ -213,7 +213,7 @@ static void end_reading(struct layer_device *device, struct journal *reading)
 {
     const bool is_complete = !reading->incomplete;
     if (!layer_run_host_command(device, reading) || !is_complete)
-        advice_note_unseen_sizes(device->advice);
+        device->has_unseen_sizes = true;
 }
 
 /* Whether a later copy is validated against results of this type. */
@@ -286,8 +286,8 @@ static bool add_answers(struct journal *journal, VkQueryType type, uint64_t firs
 void note_copied_results(struct layer_device *device, VkQueryPool handle)
 {
     struct query_pool pool;
-    if (device->advice && query_pools_find(device->query_pools, handle, &pool))
-        advice_note_unseen_sizes(device->advice);
+    if (query_pools_find(device->query_pools, handle, &pool) && is_size_to_track(pool.type))
+        device->has_unseen_sizes = true;
 }
 
 struct journal *begin_query_reading(struct layer_device *device, VkQueryPool handle)
@@ -336,7 +336,7 @@ void note_query_results(struct layer_device *device, struct journal *reading, Vk
         !add_answers(reading, pool.type, pool.first_id + first,
                      query_pool_clamp(&pool, first, count), &results) &&
         (result == VK_SUCCESS || partial))
-        advice_note_unseen_sizes(device->advice);
+        device->has_unseen_sizes = true;
     end_reading(device, reading);
 }
 
@@ -357,7 +357,7 @@ void note_sizes(struct layer_device *device, struct journal *reading, uint32_t c
     for (uint32_t i = 0; reading && i < count && has_result(&results, i); i++) {
         struct journal_entry answer = {.kind = JOURNAL_ANSWER,
                                        .info = (uint32_t)type,
-                                       .src = (uint64_t)(uintptr_t)accels[i],
+                                       .src = handle_number(accels[i]),
                                        .src_id = layer_accel_id(device, accels[i]),
                                        .number = read_result(&results, i)};
         journal_add(reading, &answer);

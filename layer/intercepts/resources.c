@@ -70,7 +70,7 @@ void forget_memory(struct layer_device *device, VkDeviceMemory memory)
         hazard_checks_forget(device->hazard_checks, MEMORY_FREED,
                              resources_find_memory_id(device->resources, memory));
     resources_remove_memory(device->resources, memory);
-    object_names_end(device->names, VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)memory, 0);
+    object_names_end(device->names, VK_OBJECT_TYPE_DEVICE_MEMORY, handle_number(memory), 0);
 }
 
 void note_mapping(struct layer_device *device, VkDeviceMemory memory, VkDeviceSize offset,
@@ -118,7 +118,7 @@ void note_buffer(struct layer_device *device, VkBuffer buffer, const VkBufferCre
 
 void forget_buffer(struct layer_device *device, VkBuffer buffer)
 {
-    note_destroyed(device, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)buffer, false);
+    note_destroyed(device, VK_OBJECT_TYPE_BUFFER, handle_number(buffer), false);
     resources_remove_buffer(device->resources, buffer);
 }
 
@@ -222,17 +222,17 @@ static void note_destroyed_accel(struct layer_device *device, VkAccelerationStru
     const bool is_reported =
         device->input_checks && submitted_builds_find_use(device->submitted_builds, &used, &use);
     const uint64_t last = note_destroyed(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                                         (uint64_t)(uintptr_t)accel, is_reported);
+                                         handle_number(accel), is_reported);
     if (last && device->input_checks && !is_reported)
         submitted_builds_note_destroyed(device->submitted_builds, last);
 }
 
 void forget_accel(struct layer_device *device, VkAccelerationStructureKHR accel)
 {
-    hazard_checks_forget(device->hazard_checks, STRUCTURE_DESTROYED, (uint64_t)(uintptr_t)accel);
+    hazard_checks_forget(device->hazard_checks, STRUCTURE_DESTROYED, handle_number(accel));
     advice_judge_destroyed(device->advice, accel);
     build_records_add_destroyed(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                                (uint64_t)(uintptr_t)accel);
+                                handle_number(accel));
     note_destroyed_accel(device, accel);
     structures_note_destroyed(device->structures, resources_remove_accel(device->resources, accel),
                               1);

@@ -178,7 +178,7 @@ void forget_event(struct layer_device *device, VkEvent event)
 {
     events_remove(device->events, event);
     query_writes_forget_event(device->query_writes, event);
-    hazard_checks_forget(device->hazard_checks, EVENT_DESTROYED, (uint64_t)(uintptr_t)event);
+    hazard_checks_forget(device->hazard_checks, EVENT_DESTROYED, handle_number(event));
 }
 
 void set_event(struct layer_device *device, VkEvent event)
@@ -210,7 +210,7 @@ void note_event_command(struct layer_device *device, VkCommandBuffer command_buf
         return;
     journal_begin_call(recording->journal);
     journal_add(recording->journal,
-                &(struct journal_entry){.kind = kind, .dst = (uint64_t)(uintptr_t)event});
+                &(struct journal_entry){.kind = kind, .dst = handle_number(event)});
     recording->journal->has_events = true;
     replay_keep(recording);
 }

@@ -73,11 +73,11 @@ static void append_objects(const struct layer_device *device,
     if (at.structure) {
         text_append_plain(text, ", in ");
         append_object(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                      (uint64_t)(uintptr_t)at.structure, text);
+                      handle_number(at.structure), text);
     }
     if (at.buffer) {
         text_append_plain(text, ", in ");
-        append_object(device, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)at.buffer, text);
+        append_object(device, VK_OBJECT_TYPE_BUFFER, handle_number(at.buffer), text);
     } else if (destroyed_objects_find_range(device->destroyed, fault->reportedAddress,
                                             &destroyed)) {
         append_destroyed(&destroyed, text);
@@ -140,7 +140,7 @@ static struct pending_faults addresses_of_data(const struct layer_device *device
         const struct resources_at there = resources_find_at(device->resources, at->reportedAddress);
         faults.ranges[faults.count].begin = begin;
         faults.ranges[faults.count].end = begin + size;
-        faults.ranges[faults.count++].structure = (uint64_t)(uintptr_t)there.structure;
+        faults.ranges[faults.count++].structure = handle_number(there.structure);
     }
     return faults;
 }

@@ -130,16 +130,16 @@ static void append_build(const struct list *list, const struct submitted_build *
     text_append_count(list->text, entry->built.geometry_count, "geometry");
     text_append_plain(list->text, ", ");
     append_object(list, VK_OBJECT_TYPE_COMMAND_BUFFER,
-                  (uint64_t)(uintptr_t)build->journal->command_buffer);
+                  handle_number(build->journal->command_buffer));
     text_append_plain(list->text, ", build ");
     text_append_decimal(list->text, entry->built.position);
     append_labels(list, ", labels ", journal_labels(build->journal, entry->origin));
     if (build->primary != build->journal->command_buffer) {
         text_append_plain(list->text, ", executed by ");
-        append_object(list, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)build->primary);
+        append_object(list, VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(build->primary));
     }
     text_append_plain(list->text, ", as submitted to ");
-    append_object(list, VK_OBJECT_TYPE_QUEUE, (uint64_t)(uintptr_t)build->queue);
+    append_object(list, VK_OBJECT_TYPE_QUEUE, handle_number(build->queue));
     if (build->submission) {
         text_append_plain(list->text, ", submission ");
         text_append_decimal(list->text, build->submission);
@@ -210,7 +210,7 @@ uint32_t pending_list_append(const struct layer_device *device, bool waits,
     text_append_count(text, list.count, "build");
     text_append_plain(text, list.count == 1 ? " was" : " were");
     text_append_plain(text, " submitted to ");
-    append_object(&list, VK_OBJECT_TYPE_DEVICE, (uint64_t)(uintptr_t)device->handle);
+    append_object(&list, VK_OBJECT_TYPE_DEVICE, handle_number(device->handle));
     text_append_plain(text, " and may not be complete");
     if (!list.may_run)
         text_append_plain(text,

@@ -369,7 +369,7 @@ void snapshots_copy_serialized(struct layer_device *device, VkCommandBuffer hand
     struct accel_facts dst;
     resources_look_up_accel(device->resources, info->dst, &dst);
     const struct deserialization deserialization = {
-        .dst = (uint64_t)(uintptr_t)info->dst,
+        .dst = handle_number(info->dst),
         .dst_size = dst.details_known ? dst.size : 0,
         .address = info->src.deviceAddress,
     };
@@ -381,7 +381,7 @@ void snapshots_copy_serialized_micromap(struct layer_device *device, VkCommandBu
                                         const VkCopyMemoryToMicromapInfoEXT *info)
 {
     const struct deserialization deserialization = {
-        .dst = (uint64_t)(uintptr_t)info->dst,
+        .dst = handle_number(info->dst),
         .address = info->src.deviceAddress,
     };
     copy_deserialized(device, handle, COMMAND_CmdCopyMemoryToMicromapEXT, &deserialization);

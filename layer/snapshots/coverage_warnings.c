@@ -76,11 +76,11 @@ void warn_left_out(const struct layer_device *device, VkCommandBuffer handle)
     struct text_buffer text;
     recording->left_out_reported = true;
     count_left_out(device, recording);
-    object_names_get(device->names, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)handle,
-                     name, sizeof(name));
+    object_names_get(device->names, VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(handle), name,
+                     sizeof(name));
     text_begin(&text, line, sizeof(line));
     text_append(&text, "assay_validation.level = content: VkCommandBuffer 0x%" PRIx64,
-                (uint64_t)(uintptr_t)handle);
+                handle_number(handle));
     if (name[0]) {
         text_append(&text, "[");
         text_append_quoted(&text, name, sizeof(name));

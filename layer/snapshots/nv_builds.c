@@ -73,7 +73,7 @@ static bool add_usage(const VkBufferCreateInfo *info, VkBufferCreateInfo *below,
 
 static void note_copyable(struct snapshots *snapshots, VkBuffer buffer, bool is_copyable)
 {
-    uint64_t handle = (uint64_t)(uintptr_t)buffer;
+    uint64_t handle = handle_number(buffer);
     pthread_mutex_lock(&snapshots->buffers_lock);
     if (is_copyable)
         handle_table_set(&snapshots->copyable, handle, snapshots);
@@ -87,7 +87,7 @@ bool snapshots_can_copy(struct snapshots *snapshots, VkBuffer buffer)
     if (snapshots->are_for_backend)
         return true;
     pthread_mutex_lock(&snapshots->buffers_lock);
-    bool can = handle_table_find(&snapshots->copyable, (uint64_t)(uintptr_t)buffer);
+    bool can = handle_table_find(&snapshots->copyable, handle_number(buffer));
     pthread_mutex_unlock(&snapshots->buffers_lock);
     return can;
 }

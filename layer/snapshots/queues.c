@@ -15,7 +15,7 @@ struct known_queue {
 
 static struct known_queue *find_queue(const struct snapshots *snapshots, VkQueue queue)
 {
-    return handle_table_find(&snapshots->queues, (uint64_t)(uintptr_t)queue);
+    return handle_table_find(&snapshots->queues, handle_number(queue));
 }
 
 /* Without memory the queue stays unknown, and the layer submits nothing to it. */
@@ -28,7 +28,7 @@ void snapshots_note_queue(struct layer_device *device, VkQueue handle, uint32_t 
     queue->family = family;
     pthread_mutex_lock(&snapshots->queue_lock);
     bool is_added = !find_queue(snapshots, handle) &&
-                    handle_table_set(&snapshots->queues, (uint64_t)(uintptr_t)handle, queue);
+                    handle_table_set(&snapshots->queues, handle_number(handle), queue);
     pthread_mutex_unlock(&snapshots->queue_lock);
     if (!is_added)
         free(queue);

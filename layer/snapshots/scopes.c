@@ -32,7 +32,7 @@ void snapshots_note_query_pool(struct layer_device *device, VkQueryPool pool,
     if (counts_compute_work(info))
         return;
     pthread_mutex_lock(&snapshots->pools_lock);
-    handle_table_set(&snapshots->uncounting_pools, (uint64_t)(uintptr_t)pool, snapshots);
+    handle_table_set(&snapshots->uncounting_pools, handle_number(pool), snapshots);
     pthread_mutex_unlock(&snapshots->pools_lock);
 }
 
@@ -40,14 +40,14 @@ void snapshots_forget_query_pool(struct layer_device *device, VkQueryPool pool)
 {
     struct snapshots *snapshots = device->snapshots;
     pthread_mutex_lock(&snapshots->pools_lock);
-    handle_table_remove(&snapshots->uncounting_pools, (uint64_t)(uintptr_t)pool);
+    handle_table_remove(&snapshots->uncounting_pools, handle_number(pool));
     pthread_mutex_unlock(&snapshots->pools_lock);
 }
 
 static bool is_counting_pool(struct snapshots *snapshots, VkQueryPool pool)
 {
     pthread_mutex_lock(&snapshots->pools_lock);
-    bool is_uncounting = handle_table_find(&snapshots->uncounting_pools, (uint64_t)(uintptr_t)pool);
+    bool is_uncounting = handle_table_find(&snapshots->uncounting_pools, handle_number(pool));
     pthread_mutex_unlock(&snapshots->pools_lock);
     return !is_uncounting;
 }

@@ -11,7 +11,7 @@
         name, name, name, NULL                                                                     \
     } /* a VkDeviceAddress */
 
-static const char *const names[][INPUT_FORMS] = {
+static const char *const names[INPUT_ROLES][INPUT_FORMS] = {
     [INPUT_VERTEX] = ADDRESS("geometry.triangles.vertexData", "geometry.triangles.vertexData"),
     [INPUT_INDEX] = ADDRESS("geometry.triangles.indexData", "geometry.triangles.indexData"),
     [INPUT_MATRIX] =

@@ -39,6 +39,7 @@ enum input_role {
     INPUT_DISPLACEMENT_VECTOR,
     INPUT_DISPLACEMENT_BIAS,
     INPUT_DISPLACEMENT_FLAGS,
+    INPUT_ROLES,
 };
 
 /* An array that a build reads: `count` elements of `size` bytes, `stride` bytes apart. The first

@@ -84,8 +84,8 @@ struct message_subject message_subject_of(const struct call_origin *origin,
                                             finding->values[i].number};
     if (origin->command_buffer)
         return (struct message_subject){VK_OBJECT_TYPE_COMMAND_BUFFER,
-                                        (uint64_t)(uintptr_t)origin->command_buffer};
-    return (struct message_subject){VK_OBJECT_TYPE_DEVICE, (uint64_t)(uintptr_t)origin->device};
+                                        handle_number(origin->command_buffer)};
+    return (struct message_subject){VK_OBJECT_TYPE_DEVICE, handle_number(origin->device)};
 }
 
 /* Appends a recorded build such as: in VkCommandBuffer 0x12["frame"], build 3. */

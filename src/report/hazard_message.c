@@ -149,14 +149,14 @@ static void append_place(struct text_buffer *text, struct message *message,
         return;
     text_append(text, " in ");
     message_append_object(text, message, VK_OBJECT_TYPE_COMMAND_BUFFER,
-                          (uint64_t)(uintptr_t)origin->command_buffer, origin->names);
+                          handle_number(origin->command_buffer), origin->names);
     if (access->is_build)
         text_append(text, ", build %" PRIu64, (uint64_t)origin->build_index + access->info);
     message_append_labels(text, "labels", origin->labels);
     if (origin->queue) {
         text_append(text, ", submitted to ");
-        message_append_object(text, message, VK_OBJECT_TYPE_QUEUE,
-                              (uint64_t)(uintptr_t)origin->queue, origin->names);
+        message_append_object(text, message, VK_OBJECT_TYPE_QUEUE, handle_number(origin->queue),
+                              origin->names);
         if (origin->submission)
             text_append(text, ", submission %" PRIu64, origin->submission);
     }

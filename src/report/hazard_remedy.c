@@ -50,7 +50,7 @@ static void append_barrier_place(struct text_buffer *text, struct message *messa
         text_append(text, ", build %" PRIu32 ",", barrier->first_build + barrier->builds - 1);
     text_append(text, barrier->follows ? " in " : "");
     message_append_object(text, message, VK_OBJECT_TYPE_COMMAND_BUFFER,
-                          (uint64_t)(uintptr_t)barrier->command_buffer, report->later.origin.names);
+                          handle_number(barrier->command_buffer), report->later.origin.names);
 }
 
 /* Appends the access of the later command that needs the same barrier. */

@@ -140,7 +140,7 @@ static void append_buffer_before(struct text_buffer *text, struct message *messa
     text_append(text, " It is ");
     text_append_count(text, before.distance, "byte");
     text_append(text, " past the end of ");
-    message_append_object(text, message, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)before.buffer,
+    message_append_object(text, message, VK_OBJECT_TYPE_BUFFER, handle_number(before.buffer),
                           origin->names);
     text_append(text, ".");
 }
@@ -277,7 +277,7 @@ static void append_submission(struct text_buffer *text, struct message *message,
                               const struct call_origin *origin)
 {
     text_append(text, ", as submitted to ");
-    message_append_object(text, message, VK_OBJECT_TYPE_QUEUE, (uint64_t)(uintptr_t)origin->queue,
+    message_append_object(text, message, VK_OBJECT_TYPE_QUEUE, handle_number(origin->queue),
                           origin->names);
     if (origin->submission)
         text_append(text, ", submission %" PRIu64, origin->submission);
@@ -340,10 +340,10 @@ void message_set_origin(struct message *message, const struct call_origin *origi
     message->level = level;
     message->location = *location;
     if (origin->command_buffer)
-        mention(message, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)origin->command_buffer,
+        mention(message, VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(origin->command_buffer),
                 origin->names);
     else if (origin->device)
-        mention(message, VK_OBJECT_TYPE_DEVICE, (uint64_t)(uintptr_t)origin->device, origin->names);
+        mention(message, VK_OBJECT_TYPE_DEVICE, handle_number(origin->device), origin->names);
     message->label_count = copy_labels(message->labels, origin->labels);
     message->queue_label_count = copy_labels(message->queue_labels, origin->queue_labels);
 }

@@ -85,7 +85,7 @@ bool duplicates_wanted(const struct duplicates *duplicates, uint32_t id)
 /* Handles of two devices may be equal. 0 is not a key of the table. */
 static uint64_t key_of(uint32_t id, VkDevice device, const struct message_subject *subject)
 {
-    const uint64_t key[] = {id, (uint64_t)(uintptr_t)device, subject->type, subject->handle};
+    const uint64_t key[] = {id, handle_number(device), subject->type, subject->handle};
     uint64_t hash = XXH64(key, sizeof(key), 0);
     return hash ? hash : 1;
 }

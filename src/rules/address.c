@@ -6,7 +6,7 @@
 
 static struct value buffer(const struct address_view *address)
 {
-    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)address->facts->buffer);
+    return object(VK_OBJECT_TYPE_BUFFER, handle_number(address->facts->buffer));
 }
 
 /* Transforms, scratch and build ranges have their own rules: 03808, 12258, 12259 and 03646. */

@@ -105,7 +105,7 @@ bool micromap_build_has_no_source(const struct build_view *build, struct finding
     return !is_micromap(build) || !src ||
            violated(finding, "srcAccelerationStructure",
                     "{} is not VK_NULL_HANDLE, but the build of a micromap has no source",
-                    object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)src)) ||
+                    object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle_number(src))) ||
            (build_is_update(build->info) &&
             is_reported_with(finding, RULE_micromap_build_is_no_update));
 }

@@ -34,7 +34,7 @@ bool host_commands_feature_is_enabled(const struct call_view *call, struct findi
 
 static struct value this_command_buffer(const struct call_view *call)
 {
-    return object(VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)call->command_buffer.handle);
+    return object(VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(call->command_buffer.handle));
 }
 
 bool command_buffer_is_valid(const struct call_view *call, struct finding *finding)

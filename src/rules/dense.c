@@ -111,7 +111,7 @@ bool dense_buffer_has_compressed_data_usage(const struct dense_view *dense, stru
                     "{} is in {}, which was created with usage {}, without "
                     "VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX",
                     hex(facts->address),
-                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer),
+                    object(VK_OBJECT_TYPE_BUFFER, handle_number(facts->buffer)),
                     buffer_usage(facts->usage));
 }
 

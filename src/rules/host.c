@@ -12,8 +12,7 @@
 
 static struct value operation(const struct call_view *call)
 {
-    return object(VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR,
-                  (uint64_t)(uintptr_t)call->deferred.handle);
+    return object(VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR, handle_number(call->deferred.handle));
 }
 
 bool device_is_valid(const struct call_view *call, struct finding *finding)
@@ -60,12 +59,12 @@ static bool is_in_place(const struct host_build_view *host_build)
 
 static struct value structure(const struct accel_facts *accel)
 {
-    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)accel->handle);
+    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle_number(accel->handle));
 }
 
 static struct value buffer(const struct accel_facts *accel)
 {
-    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)accel->buffer);
+    return object(VK_OBJECT_TYPE_BUFFER, handle_number(accel->buffer));
 }
 
 static bool has_a_buffer(const struct accel_facts *accel, struct finding *finding,

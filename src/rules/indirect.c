@@ -22,7 +22,7 @@ bool indirect_stride_is_aligned(const struct indirect_view *indirect, struct fin
 
 static struct value buffer(const struct address_facts *facts)
 {
-    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer);
+    return object(VK_OBJECT_TYPE_BUFFER, handle_number(facts->buffer));
 }
 
 /* A build without geometries reads no address. */

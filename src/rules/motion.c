@@ -16,8 +16,7 @@ static bool has_motion_flag(const struct build_view *build)
 
 static struct value dst(const struct build_view *build)
 {
-    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                  (uint64_t)(uintptr_t)build->dst.handle);
+    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle_number(build->dst.handle));
 }
 
 static bool dst_has_motion_flag(const struct build_view *build)

@@ -52,7 +52,7 @@ static const char *field_name(const struct pair_view *pair, enum range_role role
 
 static struct value structure(VkAccelerationStructureKHR handle)
 {
-    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)handle);
+    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle_number(handle));
 }
 
 static bool is_same(const struct pair_view *pair, struct finding *finding)
@@ -74,8 +74,7 @@ static bool shares(const struct pair_view *pair, struct finding *finding)
 {
     if (pair->shared.memory == memory_of_host())
         return shares_host_memory(pair, finding);
-    struct value memory =
-        object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)pair->shared.memory);
+    struct value memory = object(VK_OBJECT_TYPE_DEVICE_MEMORY, handle_number(pair->shared.memory));
     if (pair->a.role == ROLE_SCRATCH || is_of_micromaps(pair))
         return violated(finding, field_name(pair, pair->a.role),
                         "shares bytes [{}, {}) of {} with {}", hex(pair->shared.begin),
@@ -172,7 +171,7 @@ bool dst_and_micromaps_of_other_builds_are_apart(const struct pair_view *pair,
     return !is_pair_with_micromap(pair) || !pair->shares_memory ||
            violated(finding, field_name(pair, ROLE_DST),
                     "{} shares memory of {} with micromap {} of {}", structure(pair->a.handle),
-                    object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)pair->shared.memory),
+                    object(VK_OBJECT_TYPE_DEVICE_MEMORY, handle_number(pair->shared.memory)),
                     structure(pair->b.handle), field_of(pair->b.build, ""));
 }
 
@@ -191,6 +190,6 @@ bool dst_and_instances_of_other_builds_are_apart(const struct pair_view *pair,
            violated(finding, field_name(pair, ROLE_DST),
                     "{} shares memory of {} with {}, which an instance of {} refers to",
                     structure(pair->a.handle),
-                    object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)pair->shared.memory),
+                    object(VK_OBJECT_TYPE_DEVICE_MEMORY, handle_number(pair->shared.memory)),
                     structure(pair->b.handle), field_of(pair->b.build, ""));
 }

@@ -120,7 +120,7 @@ static bool is_within_buffer(const struct range_view *range, const struct addres
                     number(range->primitive_count), count_of(end, "byte"),
                     text(input_field(input->role)), hex(facts->address),
                     count_of(end - facts->bytes_left, "byte"),
-                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer));
+                    object(VK_OBJECT_TYPE_BUFFER, handle_number(facts->buffer)));
 }
 
 static const struct address_facts *facts_of(const struct geometry_view *geometry,

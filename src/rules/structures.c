@@ -12,7 +12,7 @@ static bool is_build(const struct build_view *build)
 
 static struct value structure(VkAccelerationStructureKHR handle)
 {
-    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)handle);
+    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle_number(handle));
 }
 
 static bool is_invalid(const struct accel_facts *accel)
@@ -125,7 +125,7 @@ bool fully_bound_range_is_bound(const struct unbound_access_view *unbound_access
                "{} was created with VK_ADDRESS_COMMAND_FULLY_BOUND_BIT_KHR, but bytes [{}, {}) "
                "of {} are not bound to memory",
                structure(accel->handle), hex(unbound_access->begin), hex(unbound_access->end),
-               object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)accel->buffer)) ||
+               object(VK_OBJECT_TYPE_BUFFER, handle_number(accel->buffer))) ||
            is_reported_with(finding, is_dst ? RULE_dst_is_backed_by_memory
                                             : RULE_update_src_is_backed_by_memory);
 }
@@ -192,8 +192,8 @@ static bool scratch_is_in_one_buffer(const struct build_view *build, struct find
            violated(finding, "scratchData.deviceAddress",
                     "{} leaves {} to the end of {}, less than {} ({})", hex(scratch->address),
                     count_of(scratch->bytes_left, "byte"),
-                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)scratch->buffer),
-                    text(size_name), number(needed)) ||
+                    object(VK_OBJECT_TYPE_BUFFER, handle_number(scratch->buffer)), text(size_name),
+                    number(needed)) ||
            remarks_on_size_query(finding, build, which);
 }
 
@@ -221,7 +221,7 @@ static bool scratch_has_storage_usage(const struct build_view *build, struct fin
                     "{} is in {}, which was created with usage {}, without "
                     "VK_BUFFER_USAGE_STORAGE_BUFFER_BIT",
                     hex(scratch->address),
-                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)scratch->buffer),
+                    object(VK_OBJECT_TYPE_BUFFER, handle_number(scratch->buffer)),
                     buffer_usage(scratch->usage));
 }
 

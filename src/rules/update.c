@@ -159,7 +159,7 @@ static bool find_count(const struct geometry_shape *shape, const struct built *b
                        uint32_t geometry, uint32_t *count)
 {
     const struct geometry_inputs *inputs =
-        shape->count_known ? NULL : build_inputs_of(built->inputs, geometry);
+        shape->count_known ? NULL : build_inputs_of(built_inputs(built), geometry);
     *count = inputs ? inputs->primitive_count : shape->primitive_count;
     return shape->count_known || (inputs && inputs->count_known);
 }
@@ -171,7 +171,7 @@ static bool count_matches(const struct updated_geometry_view *geometry, struct f
     /* Reports once: if the command buffer reads the count, after it was read, although the source
      * may be known before. */
     bool is_known = (geometry->asked->count_known && geometry->source->count_known) ||
-                    build_inputs_of(update->asked->inputs, geometry->index);
+                    build_inputs_of(built_inputs(update->asked), geometry->index);
     return !is_known || !find_count(geometry->asked, update->asked, geometry->index, &now) ||
            !find_count(geometry->source, update->source, geometry->index, &then) || now == then ||
            violated(finding, "", "has primitiveCount {} in its build range, but " LAST_BUILT,

@@ -8,6 +8,8 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
+#include "src/base/handle.h"
+
 /* A rule stays silent on UNKNOWN. One byte, because facts are copied for every build. */
 enum __attribute__((packed)) tristate { UNKNOWN, NO, YES };
 

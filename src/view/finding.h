@@ -133,7 +133,7 @@ static inline struct value field_of(uint32_t build, const char *field)
 static inline struct value built_at(const struct built *built)
 {
     return (struct value){.kind = VALUE_BUILT,
-                          .number = (uint64_t)(uintptr_t)built->command_buffer,
+                          .number = handle_number(built->command_buffer),
                           .id = built->command_buffer_id,
                           .build = built->position};
 }
@@ -147,7 +147,7 @@ struct holding_buffer {
 static inline struct holding_buffer holding_buffer_of(VkBuffer handle, uint64_t id,
                                                       bool is_destroyed)
 {
-    const uint64_t number = (uint64_t)(uintptr_t)handle;
+    const uint64_t number = handle_number(handle);
     if (is_destroyed)
         return (struct holding_buffer){destroyed_object(VK_OBJECT_TYPE_BUFFER, number, id),
                                        "which was destroyed"};

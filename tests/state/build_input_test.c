@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Which memory the input of a build is looked up in: from each address, as many bytes as the build
  * may read. The layer copies no more of a device's memory than that. */
+#include "src/model/input_names.h"
 #include "src/snapshots/build_input.h"
 #include "src/snapshots/build_parameters.h"
 #include "tests/fixture/geometry.h"
@@ -268,4 +269,14 @@ TEST(other_geometry_of_nv_has_no_primitives)
                          i == 0 ? VK_GEOMETRY_TYPE_TRIANGLES_KHR : VK_GEOMETRY_TYPE_MAX_ENUM_KHR);
         build_parameters_release(&build);
     }
+}
+
+/* Only inputs of VK_NV_ray_tracing have a name there. */
+TEST(each_input_has_names)
+{
+    for (unsigned role = 0; role < INPUT_ROLES; role++)
+        for (unsigned form = INPUT_PLAIN; form < INPUT_OF_NV; form++)
+            assert_true(input_name((enum input_role)role, (enum input_form)form) != NULL);
+    assert_has(input_name(INPUT_AABBS, INPUT_OF_HOST), "geometry.aabbs.data.hostAddress");
+    assert_has(input_name(INPUT_AABBS, INPUT_OF_NV), "geometry.aabbs.aabbData");
 }

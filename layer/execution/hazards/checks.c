@@ -196,7 +196,7 @@ void hazard_checks_refer(struct hazard_checks *checks, struct order_batch *batch
     /* How much of the structure its last build needed is unknown: the first byte is certain. */
     const struct hazard_input reference = {
         .place = {.journal = journal, .position = position},
-        .structure = (uint64_t)(uintptr_t)referenced->handle,
+        .structure = handle_number(referenced->handle),
         .bytes = {resources_find_memory_id(checks->device->resources, referenced->memory),
                   referenced->begin, referenced->begin + (referenced->size != 0)},
     };

@@ -236,7 +236,7 @@ static void warn(const struct guard_result *result, const struct layer_device *d
     text_append(&text,
                 "assay_validation.guard = references: in build %" PRIu32
                 " of VkCommandBuffer 0x%" PRIx64 " the layer replaced ",
-                result->position, (uint64_t)(uintptr_t)result->journal->command_buffer);
+                result->position, handle_number(result->journal->command_buffer));
     if (result->replaced) {
         text_append_count(&text, result->replaced, "reference");
         text_append(&text,

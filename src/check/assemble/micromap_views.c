@@ -126,7 +126,7 @@ void view_opacity_state(struct check_context *context, struct geometry_view *geo
     resources_look_up_accel(context->resources, opacity->micromap, &view->micromap);
     if (view->micromap.alive == NO)
         view->micromap.of_another_device = context->hooks->of_another_device(
-            context->user, RESOURCE_ACCEL, (uint64_t)(uintptr_t)view->micromap.handle);
+            context->user, RESOURCE_ACCEL, handle_number(view->micromap.handle));
     if (index_type_size(opacity->indexType))
         view->indices = chained_input(context, geometry, INPUT_OPACITY_INDEX, opacity->indexBuffer);
 }
@@ -137,7 +137,7 @@ static void find_micromap(struct check_context *context, VkMicromapEXT handle,
     resources_find_micromap(context->resources, handle, facts);
     if (facts->alive == NO)
         facts->of_another_device = context->hooks->of_another_device(
-            context->user, RESOURCE_MICROMAP, (uint64_t)(uintptr_t)handle);
+            context->user, RESOURCE_MICROMAP, handle_number(handle));
 }
 
 void view_opacity_ext_state(struct check_context *context, struct geometry_view *geometry,

@@ -405,8 +405,8 @@ static void query_sizes(struct check_context *context, struct build_view *build)
 static void find_other_device(struct check_context *context, struct accel_facts *accel)
 {
     if (accel->handle && accel->alive == NO)
-        accel->of_another_device = context->hooks->of_another_device(
-            context->user, RESOURCE_ACCEL, (uint64_t)(uintptr_t)accel->handle);
+        accel->of_another_device = context->hooks->of_another_device(context->user, RESOURCE_ACCEL,
+                                                                     handle_number(accel->handle));
 }
 
 ON_RECORDING_PATH void view_build_sizes(struct check_context *context, struct build_view *build,

@@ -26,7 +26,7 @@ static void note_opacity(struct walk *walk, const struct opacity_view *view)
 {
     const VkAccelerationStructureTrianglesOpacityMicromapKHR *opacity = view->opacity;
     struct micromap_use use = {.geometry = view->geometry->index,
-                               .handle = (uint64_t)(uintptr_t)opacity->micromap,
+                               .handle = handle_number(opacity->micromap),
                                .id = view->micromap.id,
                                .accel = view->micromap};
     if (opacity->indexType == VK_INDEX_TYPE_NONE_KHR && view->count_known) {
@@ -41,7 +41,7 @@ static void note_opacity_ext(struct walk *walk, const struct opacity_ext_view *v
 {
     struct micromap_use use = {.geometry = view->geometry->index,
                                .is_ext = true,
-                               .handle = (uint64_t)(uintptr_t)view->opacity->micromap,
+                               .handle = handle_number(view->opacity->micromap),
                                .id = view->micromap.id};
     add_use(walk, &use);
 }

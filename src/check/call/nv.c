@@ -76,14 +76,14 @@ static void find_accel(struct check_context *context, VkAccelerationStructureNV 
 {
     resources_look_up_nv_accel(context->resources, handle, facts);
     facts->of_another_device =
-        is_of_another_device(context, RESOURCE_ACCEL_NV, (uint64_t)(uintptr_t)handle, facts->alive);
+        is_of_another_device(context, RESOURCE_ACCEL_NV, handle_number(handle), facts->alive);
 }
 
 static void find_buffer(struct check_context *context, VkBuffer handle, struct buffer_facts *facts)
 {
     resources_look_up_buffer(context->resources, handle, facts);
     facts->of_another_device =
-        is_of_another_device(context, RESOURCE_BUFFER, (uint64_t)(uintptr_t)handle, facts->alive);
+        is_of_another_device(context, RESOURCE_BUFFER, handle_number(handle), facts->alive);
 }
 
 static void find_call(struct check_context *context, struct nv_call_view *call)

@@ -30,8 +30,8 @@ static enum structure_written find_written(const struct walk *walk,
         structures_were_written(context->structures, referenced->id, walk->point);
     if (written == WRITTEN_PERHAPS)
         return written;
-    const uint64_t id = resources_find_id(context->resources, RESOURCE_ACCEL,
-                                          (uint64_t)(uintptr_t)referenced->handle);
+    const uint64_t id =
+        resources_find_id(context->resources, RESOURCE_ACCEL, handle_number(referenced->handle));
     return id == referenced->id ? written : WRITTEN_PERHAPS;
 }
 

@@ -23,7 +23,7 @@ static void set_micromap_mode(struct copy_view *copy, VkCopyMicromapModeEXT mode
 static struct life_object find_named_object(struct walk *walk, VkObjectType type,
                                             const void *handle)
 {
-    return check_find_object(walk->context, type, (uint64_t)(uintptr_t)handle);
+    return check_find_object(walk->context, type, handle_number(handle));
 }
 
 static void view_copy(struct walk *walk, struct copy_view *copy,

@@ -65,7 +65,7 @@ void check_destroyed(struct walk *walk, const struct call_view *call)
     struct destroyed_view destroyed = {
         .call = call,
         .object = find_destroyed_object(context, type_of_command(call->command),
-                                        (uint64_t)(uintptr_t)arguments->accelerationStructure),
+                                        handle_number(arguments->accelerationStructure)),
         .gets_callbacks = arguments->pAllocator != NULL,
     };
     if (context->level >= LEVEL_STATE && destroyed.object.id)

@@ -18,7 +18,7 @@ static void check_address(struct walk *walk, const struct call_view *call)
     if (!info)
         return;
     lookup.object = check_find_object(context, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                                      (uint64_t)(uintptr_t)info->accelerationStructure);
+                                      handle_number(info->accelerationStructure));
     if (lookup.object.details_known && lookup.object.buffer && !lookup.object.by_address)
         resources_look_up_buffer(context->resources, lookup.object.buffer, &lookup.buffer);
     walk_lookup(walk, &lookup, &location);
@@ -36,7 +36,7 @@ void check_lookup(struct walk *walk, const struct call_view *call)
         .call = call,
         .data_size = arguments->dataSize,
         .object = check_find_object(walk->context, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
-                                    (uint64_t)(uintptr_t)arguments->accelerationStructure)};
+                                    handle_number(arguments->accelerationStructure))};
     walk_lookup(walk, &lookup, &location);
 }
 
@@ -54,10 +54,10 @@ void check_capture(struct walk *walk, const struct call_view *call)
     if (!capture.info)
         return;
     capture.structure = check_find_object(walk->context, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                                          (uint64_t)(uintptr_t)capture.info->accelerationStructure);
+                                          handle_number(capture.info->accelerationStructure));
     capture.nv_structure =
         check_find_object(walk->context, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
-                          (uint64_t)(uintptr_t)capture.info->accelerationStructureNV);
+                          handle_number(capture.info->accelerationStructureNV));
     capture.data_is_cut =
         !readable(walk->context->readable, capture.data, call->device->accel_capture_size);
     walk_capture(walk, &capture, &location);

@@ -114,8 +114,8 @@ static void view_built_micromap(struct check_context *context,
                                 struct built_micromap_view *built)
 {
     const VkMicromapBuildInfoEXT *info = view->info;
-    built->dst = check_find_object(context, VK_OBJECT_TYPE_MICROMAP_EXT,
-                                   (uint64_t)(uintptr_t)info->dstMicromap);
+    built->dst =
+        check_find_object(context, VK_OBJECT_TYPE_MICROMAP_EXT, handle_number(info->dstMicromap));
     if (is_valid)
         find_micromap_sizes(context, view, built);
     if (!command_is_recorded(view->call->command)) {

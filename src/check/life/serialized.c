@@ -55,7 +55,7 @@ static void add_micromap(struct resources *resources, struct referenced_micromap
     if (resources_find_micromap_at(resources, address, &facts) &&
         ARRAY_HAS_ROOM(micromaps->items, micromaps->count, micromaps->capacity))
         micromaps->items[micromaps->count++] =
-            (struct micromap_shape){.handle = (uint64_t)(uintptr_t)facts.handle, .id = facts.id};
+            (struct micromap_shape){.handle = handle_number(facts.handle), .id = facts.id};
 }
 
 /* Looks for an address that is in no buffer. The implementation may write NULL for a geometry

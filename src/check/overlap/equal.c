@@ -30,7 +30,7 @@ static bool make_set(struct sweep *sweep, const struct range_list *list, struct 
  * src/base/handle_table.c. */
 static uint32_t *slot_of(const struct structure_set *set, VkAccelerationStructureKHR handle)
 {
-    uint64_t hash = (uint64_t)(uintptr_t)handle * 0x9e3779b97f4a7c15u;
+    uint64_t hash = handle_number(handle) * 0x9e3779b97f4a7c15u;
     size_t slot = (size_t)(hash >> (64 - set->bits)), mask = ((size_t)1 << set->bits) - 1;
     while (set->slots[slot] && set->structures[set->slots[slot] - 1].handle != handle)
         slot = (slot + 1) & mask;
@@ -83,7 +83,7 @@ static int order_by_handle(const void *a, const void *b)
 {
     const struct used_range *x = *(const struct used_range *const *)a;
     const struct used_range *y = *(const struct used_range *const *)b;
-    int order = compare_numbers((uint64_t)(uintptr_t)x->handle, (uint64_t)(uintptr_t)y->handle);
+    int order = compare_numbers(handle_number(x->handle), handle_number(y->handle));
     return order ? order : compare_numbers(x->build, y->build);
 }
 
@@ -129,8 +129,8 @@ static void visit_equal_srcs(const struct used_range **dsts, uint32_t dst_count,
     bool done_kinds[KIND_COUNT] = {false};
     uint32_t first = 0;
     for (uint32_t s = 0; s < src_count; s++) {
-        uint64_t handle = (uint64_t)(uintptr_t)srcs[s]->handle;
-        while (first < dst_count && (uint64_t)(uintptr_t)dsts[first]->handle < handle)
+        uint64_t handle = handle_number(srcs[s]->handle);
+        while (first < dst_count && handle_number(dsts[first]->handle) < handle)
             first++;
         bool *done = &done_kinds[range_kind(srcs[s])];
         uint32_t end = end_of_partners(first, dst_count);

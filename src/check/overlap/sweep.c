@@ -17,7 +17,7 @@ static int compare_numbers(uint64_t a, uint64_t b)
 
 static uint64_t memory_number(const struct used_range *range)
 {
-    return (uint64_t)(uintptr_t)range->span.memory;
+    return handle_number(range->span.memory);
 }
 
 int range_compare(const struct used_range *a, const struct used_range *b)

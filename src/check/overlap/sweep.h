@@ -86,7 +86,7 @@ static inline void sweep_note_order(struct range_list *list, const struct used_r
         list->unsorted = list->overlapping = true;
     if (same_memory && last->span.end > range->span.begin)
         list->overlapping = true;
-    if ((uint64_t)(uintptr_t)last->handle >= (uint64_t)(uintptr_t)range->handle)
+    if (handle_number(last->handle) >= handle_number(range->handle))
         list->handles_unsorted = true;
 }
 

@@ -152,7 +152,7 @@ static void check_input(struct replay *replay, const struct journal *journal,
     else
         finding_says(
             &finding, field, "{} is in {}, whose memory was freed after the build was recorded",
-            hex(input->address), object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts.buffer));
+            hex(input->address), object(VK_OBJECT_TYPE_BUFFER, handle_number(facts.buffer)));
     judge_report(&judge, rule_of_input(input, facts.status), &finding);
 }
 
@@ -182,10 +182,9 @@ static void check_nv_input(struct replay *replay, const struct journal *journal,
     struct judge judge;
     struct finding finding;
     judge_begin(&judge, replay, journal, input->position, &location);
-    finding_says(&finding, input_name(role, INPUT_OF_NV),
-                 "{} was destroyed after the build was recorded",
-                 destroyed_object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)input->buffer,
-                                  input->buffer_id));
+    finding_says(
+        &finding, input_name(role, INPUT_OF_NV), "{} was destroyed after the build was recorded",
+        destroyed_object(VK_OBJECT_TYPE_BUFFER, handle_number(input->buffer), input->buffer_id));
     judge_report(&judge, nv_rules[role], &finding);
 }
 

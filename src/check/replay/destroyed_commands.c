@@ -121,9 +121,9 @@ static void check_memory(struct replay *replay, const struct journal *journal,
                      "{} was in a buffer that was destroyed after the command was recorded",
                      address_of_missing(VK_OBJECT_TYPE_BUFFER, address));
     else
-        finding_says(
-            &finding, field, "{} is in {}, whose memory was freed after the command was recorded",
-            hex(address), object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts.buffer));
+        finding_says(&finding, field,
+                     "{} is in {}, whose memory was freed after the command was recorded",
+                     hex(address), object(VK_OBJECT_TYPE_BUFFER, handle_number(facts.buffer)));
     judge_report(&judge,
                  facts.status == ADDRESS_NOWHERE ? RULE_copy_memory_address_is_valid
                                                  : RULE_copy_memory_is_backed,

@@ -157,7 +157,7 @@ static void judge_size(struct judge *judge, const struct journal_entry *entry,
                        const struct built *source)
 {
     const struct geometry_shapes *asked = entry->built.shapes;
-    const VkDeviceSize needed = entry->built.needed_size;
+    const VkDeviceSize needed = built_needed_size(&entry->built);
     struct finding finding;
     if (!asked || source->state != BUILT_BEFORE || asked->dst_size >= size_needed(needed, source))
         return;
@@ -292,13 +292,15 @@ static struct copied_place find_place(const struct replay *replay,
 /* Returns the bytes that the build of src needs, which a clone goes on to hold; 0 if they are
  * unknown, or if src was created with less. A compacted structure needs fewer, and so may one whose
  * size was queried. */
-static VkDeviceSize cloned_size(const struct journal_entry *entry, const struct built *source,
-                                const struct copied_place *src)
+static VkDeviceSize cloned_size(const struct replay *replay, const struct journal_entry *entry,
+                                const struct built *source, const struct copied_place *src)
 {
     const bool is_whole =
         entry->kind == JOURNAL_COPY && source->state == BUILT_BEFORE && !source->compacted;
-    const bool is_queried = source->compacted_size && source->compacted_size->full_is_queried;
-    return is_whole && !is_queried && src->size >= source->needed_size ? source->needed_size : 0;
+    const bool is_queried = replay->has_unseen_sizes ||
+                            (source->compacted_size && source->compacted_size->full_is_queried);
+    const VkDeviceSize needed = is_whole && !is_queried ? built_needed_size(source) : 0;
+    return src->size >= needed ? needed : 0;
 }
 
 /* Structures that begin at the same byte are reported at the call. */
@@ -313,7 +315,7 @@ static void judge_copied_bytes(struct judge *judge, const struct sized_copy_view
     finding_says(&finding, "dst",
                  "{} begins at byte {} of {}, and src {} at byte {}: the copy accesses {} of each",
                  object(copy->object_type, copy->dst), hex(dst->begin),
-                 object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)dst->memory),
+                 object(VK_OBJECT_TYPE_DEVICE_MEMORY, handle_number(dst->memory)),
                  object(copy->object_type, copy->src), hex(src->begin),
                  count_of(copy->queried_size, "byte"));
     judge_report(judge, RULE_copied_memory_does_not_overlap, &finding);
@@ -352,7 +354,7 @@ void judge_copy_size(struct replay *replay, const struct journal *journal,
         .dst_size = size_of_dst(replay, entry),
         .queried_size = queried_size(entry, source),
         .is_full = knows_full_size(entry, source),
-        .needed_size = cloned_size(entry, source, &src),
+        .needed_size = cloned_size(replay, entry, source, &src),
     };
     judge_begin_read(&judge, replay, journal, entry);
     walk_sized_copy(&judge.walk, &view, &judge.location);

@@ -60,8 +60,10 @@ static struct compacted_size *compacted_size_of(struct replay *replay,
     struct built *built = &structures_find(replay->structures, entry->src_id)->built;
     if (!built->compacted_size)
         built->compacted_size = compacted_size_create(entry->src_id);
-    if (!built->compacted_size)
+    if (!built->compacted_size) {
+        replay->has_unseen_sizes = true;
         return NULL;
+    }
     if (type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR)
         built->compacted_size->full_is_queried = true;
     return is_of_one_structure(type) && built->compacted_size->serialized_id != entry->src_id

@@ -27,8 +27,8 @@ static WALK_ALL(unbound_access)
     finding_says(&finding, is_dst ? "dstAccelerationStructure" : "srcAccelerationStructure",
                  "{} lies in {}, whose bytes [{}, {}) are not bound to memory",
                  object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                        (uint64_t)(uintptr_t)unbound->structure->handle),
-                 object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)unbound->structure->buffer),
+                        handle_number(unbound->structure->handle)),
+                 object(VK_OBJECT_TYPE_BUFFER, handle_number(unbound->structure->buffer)),
                  hex(unbound->begin), hex(unbound->end));
     if (unbound->structure->fully_bound)
         also_violates(&finding, RULE_fully_bound_range_is_bound);

@@ -97,7 +97,7 @@ void replay_note_update(struct replay *replay, const struct journal *journal,
         return;
     struct input_note *note = add_note(replay, journal, entry);
     const struct built *source = replay_read(replay, entry);
-    if (!note || source->state != BUILT_BEFORE || !source->inputs)
+    if (!note || source->state != BUILT_BEFORE || !built_inputs(source))
         return;
     note->inputs = build_inputs_create(entry->built.shapes->count);
     note->source = built_share(source);

@@ -116,7 +116,7 @@ bool line_of_device(struct json *json, VkDevice device, const char *name,
                     const VkPhysicalDeviceDriverProperties *driver)
 {
     line_begin(json, "Device");
-    json_hex(json, "device", (uint64_t)(uintptr_t)device);
+    json_hex(json, "device", handle_number(device));
     json_text(json, "DeviceName", name);
     json_text_of_size(json, "Driver", driver->driverName, sizeof(driver->driverName));
     json_text_of_size(json, "DriverInfo", driver->driverInfo, sizeof(driver->driverInfo));
@@ -222,9 +222,9 @@ static void write_origin(struct json *json, const struct message *message)
 {
     const struct call_origin *origin = message->origin;
     if (origin->device)
-        json_hex(json, "device", (uint64_t)(uintptr_t)origin->device);
+        json_hex(json, "device", handle_number(origin->device));
     if (origin->queue)
-        json_hex(json, "queue", (uint64_t)(uintptr_t)origin->queue);
+        json_hex(json, "queue", handle_number(origin->queue));
     if (origin->queue && origin->submission)
         json_number(json, "submission", origin->submission);
     if (origin->when)
@@ -328,10 +328,10 @@ static void write_object(struct json *json, const char *key, const char *name_ke
 
 static void write_queue(struct json *json, const struct log_record *record)
 {
-    json_hex(json, "device", (uint64_t)(uintptr_t)record->device);
+    json_hex(json, "device", handle_number(record->device));
     if (!record->queue)
         return;
-    json_hex(json, "queue", (uint64_t)(uintptr_t)record->queue);
+    json_hex(json, "queue", handle_number(record->queue));
     if (record->submission)
         json_number(json, "submission", record->submission);
 }
@@ -340,7 +340,7 @@ static void write_command_buffers(struct json *json, const struct log_record *re
 {
     json_begin_array(json, "command_buffers");
     for (uint32_t i = 0; i < record->command_count && i < COMMAND_BUFFERS_SHOWN; i++)
-        json_hex(json, NULL, (uint64_t)(uintptr_t)record->commands[i].handle);
+        json_hex(json, NULL, handle_number(record->commands[i].handle));
     json_end_array(json);
 }
 
@@ -353,7 +353,7 @@ static void write_structure(struct json *json, const struct log_record *record)
 static void write_command(struct json *json, const struct log_record *record)
 {
     write_object(json, "command_buffer", "command_buffer_name", record,
-                 VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)record->command_buffer);
+                 VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(record->command_buffer));
     if (record->has_position)
         json_number(json, "build", record->position);
     json_text(json, "mode", record->mode);
@@ -370,7 +370,7 @@ static void write_command(struct json *json, const struct log_record *record)
     if (record->scratch_size)
         json_number(json, "scratch_size", record->scratch_size);
     if (record->memory) {
-        json_hex(json, "memory", (uint64_t)(uintptr_t)record->memory);
+        json_hex(json, "memory", handle_number(record->memory));
         json_number(json, "memory_offset", record->memory_offset);
     }
 }
@@ -378,7 +378,7 @@ static void write_command(struct json *json, const struct log_record *record)
 static void write_instances(struct json *json, const struct log_record *record)
 {
     write_object(json, "command_buffer", "command_buffer_name", record,
-                 VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)record->command_buffer);
+                 VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(record->command_buffer));
     json_number(json, "build", record->position);
     write_structure(json, record);
     json_number(json, "structure_count", record->reference_total);

@@ -73,7 +73,7 @@ static bool may_disable_micromaps(const struct instance_view *instance, struct f
                     "without VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT",
                     number(instance->index), instance_flags(instance->instance.flags),
                     object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                           (uint64_t)(uintptr_t)instance->referenced->handle));
+                           handle_number(instance->referenced->handle)));
 }
 
 /* The registry has this valid usage for the instance and for the commands that read instances from
@@ -94,7 +94,7 @@ bool instances_disable_micromaps_only_if_their_blas_allows(const struct instance
 
 static struct value accel(VkAccelerationStructureKHR handle)
 {
-    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)handle);
+    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle_number(handle));
 }
 
 static bool shows_what_was_written(const VkAccelerationStructureInstanceKHR *instance,
@@ -109,7 +109,7 @@ bool instance_references_are_valid_handles(const struct instance_view *instance,
                                            struct finding *finding)
 {
     const struct accel_facts *referenced = instance->referenced;
-    const uint64_t reference = (uint64_t)(uintptr_t)referenced->handle;
+    const uint64_t reference = handle_number(referenced->handle);
     if (instance->has_motion || !referenced->handle || referenced->alive != NO)
         return true;
     if (instance->confused)
@@ -226,12 +226,12 @@ bool instances_behind_pointers_are_aligned(const struct instance_pointer_view *i
 static struct value structure(const struct reference_view *reference)
 {
     return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                  (uint64_t)(uintptr_t)reference->referenced->handle);
+                  handle_number(reference->referenced->handle));
 }
 
 static struct value buffer(const struct reference_view *reference)
 {
-    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)reference->referenced->buffer);
+    return object(VK_OBJECT_TYPE_BUFFER, handle_number(reference->referenced->buffer));
 }
 
 #define REFERS_TO "leads to instance {}, which refers to {}, "

@@ -130,5 +130,5 @@ bool motion_instance_references_are_valid_handles(
                     "acceleration structure of this device: it was destroyed or never created",
                     number(motion_instance->index),
                     destroyed_object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                                     (uint64_t)(uintptr_t)referenced->handle, 0));
+                                     handle_number(referenced->handle), 0));
 }

@@ -48,7 +48,7 @@ bool indexed_vertices_are_within_their_buffer(const struct indices_view *indices
                     "past the end of {}",
                     number(indices->range->firstVertex), number(indices->max),
                     count_of(indices->past_end, "byte"),
-                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)indices->buffer));
+                    object(VK_OBJECT_TYPE_BUFFER, handle_number(indices->buffer)));
 }
 
 /* A build range that consumes more vertices than maxVertex allows also exceeds maxVertex, by an

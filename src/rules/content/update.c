@@ -9,8 +9,8 @@
 static bool find_both(const struct updated_geometry_view *geometry,
                       const struct geometry_inputs **asked, const struct geometry_inputs **source)
 {
-    *asked = build_inputs_of(geometry->update->asked->inputs, geometry->index);
-    *source = build_inputs_of(geometry->update->source->inputs, geometry->index);
+    *asked = build_inputs_of(built_inputs(geometry->update->asked), geometry->index);
+    *source = build_inputs_of(built_inputs(geometry->update->source), geometry->index);
     return *asked && *source && geometry->asked->type == geometry->source->type &&
            (*asked)->primitive_count == (*source)->primitive_count;
 }

@@ -89,14 +89,14 @@ bool copy_memory_is_backed(const struct copy_view *copy, struct finding *finding
            violated(finding, memory_field(copy),
                     "{} is in {}, which is not bound to memory, or whose memory was freed",
                     hex(copy->address),
-                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)copy->memory.buffer));
+                    object(VK_OBJECT_TYPE_BUFFER, handle_number(copy->memory.buffer)));
 }
 
 /* ---- the memory of the structures */
 
 static struct value buffer_of(const struct life_object *accel)
 {
-    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)accel->buffer);
+    return object(VK_OBJECT_TYPE_BUFFER, handle_number(accel->buffer));
 }
 
 static bool is_backed(const struct life_object *accel, struct finding *finding, const char *field)
@@ -193,6 +193,6 @@ bool copied_memory_does_not_overlap(const struct copy_view *copy, struct finding
     return !src->memory || src->memory != dst->memory || src->begin != dst->begin ||
            violated(finding, "dst", "{} begins at byte {} of {}, where {}, the src, begins, too",
                     life_object_value(&copy->dst), hex(dst->begin),
-                    object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)dst->memory),
+                    object(VK_OBJECT_TYPE_DEVICE_MEMORY, handle_number(dst->memory)),
                     life_object_value(&copy->src));
 }

@@ -10,7 +10,7 @@ static bool is_opacity_micromap(const struct create_view *create)
 
 static struct value buffer(const struct create_view *create)
 {
-    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)create->buffer.handle);
+    return object(VK_OBJECT_TYPE_BUFFER, handle_number(create->buffer.handle));
 }
 
 /* ---- the type and the flags */

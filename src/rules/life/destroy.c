@@ -59,8 +59,8 @@ bool destroyed_object_is_not_in_use(const struct destroyed_view *destroyed, stru
                     "{} is used by {} in {}, which was submitted to {} (submission {}) and has not "
                     "completed as far as the application has observed",
                     life_object_value(&destroyed->object), text(build_command_name(use->command)),
-                    object(VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)use->command_buffer),
-                    object(VK_OBJECT_TYPE_QUEUE, (uint64_t)(uintptr_t)use->queue),
+                    object(VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(use->command_buffer)),
+                    object(VK_OBJECT_TYPE_QUEUE, handle_number(use->queue)),
                     number(use->submission)) ||
            (use->timeout &&
             remarks(finding,

@@ -65,7 +65,7 @@ bool size_query_instance_counts_are_within_limit(const struct size_query_view *s
 
 static struct value buffer_of(const struct lookup_view *lookup)
 {
-    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)lookup->object.buffer);
+    return object(VK_OBJECT_TYPE_BUFFER, handle_number(lookup->object.buffer));
 }
 
 bool address_of_structure_needs_bound_buffer(const struct lookup_view *lookup,
@@ -191,12 +191,12 @@ bool captured_data_fits(const struct capture_view *capture, struct finding *find
 static struct value structure_of(const struct binding_view *binding)
 {
     return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
-                  (uint64_t)(uintptr_t)binding->info->accelerationStructure);
+                  handle_number(binding->info->accelerationStructure));
 }
 
 static struct value memory_of(const struct binding_view *binding)
 {
-    return object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)binding->info->memory);
+    return object(VK_OBJECT_TYPE_DEVICE_MEMORY, handle_number(binding->info->memory));
 }
 
 bool bound_structure_has_no_memory_yet(const struct binding_view *binding, struct finding *finding)

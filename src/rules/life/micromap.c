@@ -122,7 +122,7 @@ bool built_micromap_is_large_enough(const struct built_micromap_view *built_micr
 
 static struct value buffer_of(const struct life_object *dst)
 {
-    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)dst->buffer);
+    return object(VK_OBJECT_TYPE_BUFFER, handle_number(dst->buffer));
 }
 
 bool built_micromap_is_backed(const struct built_micromap_view *built_micromap,
@@ -161,7 +161,7 @@ bool built_micromap_has_one_memory_instance(const struct built_micromap_view *bu
 
 static struct value buffer_at(const struct address_facts *facts)
 {
-    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer);
+    return object(VK_OBJECT_TYPE_BUFFER, handle_number(facts->buffer));
 }
 
 /* Returns 0 if it is unknown. */

@@ -36,7 +36,7 @@ bool query_type_is_of_the_command(const struct query_view *query, struct finding
 
 static struct value pool_of(const struct query_view *query)
 {
-    return object(VK_OBJECT_TYPE_QUERY_POOL, (uint64_t)(uintptr_t)query->pool.handle);
+    return object(VK_OBJECT_TYPE_QUERY_POOL, handle_number(query->pool.handle));
 }
 
 /* If queryType is invalid, the pool cannot match it. */
@@ -71,7 +71,7 @@ bool read_queries_are_initialized(const struct read_queries_view *read_queries,
            violated(finding, "queryPool",
                     "{} has query {}, which no command has reset or written since the pool was "
                     "created",
-                    object(VK_OBJECT_TYPE_QUERY_POOL, (uint64_t)(uintptr_t)read_queries->pool),
+                    object(VK_OBJECT_TYPE_QUERY_POOL, handle_number(read_queries->pool)),
                     number(read_queries->number));
 }
 
@@ -197,7 +197,7 @@ bool query_data_holds_all_results(const struct query_view *query, struct finding
 
 static struct value buffer_of(const struct life_object *object_)
 {
-    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)object_->buffer);
+    return object(VK_OBJECT_TYPE_BUFFER, handle_number(object_->buffer));
 }
 
 static bool is_backed(const struct life_object *object, struct finding *finding)

@@ -30,7 +30,7 @@ bool serialized_data_is_complete(const struct copy_view *copy, struct finding *f
         return violated(finding, memory_of(copy),
                         "{} holds data of {}, as the header says, but {} ends {} behind it",
                         hex(copy->address), count_of(copy->data.size, "byte"),
-                        object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)copy->memory.buffer),
+                        object(VK_OBJECT_TYPE_BUFFER, handle_number(copy->memory.buffer)),
                         count_of(copy->memory.bytes_left, "byte"));
     return header_is_complete(copy) ||
            violated(

@@ -89,7 +89,7 @@ bool written_query_is_unavailable(const struct written_query_view *written_query
                                   struct finding *finding)
 {
     return violated(finding, "queryPool", "{} has query {}, which {}",
-                    object(VK_OBJECT_TYPE_QUERY_POOL, (uint64_t)(uintptr_t)written_query->pool),
+                    object(VK_OBJECT_TYPE_QUERY_POOL, handle_number(written_query->pool)),
                     number(written_query->number),
                     text(written_query->is_available
                              ? "an earlier command wrote and nothing reset since"

@@ -173,13 +173,12 @@ bool micromap_dst_is_micromap_or_generic(const struct micromap_build_view *micro
     return !is_micromap(micromap_build->build) || !dst->details_known ||
            dst->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR ||
            dst->type == VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR ||
-           violated(
-               finding, "dstAccelerationStructure",
-               "{} was created with type {}, neither "
-               "VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR nor "
-               "VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR",
-               object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)dst->handle),
-               accel_type(dst->type));
+           violated(finding, "dstAccelerationStructure",
+                    "{} was created with type {}, neither "
+                    "VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR nor "
+                    "VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR",
+                    object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle_number(dst->handle)),
+                    accel_type(dst->type));
 }
 
 /* ---- geometries */

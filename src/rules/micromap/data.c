@@ -145,7 +145,7 @@ bool micromap_addresses_are_aligned(const struct micromap_data_view *micromap_da
 
 static struct value buffer(const struct address_facts *facts)
 {
-    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer);
+    return object(VK_OBJECT_TYPE_BUFFER, handle_number(facts->buffer));
 }
 
 /* A product that overflows exceeds any buffer. */

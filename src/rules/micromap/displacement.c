@@ -9,10 +9,10 @@ bool displacement_micromap_is_valid(const struct displacement_view *displacement
                                     struct finding *finding)
 {
     return displacement->micromap.alive != NO || displacement->micromap.of_another_device ||
-           violated_by_handle(finding, DISPLACEMENT_DATA "micromap",
-                              object(VK_OBJECT_TYPE_MICROMAP_EXT,
-                                     (uint64_t)(uintptr_t)displacement->micromap.handle),
-                              "a micromap of this device");
+           violated_by_handle(
+               finding, DISPLACEMENT_DATA "micromap",
+               object(VK_OBJECT_TYPE_MICROMAP_EXT, handle_number(displacement->micromap.handle)),
+               "a micromap of this device");
 }
 
 static bool format_is_valid(const struct displacement_view *displacement, struct finding *finding,

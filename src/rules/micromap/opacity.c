@@ -7,7 +7,7 @@
 static struct value micromap_of(const struct opacity_view *opacity)
 {
     return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                  (uint64_t)(uintptr_t)opacity->opacity->micromap);
+                  handle_number(opacity->opacity->micromap));
 }
 
 bool opacity_micromap_is_valid(const struct opacity_view *opacity, struct finding *finding)
@@ -85,7 +85,7 @@ bool opacity_indices_are_in_one_buffer(const struct opacity_view *opacity, struc
            violated(finding, OPACITY_DATA "indexBuffer",
                     "{} leaves {} to the end of {}, not enough for {} with indexStride {}",
                     hex(indices->address), count_of(indices->bytes_left, "byte"),
-                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)indices->buffer),
+                    object(VK_OBJECT_TYPE_BUFFER, handle_number(indices->buffer)),
                     count_of(opacity->primitive_count, "triangle"), number(stride));
 }
 

@@ -13,10 +13,10 @@ bool ext_opacity_micromap_is_valid(const struct opacity_ext_view *opacity_ext,
                                    struct finding *finding)
 {
     return opacity_ext->micromap.alive != NO || opacity_ext->micromap.of_another_device ||
-           violated_by_handle(finding, OPACITY_EXT_DATA "micromap",
-                              object(VK_OBJECT_TYPE_MICROMAP_EXT,
-                                     (uint64_t)(uintptr_t)opacity_ext->micromap.handle),
-                              "a micromap of this device");
+           violated_by_handle(
+               finding, OPACITY_EXT_DATA "micromap",
+               object(VK_OBJECT_TYPE_MICROMAP_EXT, handle_number(opacity_ext->micromap.handle)),
+               "a micromap of this device");
 }
 
 /* ---- usages */

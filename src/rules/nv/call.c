@@ -92,14 +92,14 @@ bool nv_update_src_and_dst_do_not_alias(const struct nv_call_view *nv_call, stru
     return violated(finding, "dst",
                     "{} shares bytes [{}, {}) of {} with src {}, and is not the same object",
                     nv_structure(nv_call->dst), hex(begin), hex(end),
-                    object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)dst->memory),
+                    object(VK_OBJECT_TYPE_DEVICE_MEMORY, handle_number(dst->memory)),
                     nv_structure(nv_call->src));
 }
 
 bool nv_dst_is_bound_to_memory(const struct nv_call_view *nv_call, struct finding *finding)
 {
     const struct nv_accel_facts *dst = &nv_call->dst_facts;
-    struct value memory = object(VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)dst->memory);
+    struct value memory = object(VK_OBJECT_TYPE_DEVICE_MEMORY, handle_number(dst->memory));
     switch (dst->binding) {
     case NV_BINDING_UNKNOWN:
     case NV_BOUND:

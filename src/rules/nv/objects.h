@@ -8,12 +8,12 @@
 
 static inline struct value nv_structure(VkAccelerationStructureNV handle)
 {
-    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV, (uint64_t)(uintptr_t)handle);
+    return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV, handle_number(handle));
 }
 
 static inline struct value nv_buffer(VkBuffer handle)
 {
-    return object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)handle);
+    return object(VK_OBJECT_TYPE_BUFFER, handle_number(handle));
 }
 
 /* Returns true for VK_NULL_HANDLE, too: the callers decide if that is valid. */

@@ -100,15 +100,15 @@ struct built built_share(const struct built *built)
         add_reference(&built->shapes->references);
     if (built->compacted_size)
         add_reference(&built->compacted_size->references);
-    build_inputs_share(built->inputs);
+    build_inputs_share(built_inputs(built));
     return *built;
 }
 
 void built_release(struct built *built)
 {
+    build_inputs_release(built_inputs(built));
     if (built->shapes && drop_reference(&built->shapes->references))
         free(built->shapes);
-    build_inputs_release(built->inputs);
     if (built->compacted_size && drop_reference(&built->compacted_size->references))
         free(built->compacted_size);
     *built = (struct built){0};
@@ -266,7 +266,7 @@ struct geometry_shapes *built_with_micromaps(uint32_t count, const struct microm
     struct geometry_shapes *shapes = allocate_shapes(count, 0, true);
     if (!shapes)
         return NULL;
-    shapes->dst_size = 0;
+    shapes->dst_size = shapes->needed_size = 0;
     memset(shapes->items, 0, count * sizeof(shapes->items[0]));
     memcpy((char *)shapes + micromaps_offset(count, 0), micromaps, count * sizeof(*micromaps));
     return shapes;
@@ -288,6 +288,7 @@ static struct geometry_shapes *describe_geometries(const struct build_descriptio
     if (!shapes)
         return NULL;
     shapes->dst_size = description->dst_size;
+    shapes->needed_size = description->needed_size;
     for (uint32_t i = 0; i < shapes->count; i++)
         shapes->items[i] = describe_geometry(build_geometry(description->info, i),
                                              description->ranges ? &description->ranges[i] : NULL);
@@ -335,7 +336,7 @@ struct geometry_shapes *built_nv_shapes(const VkAccelerationStructureInfoNV *inf
     struct geometry_shapes *shapes = allocate_shapes(count, 0, false);
     if (!shapes)
         return NULL;
-    shapes->dst_size = 0;
+    shapes->dst_size = shapes->needed_size = 0;
     for (uint32_t i = 0; i < count; i++)
         shapes->items[i] =
             is_top ? (struct geometry_shape){.type = VK_GEOMETRY_TYPE_INSTANCES_KHR,

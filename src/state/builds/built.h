@@ -98,7 +98,8 @@ struct micromap_shape {
 struct geometry_shapes {
     atomic_uint references;
     bool has_micromaps;
-    VkDeviceSize dst_size; /* of an update: that dst was created with, in bytes; 0: unknown */
+    VkDeviceSize dst_size;    /* of an update: that dst was created with, in bytes; 0: unknown */
+    VkDeviceSize needed_size; /* see built_needed_size() */
     uint32_t count, dense_count;
     struct geometry_shape items[];
 };
@@ -143,8 +144,11 @@ struct built {
     uint32_t position;
 
     uint32_t geometry_count;
-    struct geometry_shapes *shapes; /* NULL: not kept */
-    struct build_inputs *inputs;    /* NULL: not kept */
+    struct geometry_shapes *shapes;  /* NULL: not kept */
+    union {                          /* a recorded build takes little memory */
+        struct build_inputs *inputs; /* see built_inputs(); with shapes */
+        VkDeviceSize plain_size;     /* see built_needed_size(); without shapes */
+    };
     VkAccelerationStructureTypeKHR type;
     VkBuildAccelerationStructureFlagsKHR flags;
     uint32_t command_buffer_id; /* 0: unknown */
@@ -159,10 +163,20 @@ struct built {
     /* In live states and queries: the compacted size of the build, or of the build that was
      * compacted. NULL if it has not been queried. */
     struct compacted_size *compacted_size;
-    /* Bytes: accelerationStructureSize, as vkGetAccelerationStructureBuildSizesKHR returns it for
-     * the build, or for the parameters of the update; 0: unknown. */
-    VkDeviceSize needed_size;
 };
+
+/* Returns NULL if the inputs are not kept. */
+static inline struct build_inputs *built_inputs(const struct built *built)
+{
+    return built->shapes ? built->inputs : NULL;
+}
+
+/* Returns accelerationStructureSize in bytes, as vkGetAccelerationStructureBuildSizesKHR returns it
+ * for the build, or for the parameters of the update; 0: unknown. */
+static inline VkDeviceSize built_needed_size(const struct built *built)
+{
+    return built->shapes ? built->shapes->needed_size : built->plain_size;
+}
 
 /* Returns the compacted size of the build of a structure, with one reference, or NULL if there is
  * no memory. */
@@ -207,12 +221,11 @@ static inline void built_describe(struct built *built,
     built->type = info->type;
     built->flags = info->flags;
     built->shapes = NULL;
-    built->inputs = NULL;
+    built->plain_size = 0;
     built->state = BUILT_BEFORE;
     built->compacted = built->sole = built->unwritten = false;
     built->is_micromap = built->is_original = false;
     built->compacted_size = NULL;
-    built->needed_size = 0;
 }
 
 /* Makes a description unknown except for its position. */
@@ -231,7 +244,7 @@ static inline bool built_has_shapes(const VkAccelerationStructureBuildGeometryIn
 struct build_description {
     const VkAccelerationStructureBuildGeometryInfoKHR *info;
     const VkAccelerationStructureBuildRangeInfoKHR *ranges;
-    VkDeviceSize dst_size;                 /* see struct geometry_shapes */
+    VkDeviceSize dst_size, needed_size;    /* see struct geometry_shapes */
     bool dense_readable;                   /* the chains of dense geometries are readable */
     const struct micromap_uses *micromaps; /* NULL: none */
     struct build_inputs *inputs;           /* shared; NULL: none */

@@ -186,10 +186,9 @@ void command_buffers_destroy(struct command_buffers *command_buffers)
 static struct command_pool *take_out_pool(struct command_buffers *command_buffers,
                                           VkCommandPool handle)
 {
-    struct command_pool *pool =
-        handle_table_remove(&command_buffers->pools, (uint64_t)(uintptr_t)handle);
+    struct command_pool *pool = handle_table_remove(&command_buffers->pools, handle_number(handle));
     for (struct command_buffer *b = pool ? pool->first : NULL; b; b = b->next)
-        handle_table_remove(&command_buffers->buffers, (uint64_t)(uintptr_t)b->handle);
+        handle_table_remove(&command_buffers->buffers, handle_number(b->handle));
     return pool;
 }
 
@@ -204,7 +203,7 @@ void command_buffers_add_pool(struct command_buffers *command_buffers, VkCommand
                                       .is_protected = is_protected};
     reader_lock_write(&command_buffers->lock);
     struct command_pool *old = take_out_pool(command_buffers, handle);
-    if (!pool || !handle_table_set(&command_buffers->pools, (uint64_t)(uintptr_t)handle, pool)) {
+    if (!pool || !handle_table_set(&command_buffers->pools, handle_number(handle), pool)) {
         command_buffers->incomplete = true;
         free(pool);
     }
@@ -232,8 +231,7 @@ void command_buffers_reset_pool(struct command_buffers *command_buffers, VkComma
                                 bool releases)
 {
     unsigned stripe = reader_lock_enter(&command_buffers->lock);
-    struct command_pool *pool =
-        handle_table_find(&command_buffers->pools, (uint64_t)(uintptr_t)handle);
+    struct command_pool *pool = handle_table_find(&command_buffers->pools, handle_number(handle));
     for (struct command_buffer *b = pool ? pool->first : NULL; b; b = b->next)
         command_buffer_reset(b, releases, VK_SUCCESS);
     reader_lock_leave(&command_buffers->lock, stripe);
@@ -263,7 +261,7 @@ static void link_to_pool(struct command_buffer *command_buffer, struct command_p
 static void remove_command_buffer(struct command_buffers *command_buffers, VkCommandBuffer handle)
 {
     struct command_buffer *old =
-        handle_table_remove(&command_buffers->buffers, (uint64_t)(uintptr_t)handle);
+        handle_table_remove(&command_buffers->buffers, handle_number(handle));
     if (!old)
         return;
     unlink_from_pool(old);
@@ -275,7 +273,7 @@ static void add_command_buffer(struct command_buffers *command_buffers, struct c
 {
     remove_command_buffer(command_buffers, handle);
     struct command_buffer *new = pool ? take_record(command_buffers) : NULL;
-    if (!new || !handle_table_set(&command_buffers->buffers, (uint64_t)(uintptr_t)handle, new)) {
+    if (!new || !handle_table_set(&command_buffers->buffers, handle_number(handle), new)) {
         command_buffers->incomplete = true;
         if (new)
             keep_for_reuse(command_buffers, new);
@@ -297,8 +295,7 @@ void command_buffers_add(struct command_buffers *command_buffers, VkCommandPool 
                          VkCommandBufferLevel level, uint32_t count, const VkCommandBuffer *handles)
 {
     reader_lock_write(&command_buffers->lock);
-    struct command_pool *owner =
-        handle_table_find(&command_buffers->pools, (uint64_t)(uintptr_t)pool);
+    struct command_pool *owner = handle_table_find(&command_buffers->pools, handle_number(pool));
     for (uint32_t i = 0; i < count; i++)
         add_command_buffer(command_buffers, owner, level, handles[i]);
     reader_lock_write_done(&command_buffers->lock);
@@ -317,7 +314,7 @@ void command_buffers_remove(struct command_buffers *command_buffers, uint32_t co
 static struct command_buffer *_Atomic *recent_slot(struct command_buffers *command_buffers,
                                                    VkCommandBuffer handle)
 {
-    uint64_t hash = (uint64_t)(uintptr_t)handle * 0x9e3779b97f4a7c15u;
+    uint64_t hash = handle_number(handle) * 0x9e3779b97f4a7c15u;
     return &command_buffers->recent[hash >> (64 - RECENT_BITS)];
 }
 
@@ -326,7 +323,7 @@ look_up(struct command_buffers *command_buffers, VkCommandBuffer handle)
 {
     unsigned stripe = reader_lock_enter(&command_buffers->lock);
     struct command_buffer *found =
-        handle_table_find(&command_buffers->buffers, (uint64_t)(uintptr_t)handle);
+        handle_table_find(&command_buffers->buffers, handle_number(handle));
     reader_lock_leave(&command_buffers->lock, stripe);
     if (found)
         atomic_store_explicit(recent_slot(command_buffers, handle), found, memory_order_release);

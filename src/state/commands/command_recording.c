@@ -188,7 +188,7 @@ struct recent_memory {
 
 static uint32_t slot_of(VkDeviceMemory memory)
 {
-    return (uint64_t)(uintptr_t)memory * 0x9e3779b97f4a7c15u >> (64 - RECENT_BITS);
+    return handle_number(memory) * 0x9e3779b97f4a7c15u >> (64 - RECENT_BITS);
 }
 
 static uint64_t look_up_memory(struct journal *journal, struct resources *resources,

@@ -24,7 +24,7 @@ struct deferred_operations {
 
 static uint64_t key_of(VkDeferredOperationKHR handle)
 {
-    return (uint64_t)(uintptr_t)handle;
+    return handle_number(handle);
 }
 
 VkResult deferred_operations_create(struct deferred_operations **operations,

@@ -39,7 +39,7 @@ void events_destroy(struct events *events)
 
 static uint64_t key_of(VkEvent handle)
 {
-    return (uint64_t)(uintptr_t)handle;
+    return handle_number(handle);
 }
 
 void events_add(struct events *events, VkEvent handle, bool device_only)

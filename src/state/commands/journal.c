@@ -70,8 +70,8 @@ void journal_add_binding(struct journal *journal, const struct sparse_binding *b
 {
     struct journal_entry entry = {
         .kind = JOURNAL_BIND,
-        .dst = (uint64_t)(uintptr_t)binding->buffer,
-        .src = (uint64_t)(uintptr_t)binding->memory,
+        .dst = handle_number(binding->buffer),
+        .src = handle_number(binding->memory),
         .dst_id = binding->buffer_id,
         .src_id = binding->memory_id,
         .binding = {binding->offset, binding->size, binding->memory_offset},

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The stack of labels; labels and counts by queue. */
 #include "src/state/commands/label_stack.h"
+#include "src/base/handle.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -146,7 +147,7 @@ void shared_labels_release(struct shared_labels *labels)
 /* Returns NULL without memory. */
 static struct queue_record *find_or_add_queue(struct queue_labels *labels, VkQueue handle)
 {
-    uint64_t key = (uint64_t)(uintptr_t)handle;
+    uint64_t key = handle_number(handle);
     struct queue_record *queue = key ? handle_table_find(&labels->queues, key) : NULL;
     if (queue || !key)
         return queue;

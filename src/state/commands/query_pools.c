@@ -50,8 +50,7 @@ void query_pools_destroy(struct query_pools *pools)
 
 static struct pool_record *take_out(struct query_pools *pools, VkQueryPool handle)
 {
-    struct pool_record *record =
-        handle_table_remove(&pools->by_handle, (uint64_t)(uintptr_t)handle);
+    struct pool_record *record = handle_table_remove(&pools->by_handle, handle_number(handle));
     if (record)
         atomic_fetch_sub_explicit(&pools->count, 1, memory_order_relaxed);
     return record;
@@ -80,7 +79,7 @@ void query_pools_add(struct query_pools *pools, VkQueryPool handle,
         record->pool.first_id = pools->next_id;
         pools->next_id += info->queryCount;
     }
-    if (record && handle_table_set(&pools->by_handle, (uint64_t)(uintptr_t)handle, record)) {
+    if (record && handle_table_set(&pools->by_handle, handle_number(handle), record)) {
         atomic_fetch_add_explicit(&pools->count, 1, memory_order_relaxed);
     } else {
         release_pool(record);
@@ -96,8 +95,7 @@ void query_pools_facts(struct query_pools *pools, VkQueryPool handle,
     if (!handle)
         return;
     unsigned stripe = reader_lock_enter(&pools->lock);
-    const struct pool_record *record =
-        handle_table_find(&pools->by_handle, (uint64_t)(uintptr_t)handle);
+    const struct pool_record *record = handle_table_find(&pools->by_handle, handle_number(handle));
     facts->alive = record ? YES : pools->incomplete ? UNKNOWN : NO;
     if (record) {
         facts->type = record->pool.type;
@@ -137,7 +135,7 @@ bool query_pools_find(struct query_pools *pools, VkQueryPool handle, struct quer
         return false;
     unsigned stripe = reader_lock_enter(&pools->lock);
     const bool has_ids =
-        copy_if_tracked(handle_table_find(&pools->by_handle, (uint64_t)(uintptr_t)handle), pool);
+        copy_if_tracked(handle_table_find(&pools->by_handle, handle_number(handle)), pool);
     reader_lock_leave(&pools->lock, stripe);
     return has_ids;
 }
@@ -145,8 +143,7 @@ bool query_pools_find(struct query_pools *pools, VkQueryPool handle, struct quer
 enum tristate query_pools_has(struct query_pools *pools, VkQueryPool handle, uint64_t query_id)
 {
     unsigned stripe = reader_lock_enter(&pools->lock);
-    const struct pool_record *record =
-        handle_table_find(&pools->by_handle, (uint64_t)(uintptr_t)handle);
+    const struct pool_record *record = handle_table_find(&pools->by_handle, handle_number(handle));
     const enum tristate absent = pools->incomplete ? UNKNOWN : NO;
     const bool has =
         record && record->pool.first_id && query_id - record->pool.first_id < record->pool.count;
@@ -166,7 +163,7 @@ bool query_pools_touch(struct query_pools *pools, VkQueryPool handle, uint32_t f
     if (!has_pools(pools))
         return false;
     reader_lock_write(&pools->lock);
-    struct pool_record *record = handle_table_find(&pools->by_handle, (uint64_t)(uintptr_t)handle);
+    struct pool_record *record = handle_table_find(&pools->by_handle, handle_number(handle));
     if (record && record->touched)
         for (uint32_t i = query_pool_clamp(&record->pool, first, count); i-- > 0;)
             record->touched[first + i] = true;
@@ -192,8 +189,7 @@ bool query_pools_find_untouched(struct query_pools *pools, VkQueryPool handle, u
     if (!has_pools(pools))
         return false;
     unsigned stripe = reader_lock_enter(&pools->lock);
-    const struct pool_record *record =
-        handle_table_find(&pools->by_handle, (uint64_t)(uintptr_t)handle);
+    const struct pool_record *record = handle_table_find(&pools->by_handle, handle_number(handle));
     const bool found = record && record->touched && find_untouched(record, first, count, number);
     reader_lock_leave(&pools->lock, stripe);
     return found;

@@ -2,16 +2,17 @@
 /* The semaphores and fences of an order, and the completions that the host has observed. */
 #include <stdlib.h>
 
+#include "src/base/handle.h"
 #include "src/state/order/records.h"
 
 static uint64_t key_of_semaphore(VkSemaphore handle)
 {
-    return (uint64_t)(uintptr_t)handle;
+    return handle_number(handle);
 }
 
 static uint64_t key_of_fence(VkFence handle)
 {
-    return (uint64_t)(uintptr_t)handle;
+    return handle_number(handle);
 }
 
 struct semaphore_clock *execution_order_semaphore(const struct execution_order *order,

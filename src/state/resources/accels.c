@@ -27,8 +27,7 @@ void accel_record_free(struct accel_record *accel)
 /* Returns the id of the removed record, or 0. */
 static uint64_t remove_accel(struct resources *resources, VkAccelerationStructureKHR handle)
 {
-    struct accel_record *accel =
-        handle_table_remove(&resources->accels, (uint64_t)(uintptr_t)handle);
+    struct accel_record *accel = handle_table_remove(&resources->accels, handle_number(handle));
     if (!accel)
         return 0;
     uint64_t id = accel->facts.id;
@@ -72,8 +71,7 @@ static void add_accel(struct resources *resources, struct accel_record *accel,
     remove_accel(resources, handle);
     if (accel)
         accel->facts.id = ++resources->last_id;
-    bool published =
-        resources_publish(resources, &resources->accels, (uint64_t)(uintptr_t)handle, accel);
+    bool published = resources_publish(resources, &resources->accels, handle_number(handle), accel);
     if (!published)
         aligned_free(accel);
     else if (buffer)
@@ -201,8 +199,7 @@ static bool is_alone_in_memory(const struct accel_record *accel)
 bool resources_accel_is_alone(struct resources *resources, VkAccelerationStructureKHR handle)
 {
     unsigned token = resources_begin_reading(resources);
-    const struct accel_record *accel =
-        handle_table_find(&resources->accels, (uint64_t)(uintptr_t)handle);
+    const struct accel_record *accel = handle_table_find(&resources->accels, handle_number(handle));
     const bool is_alone = accel && accel->buffer && !accel->facts.is_external &&
                           !accel->facts.is_sparse && accel->buffer->bound == YES &&
                           accel->buffer->memory && is_alone_in_buffer(accel) &&
@@ -217,7 +214,7 @@ bool resources_accel_is_alone(struct resources *resources, VkAccelerationStructu
 static uint64_t remove_micromap(struct resources *resources, VkMicromapEXT handle)
 {
     struct micromap_record *micromap =
-        handle_table_remove(&resources->micromaps, (uint64_t)(uintptr_t)handle);
+        handle_table_remove(&resources->micromaps, handle_number(handle));
     if (!micromap)
         return 0;
     uint64_t id = micromap->id;
@@ -241,7 +238,7 @@ void resources_add_micromap(struct resources *resources, VkMicromapEXT handle,
                                              .buffer_id = buffer ? buffer->where.buffer_id : 0,
                                              .offset = create_info->offset,
                                              .size = create_info->size};
-    if (!resources_publish(resources, &resources->micromaps, (uint64_t)(uintptr_t)handle, micromap))
+    if (!resources_publish(resources, &resources->micromaps, handle_number(handle), micromap))
         free(micromap);
     reader_lock_write_done(&resources->lock);
 }
@@ -287,7 +284,7 @@ void resources_find_micromap(struct resources *resources, VkMicromapEXT handle,
         return;
     unsigned token = resources_begin_reading(resources);
     const struct micromap_record *micromap =
-        handle_table_find(&resources->micromaps, (uint64_t)(uintptr_t)handle);
+        handle_table_find(&resources->micromaps, handle_number(handle));
     if (micromap) {
         facts->alive = YES;
         facts->id = micromap->id;

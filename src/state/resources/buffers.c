@@ -41,8 +41,7 @@ static void remove_address(struct resources *resources, struct buffer_record *bu
 
 static void remove_buffer(struct resources *resources, VkBuffer handle)
 {
-    struct buffer_record *buffer =
-        handle_table_remove(&resources->buffers, (uint64_t)(uintptr_t)handle);
+    struct buffer_record *buffer = handle_table_remove(&resources->buffers, handle_number(handle));
     if (!buffer)
         return;
     if (buffer->where.address) /* structures that refer to the record need no address */
@@ -100,7 +99,7 @@ void resources_add_buffer(struct resources *resources, VkBuffer handle,
         resources->replays_addresses = true;
     if (buffer)
         buffer->where.buffer_id = ++resources->last_id;
-    if (!resources_publish(resources, &resources->buffers, (uint64_t)(uintptr_t)handle, buffer))
+    if (!resources_publish(resources, &resources->buffers, handle_number(handle), buffer))
         free(buffer);
     reader_lock_write_done(&resources->lock);
 }
@@ -114,12 +113,12 @@ void resources_remove_buffer(struct resources *resources, VkBuffer handle)
 
 struct buffer_record *resources_buffer(const struct resources *resources, VkBuffer handle)
 {
-    return handle_table_find(&resources->buffers, (uint64_t)(uintptr_t)handle);
+    return handle_table_find(&resources->buffers, handle_number(handle));
 }
 
 struct memory_record *resources_memory(const struct resources *resources, VkDeviceMemory handle)
 {
-    return handle_table_find(&resources->memories, (uint64_t)(uintptr_t)handle);
+    return handle_table_find(&resources->memories, handle_number(handle));
 }
 
 /* Sets the address of a buffer. If there is no memory, the state is incomplete from then on. */
@@ -349,7 +348,7 @@ bool resources_find_micromap_bytes(struct resources *resources, VkMicromapEXT ha
 {
     unsigned token = resources_begin_reading(resources);
     const struct micromap_record *micromap =
-        handle_table_find(&resources->micromaps, (uint64_t)(uintptr_t)handle);
+        handle_table_find(&resources->micromaps, handle_number(handle));
     const struct buffer_record *buffer =
         micromap ? resources_buffer(resources, micromap->buffer) : NULL;
     bool found = buffer && buffer->where.buffer_id == micromap->buffer_id &&

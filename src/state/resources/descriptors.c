@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "src/state/resources/descriptors.h"
+#include "src/base/handle.h"
 
 #include <stdlib.h>
 
@@ -111,7 +112,7 @@ bool descriptor_sets_note_layout(struct descriptor_sets *sets, VkDescriptorSetLa
         layout->is_unknown |= total > HELD_MAX;
     }
     reader_lock_write(&sets->lock);
-    struct set_layout *old = replace(sets, &sets->layouts, (uint64_t)(uintptr_t)handle, layout);
+    struct set_layout *old = replace(sets, &sets->layouts, handle_number(handle), layout);
     reader_lock_write_done(&sets->lock);
     release_layout(old);
     return total <= HELD_MAX;
@@ -120,7 +121,7 @@ bool descriptor_sets_note_layout(struct descriptor_sets *sets, VkDescriptorSetLa
 void descriptor_sets_forget_layout(struct descriptor_sets *sets, VkDescriptorSetLayout handle)
 {
     reader_lock_write(&sets->lock);
-    struct set_layout *old = handle_table_remove(&sets->layouts, (uint64_t)(uintptr_t)handle);
+    struct set_layout *old = handle_table_remove(&sets->layouts, handle_number(handle));
     reader_lock_write_done(&sets->lock);
     release_layout(old);
 }
@@ -179,11 +180,11 @@ void descriptor_sets_end(struct descriptor_sets *sets)
 
 static struct held_pool *find_pool(struct descriptor_sets *sets, VkDescriptorPool handle)
 {
-    struct held_pool *pool = handle_table_find(&sets->pools, (uint64_t)(uintptr_t)handle);
+    struct held_pool *pool = handle_table_find(&sets->pools, handle_number(handle));
     if (pool)
         return pool;
     pool = calloc(1, sizeof(*pool));
-    if (pool && handle_table_set(&sets->pools, (uint64_t)(uintptr_t)handle, pool))
+    if (pool && handle_table_set(&sets->pools, handle_number(handle), pool))
         return pool;
     free(pool);
     return NULL;
@@ -217,9 +218,9 @@ void descriptor_sets_allocate(struct descriptor_sets *sets, const VkDescriptorSe
 {
     reader_lock_write(&sets->lock);
     for (uint32_t i = 0; i < info->descriptorSetCount; i++) {
-        const uint64_t handle = (uint64_t)(uintptr_t)allocated[i];
+        const uint64_t handle = handle_number(allocated[i]);
         struct set_layout *layout =
-            handle_table_find(&sets->layouts, (uint64_t)(uintptr_t)info->pSetLayouts[i]);
+            handle_table_find(&sets->layouts, handle_number(info->pSetLayouts[i]));
         struct held_set *old = handle_table_find(&sets->sets, handle);
         const bool needs_record = !layout || layout->count || layout->is_unknown;
         if (old)
@@ -235,7 +236,7 @@ void descriptor_sets_free(struct descriptor_sets *sets, uint32_t count,
 {
     reader_lock_write(&sets->lock);
     for (uint32_t i = 0; i < count; i++) {
-        struct held_set *held = handle_table_find(&sets->sets, (uint64_t)(uintptr_t)freed[i]);
+        struct held_set *held = handle_table_find(&sets->sets, handle_number(freed[i]));
         if (held)
             remove_set(sets, held);
     }
@@ -245,7 +246,7 @@ void descriptor_sets_free(struct descriptor_sets *sets, uint32_t count,
 void descriptor_sets_end_pool(struct descriptor_sets *sets, VkDescriptorPool handle)
 {
     reader_lock_write(&sets->lock);
-    struct held_pool *pool = handle_table_remove(&sets->pools, (uint64_t)(uintptr_t)handle);
+    struct held_pool *pool = handle_table_remove(&sets->pools, handle_number(handle));
     while (pool && pool->first)
         remove_set(sets, pool->first);
     reader_lock_write_done(&sets->lock);
@@ -297,12 +298,12 @@ static bool read_item(const VkWriteDescriptorSet *write, uint32_t i, struct held
                       sizeof(*structures->pAccelerationStructures)))
             return false;
         item->is_buffer = false;
-        item->handle = (uint64_t)(uintptr_t)structures->pAccelerationStructures[i];
+        item->handle = handle_number(structures->pAccelerationStructures[i]);
         return true;
     }
     if (!readable(cache, &write->pBufferInfo[i], sizeof(*write->pBufferInfo)))
         return false;
-    item->handle = (uint64_t)(uintptr_t)write->pBufferInfo[i].buffer;
+    item->handle = handle_number(write->pBufferInfo[i].buffer);
     if (write->descriptorType == VK_DESCRIPTOR_TYPE_STORAGE_BUFFER) {
         item->offset = write->pBufferInfo[i].offset;
         item->range = write->pBufferInfo[i].range;
@@ -352,7 +353,7 @@ void descriptor_sets_write(struct descriptor_sets *sets, const VkWriteDescriptor
     if (!is_followed(write->descriptorType) && !is_opaque(write->descriptorType))
         return;
     reader_lock_write(&sets->lock);
-    struct held_set *held = handle_table_find(&sets->sets, (uint64_t)(uintptr_t)write->dstSet);
+    struct held_set *held = handle_table_find(&sets->sets, handle_number(write->dstSet));
     if (held)
         held_set_write(held, write);
     reader_lock_write_done(&sets->lock);
@@ -374,8 +375,8 @@ static const struct held_descriptor *find_item(const struct held_set *held, uint
 void descriptor_sets_copy(struct descriptor_sets *sets, const VkCopyDescriptorSet *copy)
 {
     reader_lock_write(&sets->lock);
-    struct held_set *from = handle_table_find(&sets->sets, (uint64_t)(uintptr_t)copy->srcSet);
-    struct held_set *to = handle_table_find(&sets->sets, (uint64_t)(uintptr_t)copy->dstSet);
+    struct held_set *from = handle_table_find(&sets->sets, handle_number(copy->srcSet));
+    struct held_set *to = handle_table_find(&sets->sets, handle_number(copy->dstSet));
     for (uint32_t i = 0; from && to && !to->is_unknown && i < copy->descriptorCount; i++) {
         const struct held_descriptor *item =
             find_item(from, copy->srcBinding, copy->srcArrayElement + i);
@@ -392,7 +393,7 @@ void descriptor_sets_copy(struct descriptor_sets *sets, const VkCopyDescriptorSe
 void descriptor_sets_lose(struct descriptor_sets *sets, VkDescriptorSet set)
 {
     reader_lock_write(&sets->lock);
-    struct held_set *held = handle_table_find(&sets->sets, (uint64_t)(uintptr_t)set);
+    struct held_set *held = handle_table_find(&sets->sets, handle_number(set));
     if (held)
         held->is_unknown = true;
     reader_lock_write_done(&sets->lock);

@@ -97,15 +97,15 @@ static void describe_accel(const struct resources *resources, VkAccelerationStru
 void resources_find_accel(const struct resources *resources, VkAccelerationStructureKHR handle,
                           struct accel_facts *facts)
 {
-    describe_accel(resources, handle,
-                   handle_table_find(&resources->accels, (uint64_t)(uintptr_t)handle), facts);
+    describe_accel(resources, handle, handle_table_find(&resources->accels, handle_number(handle)),
+                   facts);
 }
 
 void resources_find_buffer(const struct resources *resources, VkBuffer handle,
                            struct buffer_facts *facts)
 {
     const struct buffer_record *buffer =
-        handle_table_find(&resources->buffers, (uint64_t)(uintptr_t)handle);
+        handle_table_find(&resources->buffers, handle_number(handle));
     *facts = (struct buffer_facts){.handle = handle};
     if (!handle)
         return;
@@ -298,7 +298,7 @@ static inline void locate_all(const struct resources *resources,
 {
     for (unsigned i = 0; i < queries->accel_count; i++) {
         found->accels[i] =
-            handle_table_find(&resources->accels, (uint64_t)(uintptr_t)queries->accels[i].handle);
+            handle_table_find(&resources->accels, handle_number(queries->accels[i].handle));
         __builtin_prefetch(found->accels[i]);
     }
     for (unsigned i = 0; i < queries->address_count; i++) {

@@ -47,8 +47,7 @@ void resources_destroy(struct resources *resources)
 
 static void remove_memory(struct resources *resources, VkDeviceMemory handle)
 {
-    struct memory_record *memory =
-        handle_table_remove(&resources->memories, (uint64_t)(uintptr_t)handle);
+    struct memory_record *memory = handle_table_remove(&resources->memories, handle_number(handle));
     if (!memory)
         return;
     resources_count_destroyed(resources);
@@ -76,7 +75,7 @@ void resources_add_memory(struct resources *resources, VkDeviceMemory handle, Vk
     remove_memory(resources, handle);
     if (memory)
         memory->id = ++resources->last_id;
-    if (!resources_publish(resources, &resources->memories, (uint64_t)(uintptr_t)handle, memory))
+    if (!resources_publish(resources, &resources->memories, handle_number(handle), memory))
         free(memory);
     reader_lock_write_done(&resources->lock);
 }

@@ -124,11 +124,11 @@ void resources_add_nv_accel(struct resources *resources, VkAccelerationStructure
     if (accel)
         *accel = (struct nv_accel_record){.bound = NO, .sizes = *sizes, .created = created};
     reader_lock_write(&resources->lock);
-    remove_record(resources, (uint64_t)(uintptr_t)handle);
+    remove_record(resources, handle_number(handle));
     if (accel)
         accel->id = ++resources->last_id;
     bool published =
-        resources_publish(resources, &resources->nv_accels, (uint64_t)(uintptr_t)handle, accel);
+        resources_publish(resources, &resources->nv_accels, handle_number(handle), accel);
     reader_lock_write_done(&resources->lock);
     if (!published) {
         nv_shape_release(created);
@@ -139,7 +139,7 @@ void resources_add_nv_accel(struct resources *resources, VkAccelerationStructure
 uint64_t resources_remove_nv_accel(struct resources *resources, VkAccelerationStructureNV handle)
 {
     reader_lock_write(&resources->lock);
-    uint64_t id = remove_record(resources, (uint64_t)(uintptr_t)handle);
+    uint64_t id = remove_record(resources, handle_number(handle));
     reader_lock_write_done(&resources->lock);
     return id;
 }
@@ -147,7 +147,7 @@ uint64_t resources_remove_nv_accel(struct resources *resources, VkAccelerationSt
 static struct nv_accel_record *find_nv_record(const struct resources *resources,
                                               VkAccelerationStructureNV handle)
 {
-    return handle_table_find(&resources->nv_accels, (uint64_t)(uintptr_t)handle);
+    return handle_table_find(&resources->nv_accels, handle_number(handle));
 }
 
 void resources_bind_nv_accel(struct resources *resources, VkAccelerationStructureNV handle,
@@ -157,7 +157,7 @@ void resources_bind_nv_accel(struct resources *resources, VkAccelerationStructur
     struct nv_accel_record *accel = find_nv_record(resources, handle);
     if (accel) {
         unbind(accel);
-        accel->memory = handle_table_find(&resources->memories, (uint64_t)(uintptr_t)memory);
+        accel->memory = handle_table_find(&resources->memories, handle_number(memory));
         accel->memory_offset = offset;
         accel->instances_differ = instances_differ;
         accel->bound = accel->memory ? YES : UNKNOWN;

@@ -154,7 +154,7 @@ void resources_set_accel_address(struct resources *resources, VkAccelerationStru
                                  VkDeviceAddress address)
 {
     reader_lock_write(&resources->lock);
-    struct accel_record *accel = handle_table_find(&resources->accels, (uint64_t)(uintptr_t)handle);
+    struct accel_record *accel = handle_table_find(&resources->accels, handle_number(handle));
     if (accel && accel->address != address)
         accel_record_forget_address(resources, accel);
     if (accel && !accel->address)
@@ -186,7 +186,7 @@ void resources_query_addresses(struct resources *resources, VkAccelerationStruct
 {
     struct address_search search = {resources, query, user};
     reader_lock_write(&resources->lock);
-    struct accel_record *accel = handle_table_find(&resources->accels, (uint64_t)(uintptr_t)handle);
+    struct accel_record *accel = handle_table_find(&resources->accels, handle_number(handle));
     if (accel)
         query_address(accel, &search);
     else if (!handle && resources->unknown_references)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "src/state/resources/update_templates.h"
+#include "src/base/handle.h"
 
 #include <stdlib.h>
 
@@ -30,7 +31,7 @@ void update_templates_destroy(struct update_templates *templates)
 
 static uint64_t key_of(VkDescriptorUpdateTemplate handle)
 {
-    return (uint64_t)(uintptr_t)handle;
+    return handle_number(handle);
 }
 
 static bool is_of_structures(VkDescriptorType type)
