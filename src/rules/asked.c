@@ -79,8 +79,9 @@ static bool remarks_on_difference(struct finding *finding, VkDeviceSize size,
                    number(size), name, number(difference->geometry), asked, built);
 }
 
-bool remarks_on_size_query(struct finding *finding, const struct build_view *build,
-                           enum queried_size which)
+__attribute__((cold, noinline)) bool remarks_on_size_query(struct finding *finding,
+                                                           const struct build_view *build,
+                                                           enum queried_size which)
 {
     const struct size_differences *asked = build->asked;
     const bool is_it = asked && asked->build == build->index && asked->which == which;

@@ -150,24 +150,31 @@ triangles_have_room(const struct range_view *range,
            vertices <= range->geometry->vertex.bytes_left;
 }
 
+__attribute__((noinline)) static bool all_are_within_buffers(const struct range_view *range,
+                                                             struct finding *finding)
+{
+    struct geometry_input inputs[GEOMETRY_INPUTS];
+    const uint32_t count =
+        inputs_of_geometry(0, range->geometry->geometry, NULL, range->range, inputs);
+    for (uint32_t i = 0; i < count; i++)
+        if (!is_within_buffer(range, facts_of(range->geometry, inputs[i].role), &inputs[i],
+                              finding))
+            return false;
+    return true;
+}
+
 /* No sentence of the specification says so, but what lies behind a buffer may be unmapped.
  * Instances may have more bytes, with motion. */
 bool inputs_are_read_within_their_buffers(const struct range_view *range, struct finding *finding)
 {
     const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
-    struct geometry_input inputs[GEOMETRY_INPUTS];
     if (!range->range || !range->range->primitiveCount)
         return true;
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
     if (triangles ? triangles_have_room(range, triangles)
                   : !aabbs_in(geometry) && !instances_in(geometry))
         return true;
-    const uint32_t count = inputs_of_geometry(0, geometry, NULL, range->range, inputs);
-    for (uint32_t i = 0; i < count; i++)
-        if (!is_within_buffer(range, facts_of(range->geometry, inputs[i].role), &inputs[i],
-                              finding))
-            return false;
-    return true;
+    return all_are_within_buffers(range, finding);
 }
 
 bool instance_count_is_within_limit(const struct range_view *range, struct finding *finding)

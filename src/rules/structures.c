@@ -139,7 +139,7 @@ static bool has_size_of_build(const struct build_view *build, struct finding *fi
                     "{} was created with size {}, less than accelerationStructureSize ({})",
                     structure(build->dst.handle), number(build->dst.size),
                     number(build->sizes.acceleration_structure)) ||
-           remarks_on_size_query(finding, build, SIZE_OF_STRUCTURE);
+           (finding && remarks_on_size_query(finding, build, SIZE_OF_STRUCTURE));
 }
 
 /* An update may write a structure of compacted size, which is known only when the build
@@ -194,7 +194,7 @@ static bool scratch_is_in_one_buffer(const struct build_view *build, struct find
                     count_of(scratch->bytes_left, "byte"),
                     object(VK_OBJECT_TYPE_BUFFER, handle_number(scratch->buffer)), text(size_name),
                     number(needed)) ||
-           remarks_on_size_query(finding, build, which);
+           (finding && remarks_on_size_query(finding, build, which));
 }
 
 bool build_scratch_is_in_one_buffer(const struct build_view *build, struct finding *finding)

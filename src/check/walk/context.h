@@ -123,7 +123,7 @@ struct check_context {
     struct resources *resources;
     struct query_pools *query_pools;    /* of commands that name pools; or NULL */
     struct update_templates *templates; /* of updates of descriptor sets; or NULL */
-    struct size_differences asked;      /* see struct build_view */
+    struct size_differences *asked;     /* a place for that of struct build_view; or NULL */
     struct sweep *sweep; /* memory kept between calls, see check_make_sweep; or NULL */
     const struct structures *structures; /* those that builds refer to; or NULL */
     const struct execution_point *point; /* of a host command; NULL: unknown */
