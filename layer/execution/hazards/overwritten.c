@@ -24,6 +24,7 @@ struct written {
     uint64_t number;    /* of the access */
     struct hazard_bytes bytes;
     struct overwriting *overwriting; /* owned; NULL: nothing has overwritten the structure since */
+    bool is_forgotten;               /* it only keeps its place, until that is swept */
 };
 
 /* The structures that were written in one VkDeviceMemory, in ascending order of their first bytes.
@@ -31,21 +32,26 @@ struct written {
 struct written_places {
     struct written **items;
     uint32_t count, capacity;
-    uint64_t longest; /* no structure has more bytes */
+    uint32_t forgotten; /* as many of them are */
+    uint64_t longest;   /* no structure has more bytes */
 };
-
-static void free_places(void *record)
-{
-    struct written_places *places = record;
-    free(places->items);
-    free(places);
-}
 
 static void free_written(void *record)
 {
     struct written *written = record;
     free(written->overwriting);
     free(written);
+}
+
+/* Frees those that are forgotten, too. */
+static void free_places(void *record)
+{
+    struct written_places *places = record;
+    for (uint32_t i = 0; i < places->count; i++)
+        if (places->items[i]->is_forgotten)
+            free_written(places->items[i]);
+    free(places->items);
+    free(places);
 }
 
 /* ---- places */
@@ -109,13 +115,45 @@ static void take_place(struct hazard_judge *judge, struct written *written)
 
 /* ---- what was written */
 
+/* Removes all that are forgotten, once they are half of the places: each removal alone would move
+ * all that lie behind. */
+static void sweep(struct hazard_judge *judge, struct written_places *places, uint64_t memory)
+{
+    uint32_t kept = 0;
+    if (places->forgotten * 2 < places->count)
+        return;
+    for (uint32_t i = 0; i < places->count; i++)
+        if (places->items[i]->is_forgotten)
+            free_written(places->items[i]);
+        else
+            places->items[kept++] = places->items[i];
+    places->count = kept;
+    places->forgotten = 0;
+    if (!kept)
+        free_places(handle_table_remove(&judge->written_places, memory + 1));
+}
+
+static bool has_place(const struct written_places *places, const struct written *written)
+{
+    uint32_t i = places ? find_begin(places, written->bytes.begin) : 0;
+    while (places && i < places->count && places->items[i]->bytes.begin == written->bytes.begin &&
+           places->items[i] != written)
+        i++;
+    return places && i < places->count && places->items[i] == written;
+}
+
 static void forget_written(struct hazard_judge *judge, uint64_t structure)
 {
     struct written *written = handle_table_remove(&judge->written, structure);
-    if (!written)
+    struct written_places *places = written ? find_places(judge, written->bytes.memory) : NULL;
+    if (!has_place(places, written)) {
+        if (written)
+            free_written(written);
         return;
-    leave_place(judge, written);
-    free_written(written);
+    }
+    written->is_forgotten = true;
+    places->forgotten++;
+    sweep(judge, places, written->bytes.memory);
 }
 
 /* Returns the record of a structure, and adds one if there is none; NULL if memory runs out. */
@@ -154,8 +192,8 @@ void judge_written(struct hazard_judge *judge, uint64_t structure, uint64_t numb
 
 void judge_forget_all_written(struct hazard_judge *judge)
 {
+    handle_table_drop(&judge->written_places, free_places); /* first: it looks at those below */
     handle_table_drop(&judge->written, free_written);
-    handle_table_drop(&judge->written_places, free_places);
 }
 
 struct hazard_bytes judge_written_bytes(const struct hazard_judge *judge, uint64_t structure,
@@ -200,7 +238,7 @@ void judge_overlaps(struct hazard_judge *judge, const struct hazard_access *writ
     for (; i < places->count && places->items[i]->bytes.begin < end; i++) {
         struct written *written = places->items[i];
         struct hazard_access both = *write;
-        if (written->structure == own || written->bytes.end <= begin ||
+        if (written->is_forgotten || written->structure == own || written->bytes.end <= begin ||
             (own && written->bytes.begin == begin))
             continue;
         both.bytes.begin = begin > written->bytes.begin ? begin : written->bytes.begin;
