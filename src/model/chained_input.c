@@ -166,6 +166,7 @@ static VkResult copy_micromap(struct readable_cache *cache, const void *chain,
         return VK_SUCCESS;
     copy->micromap = (struct micromap_parameters){
         .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+        .is_khr = true,
         .data.deviceAddress = s.data,
         .triangles.deviceAddress = s.triangleArray,
         .stride = s.triangleArrayStride,

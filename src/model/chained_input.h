@@ -14,6 +14,7 @@ struct micromap_parameters {
     VkMicromapTypeEXT type;
     uint32_t usage_count;
     VkMicromapUsageEXT *usages; /* owned */
+    bool is_khr;                /* the addresses are of the device, in builds of the host, too */
     VkDeviceOrHostAddressConstKHR data, triangles;
     uint64_t stride;
 };

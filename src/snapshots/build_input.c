@@ -152,9 +152,13 @@ static struct found_bytes place_of(struct build_input *input, uint32_t geometry,
 #undef OPTIONAL
 }
 
-static bool is_of_displacement(enum input_role role)
+/* The index buffer of VK_KHR_opacity_micromap has a device address in builds of the host, too. */
+static bool is_left_out(const struct input_memory *memory, enum input_role role)
 {
-    return role >= INPUT_DISPLACEMENT_INDEX && role <= INPUT_DISPLACEMENT_FLAGS;
+    const bool is_of_displacement =
+        role >= INPUT_DISPLACEMENT_INDEX && role <= INPUT_DISPLACEMENT_FLAGS;
+    return (memory->is_for_rules && is_of_displacement) ||
+           (memory->is_host && role == INPUT_OPACITY_INDEX);
 }
 
 /* Indices come before what they choose among. */
@@ -173,7 +177,7 @@ static void find_data(const struct input_memory *memory, const struct build_para
         return;
     for (uint32_t i = 0; i < count; i++) {
         const struct found_bytes place = place_of(input, geometry, inputs[i].role);
-        if (!place.bytes || (memory->is_for_rules && is_of_displacement(inputs[i].role)))
+        if (!place.bytes || is_left_out(memory, inputs[i].role))
             continue;
         const uint64_t end = is_sphere ? end_of_spheres(memory, &to->spheres, is_swept,
                                                         &build->ranges[geometry], &inputs[i])

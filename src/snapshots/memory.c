@@ -35,7 +35,7 @@ static uint64_t find_snapshot_bytes(void *context, uint64_t address, uint64_t si
 
 struct input_memory host_memory_of(struct host_memory *host)
 {
-    return (struct input_memory){.find = find_snapshot_bytes, .context = host};
+    return (struct input_memory){.find = find_snapshot_bytes, .context = host, .is_host = true};
 }
 
 static const uintptr_t page_size = (uintptr_t)1 << PROBE_PAGE_SHIFT;

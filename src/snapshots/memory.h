@@ -21,6 +21,7 @@ struct input_memory {
     /* Nothing can be read yet: each `find` only requests data for later. If the amount depends on
      * data that can't be read yet, all possible data is requested. */
     bool is_later;
+    bool is_host;      /* addresses are pointers */
     bool is_for_rules; /* only rules read the input: data that no rule reads is not requested */
 };
 

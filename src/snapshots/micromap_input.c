@@ -18,6 +18,8 @@ void build_input_find_micromap(const struct build_parameters *build,
     to->usage_count = from->usage_count;
     to->usages = from->usages;
     to->stride = from->stride;
+    if (memory->is_host && from->is_khr)
+        return;
     struct geometry_input inputs[GEOMETRY_INPUTS];
     const uint32_t count = inputs_of_geometry(build->info.flags, &build->geometries[0],
                                               &build->chained[0], NULL, inputs);
