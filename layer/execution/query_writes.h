@@ -25,7 +25,8 @@ void query_writes_fail(struct query_writes *writes, const struct order_batch *ba
 bool query_writes_find(struct query_writes *writes, VkQueryPool pool, uint32_t first,
                        uint32_t count, struct execution_clock *clock);
 void query_writes_forget(struct query_writes *writes, VkQueryPool pool);
-/* The same for an event that is set. */
+/* Sets `clock` to what the application may know to be complete if it has seen that the event is
+ * set. Returns false if that is unknown. */
 bool query_writes_find_event(struct query_writes *writes, VkEvent event,
                              struct execution_clock *clock);
 void query_writes_forget_event(struct query_writes *writes, VkEvent event);

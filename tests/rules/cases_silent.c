@@ -16,7 +16,8 @@ static void read_from_replayed_address(struct scene *scene)
     if (scene->vk->CreateBuffer(scene->fixture->device, &info, NULL, &buffer) == VK_SUCCESS)
         scene->TRIANGLES(INDEXED, 0).vertexData.deviceAddress = replayed.opaqueCaptureAddress;
 }
-/* Of a build that the scene has executed. Only the host is told by the driver at once. */
+/* Returns the compacted size of a build that the scene has executed. Only a command of the host
+ * gets it from the driver at once. */
 static VkDeviceSize compacted_size(struct scene *scene, uint32_t build)
 {
     VkDeviceSize size = place_size(scene, build) / 2;

@@ -116,7 +116,7 @@ static struct hazard_place place_of(const struct hazard_command *command,
 
 /* ---- copies */
 
-/* Of a structure by its handle. */
+/* Returns where hazard_batch_copied() finds the copy that writes a structure. */
 static struct hazard_place place_of_copy(const struct journal *journal, uint64_t structure)
 {
     return (struct hazard_place){journal, (uint32_t)(structure ^ structure >> 32), COPIED_BYTES, 0};

@@ -75,12 +75,19 @@ static struct written_places *find_places(struct hazard_judge *judge, uint64_t m
     return handle_table_find(&judge->written_places, memory + 1);
 }
 
+/* Returns the index of the structure's place; `count` if it has none. */
+static uint32_t find_place(const struct written_places *places, const struct written *written)
+{
+    uint32_t i = find_begin(places, written->bytes.begin);
+    while (i < places->count && places->items[i] != written)
+        i = places->items[i]->bytes.begin == written->bytes.begin ? i + 1 : places->count;
+    return i;
+}
+
 static void leave_place(struct hazard_judge *judge, const struct written *written)
 {
     struct written_places *places = find_places(judge, written->bytes.memory);
-    uint32_t i = places ? find_begin(places, written->bytes.begin) : 0;
-    while (places && i < places->count && places->items[i] != written)
-        i++;
+    const uint32_t i = places ? find_place(places, written) : 0;
     if (!places || i == places->count)
         return;
     places->count--;
@@ -133,22 +140,14 @@ static void sweep(struct hazard_judge *judge, struct written_places *places, uin
         free_places(handle_table_remove(&judge->written_places, memory + 1));
 }
 
-static bool has_place(const struct written_places *places, const struct written *written)
-{
-    uint32_t i = places ? find_begin(places, written->bytes.begin) : 0;
-    while (places && i < places->count && places->items[i]->bytes.begin == written->bytes.begin &&
-           places->items[i] != written)
-        i++;
-    return places && i < places->count && places->items[i] == written;
-}
-
 static void forget_written(struct hazard_judge *judge, uint64_t structure)
 {
     struct written *written = handle_table_remove(&judge->written, structure);
     struct written_places *places = written ? find_places(judge, written->bytes.memory) : NULL;
-    if (!has_place(places, written)) {
-        if (written)
-            free_written(written);
+    if (!written)
+        return;
+    if (!places || find_place(places, written) == places->count) {
+        free_written(written);
         return;
     }
     written->is_forgotten = true;

@@ -356,7 +356,8 @@ static VkAccelerationStructureBuildTypeKHR build_type_of(const struct build_view
                                                 : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
 }
 
-/* Of several sizes that are too small, the last one counts; of one build, that of dst. */
+/* A call explains one size: that of the last build with a size that is too small. If a build has
+ * two such sizes, it explains that of dst. */
 __attribute__((cold)) static void find_size_query(struct check_context *context,
                                                   struct build_view *build, const uint32_t *counts,
                                                   enum queried_size which, VkDeviceSize size)

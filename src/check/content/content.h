@@ -81,7 +81,8 @@ uint64_t content_find_some(const struct content *content, VkDeviceOrHostAddressC
 
 /* Returns what the geometry reads in a role; NULL: nothing. */
 const struct geometry_input *content_input(const struct content *content, enum input_role role);
-/* The same as the functions above for all elements of an input, which may be NULL. */
+/* These two do what content_find() and content_find_some() do, for all elements of an input.
+ * `input` may be NULL. */
 const uint8_t *content_find_input(const struct content *content,
                                   const struct geometry_input *input);
 uint64_t content_find_some_input(const struct content *content, const struct geometry_input *input,

@@ -3,6 +3,7 @@
  * all findings of the replay. */
 #include "src/check/replay/judge.h"
 
+#include "src/check/replay/object_states.h"
 #include "src/check/walk/rows.h"
 #include "src/rules/shared.h"
 
@@ -262,38 +263,22 @@ static VkDeviceSize queried_size(const struct journal_entry *entry, const struct
     return knows_full_size(entry, source) ? sizes->full : sizes->size;
 }
 
-/* Where a structure lies that a copy accesses; nowhere if it is not the one that was recorded. */
-struct copied_place {
-    VkDeviceSize size; /* that it was created with; 0: unknown */
-    struct memory_span span;
-};
-
-static struct copied_place find_place(const struct replay *replay,
-                                      const struct journal_entry *entry, uint64_t handle,
-                                      uint64_t id)
+/* Returns the facts of a structure that a copy accesses; nothing if it is not the one that was
+ * recorded. */
+static struct object_facts find_copied(const struct replay *replay,
+                                       const struct journal_entry *entry, uint64_t handle,
+                                       uint64_t id)
 {
-    struct accel_facts facts;
-    struct nv_accel_facts nv_facts;
-    if (!journal_entry_is_nv(entry)) {
-        resources_look_up_accel(replay->resources, (VkAccelerationStructureKHR)(uintptr_t)handle,
-                                &facts);
-        if (facts.id != id || !facts.details_known)
-            return (struct copied_place){0};
-        return (struct copied_place){facts.size,
-                                     memory_span_of(facts.memory, facts.begin, facts.size)};
-    }
-    resources_look_up_nv_accel(replay->resources, (VkAccelerationStructureNV)(uintptr_t)handle,
-                               &nv_facts);
-    nv_shape_release(nv_facts.created);
-    return (struct copied_place){.span =
-                                     nv_facts.id == id ? nv_facts.span : (struct memory_span){0}};
+    const struct object_facts facts =
+        object_facts_find(replay->resources, type_of_source(entry), handle);
+    return facts.id == id ? facts : (struct object_facts){0};
 }
 
 /* Returns the bytes that the build of src needs, which a clone goes on to hold; 0 if they are
  * unknown, or if src was created with less. A compacted structure needs fewer, and so may one whose
  * size was queried. */
 static VkDeviceSize cloned_size(const struct replay *replay, const struct journal_entry *entry,
-                                const struct built *source, const struct copied_place *src)
+                                const struct built *source, const struct object_facts *src)
 {
     const bool is_whole =
         entry->kind == JOURNAL_COPY && source->state == BUILT_BEFORE && !source->compacted;
@@ -337,13 +322,13 @@ static VkDeviceSize size_of_dst(const struct replay *replay, const struct journa
 void judge_copy_size(struct replay *replay, const struct journal *journal,
                      const struct journal_entry *entry, const struct built *source)
 {
-    struct copied_place src = {0}, dst = {0};
+    struct object_facts src = {0}, dst = {0};
     struct judge judge;
     if (!entry->read.dst_size)
         return;
     if (entry->kind != JOURNAL_READ) {
-        src = find_place(replay, entry, entry->src, entry->src_id);
-        dst = find_place(replay, entry, entry->dst, entry->dst_id);
+        src = find_copied(replay, entry, entry->src, entry->src_id);
+        dst = find_copied(replay, entry, entry->dst, entry->dst_id);
     }
     const struct sized_copy_view view = {
         .object_type = type_of_source(entry),

@@ -13,7 +13,8 @@ static struct object_facts facts_of_nv(struct resources *resources, uint64_t han
                                            : facts.binding == NV_BOUND      ? YES
                                                                             : UNKNOWN,
                                  .id = facts.id,
-                                 .size = facts.sizes.known ? facts.sizes.object : 0};
+                                 .size = facts.sizes.known ? facts.sizes.object : 0,
+                                 .span = facts.span};
 }
 
 static struct object_facts facts_of_micromap(struct resources *resources, uint64_t handle)
@@ -24,18 +25,21 @@ static struct object_facts facts_of_micromap(struct resources *resources, uint64
                                  .backed = facts.backed,
                                  .buffer_is_destroyed = facts.buffer_is_destroyed,
                                  .id = facts.id,
-                                 .size = facts.size};
+                                 .size = facts.size,
+                                 .span = facts.span};
 }
 
 static struct object_facts facts_of_accel(struct resources *resources, uint64_t handle)
 {
     struct accel_facts facts;
     resources_look_up_accel(resources, (VkAccelerationStructureKHR)(uintptr_t)handle, &facts);
+    const VkDeviceMemory memory = facts.details_known ? facts.memory : VK_NULL_HANDLE;
     return (struct object_facts){.alive = facts.alive,
                                  .backed = facts.backed,
                                  .buffer_is_destroyed = facts.buffer_is_destroyed,
                                  .id = facts.id,
-                                 .size = facts.details_known ? facts.size : 0};
+                                 .size = facts.details_known ? facts.size : 0,
+                                 .span = memory_span_of(memory, facts.begin, facts.size)};
 }
 
 struct object_facts object_facts_find(struct resources *resources, VkObjectType type,

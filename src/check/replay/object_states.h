@@ -10,8 +10,9 @@
 struct object_facts {
     enum tristate alive, backed;
     bool buffer_is_destroyed;
-    uint64_t id;       /* 0 unless alive */
-    VkDeviceSize size; /* that it was created with, in bytes; 0: unknown */
+    uint64_t id;             /* 0 unless alive */
+    VkDeviceSize size;       /* that it was created with, in bytes; 0: unknown */
+    struct memory_span span; /* its bytes; memory null: unknown */
 };
 
 /* The value of journal_entry.dst_backing or src_backing. */

@@ -26,7 +26,7 @@ struct input_notes {
     uint32_t count, capacity;
     struct used_micromap_note *used;
     uint32_t used_count, used_capacity;
-    /* Of compacting copies whose size is read later. Of `source` only the compacted size is set. */
+    /* Compacting copies whose size is read later. Their `source` has the compacted size only. */
     struct input_note *copies;
     uint32_t copy_count, copy_capacity;
     /* Of builds of instances, needed to look up the structures that the instances refer to. */

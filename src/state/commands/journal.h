@@ -131,7 +131,7 @@ struct journal_read {
     VkDeviceSize dst_size; /* of a copy, in bytes: the size that dst was created with, or, of a
                             * serialization, of the memory at the address dst; 0: unknown */
     uint32_t number;       /* of a query in its pool */
-    /* Of a compacting copy: a query of the layer's own for the compacted size of src; null: none */
+    /* The layer's own query for the compacted size of src of a compacting copy; null: none */
     VkQueryPool size_pool;
     uint32_t size_query;
 };

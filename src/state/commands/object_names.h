@@ -26,7 +26,7 @@ const char *object_type_name(VkObjectType type);
  * never name. If memory runs out, the object has no name. */
 void object_names_set(struct object_names *names, VkObjectType type, uint64_t handle,
                       const char *name);
-/* The same for an object whose id is known, such as a command buffer. */
+/* Sets the name of an object whose id is known, such as a command buffer. */
 void object_names_set_of(struct object_names *names, VkObjectType type, uint64_t handle,
                          uint64_t id, const char *name);
 
@@ -38,7 +38,7 @@ void object_names_end(struct object_names *names, VkObjectType type, uint64_t ha
  * "" if it has no name. Returns the copied length. */
 size_t object_names_get(const struct object_names *names, VkObjectType type, uint64_t handle,
                         char *buffer, size_t size);
-/* The same for an object that may be alive or destroyed, named by object_names_set_of(). */
+/* Copies the name that object_names_set_of() gave to an object, which may be destroyed. */
 size_t object_names_get_of(const struct object_names *names, VkObjectType type, uint64_t handle,
                            uint64_t id, char *buffer, size_t size);
 /* The same for a destroyed object; `id` 0: the last one that had the handle. */

@@ -306,7 +306,7 @@ static void resolve_host(struct order_batch *batch)
                                &batch->clock, &batch->clock);
 }
 
-/* Of an exposed batch the application may learn without the layer that it is complete. */
+/* The application may learn without the layer that an exposed batch is complete. */
 static void resolve(struct order_batch *batch, struct queue_clocks *clocks)
 {
     if (!batch->submission->queue_record)
