@@ -7,11 +7,13 @@
 #include "arguments.h"
 #include "layer/hazards/recording.h"
 #include "layer/intercepts/intercepts.h"
+#include "layer/intercepts/lower.h"
 #include "layer/postmortem/postmortem.h"
 #include "layer/snapshots/snapshots.h"
 #include "observers.h"
 #include "src/base/readable.h"
 #include "src/base/recording_path.h"
+#include "src/state/commands/bound_shaders.h"
 #include "vuid-tables/registry.h"
 
 /* ---- memory */

@@ -162,7 +162,7 @@ BACKEND = {"overlay": ("struct cpu_overlay *", "layer->cpu"),
            "query_pools": ("struct cpu_query_pools *", "layer->cpu->device->query_pools"),
            "private_data": ("struct cpu_private_data *", "&layer->cpu->device->private_data")}
 BACKEND_HEAD = """
-#include "layer/cpu/driver/block.h"
+#include "layer/cpu/driver/masks.h"
 #include "layer/cpu/overlay.h"
 #include "observers.h"
 
@@ -177,11 +177,105 @@ def type_of(member):
     return " ".join(re.sub(r"\[.*?\]", "*", declared).split())
 
 
+class Lowering:
+    """How a call becomes one of the newer command whose row says what observes it. A parameter that both
+    commands have is the same. The others, and the members of their structures, have the values that the row
+    gives, or those of the older command's parameters and members with the same names."""
+
+    def __init__(self, command, newer, given, structures):
+        self.command, self.given, self.structures = command, given, structures
+        own = {parameter.name: type_of(parameter) for parameter in command.parameters}
+        self.parameters = [parameter for parameter in newer.parameters
+                           if own.get(parameter.name) != type_of(parameter)]
+        self.arrays = {}      # by the type of their elements, the older type and the initializer of an element
+        self.in_block = None  # what is NULL without memory for what the call's block holds
+        self.used = set()     # of the given values
+
+    def rename(self, argument):
+        """An argument of an observer with the parameters of the newer command as variables of the entry."""
+        for parameter in self.parameters:
+            argument = re.sub(rf"\b{parameter.name}\b", f"newer_{parameter.name}", argument)
+        return argument
+
+    def take(self, name):
+        """The given value, or None."""
+        self.used |= {name} & set(self.given)
+        return self.given.get(name)
+
+    def find(self, name):
+        """The parameter of the older command with this name, or the member of a structure that it points to;
+        its expression; and that of the number of its elements."""
+        parameters = self.command.parameters
+        for prefix, members in [("", parameters)] + [
+                (f"{p.name}->", self.structures[p.type].members) for p in parameters
+                if p.type in self.structures and p.lengths == [""]]:
+            for member in members:
+                if member.name == name:
+                    return member, prefix + name, member.length(prefix, members)
+        return None
+
+    def convert(self, member, older, value, count):
+        """What the older command has, as a value of a member."""
+        if type_of(older) == type_of(member):
+            size = re.search(r"\[(\d+)\]", member.declaration)
+            return "{" + ", ".join(f"{value}[{i}]" for i in range(int(size[1]))) + "}" if size else value
+        members = {m.name: (m, f"from[i].{m.name}", "") for m in self.structures[older.type].members}
+        self.arrays[member.type] = (older.type, self.initializer(member.type, members.get))
+        return f"lower_{member.type}(&block, {count}, {value})"
+
+    def initializer(self, name, find):
+        """The members of a structure. They may be left 0 if they are optional, or arrays without elements."""
+        values = []
+        for member in self.structures[name].members:
+            value = member.values or self.take(member.name)
+            is_empty = self.given.get(member.lengths[0]) == "0"
+            found = None if value or is_empty else find(member.name)
+            value = self.convert(member, *found) if found else value
+            if not value and not is_empty and not member.may_be_null:
+                raise ValueError(f"vk{self.command.name} has nothing for {name}::{member.name}")
+            values += [f".{member.name} = {value}"] if value else []
+        return "{" + ", ".join(values) + "}"
+
+    def lines(self, words):
+        """Declares those parameters of the newer command that are among the words."""
+        self.in_block = None
+        for parameter in self.parameters:
+            name, declared = f"newer_{parameter.name}", type_of(parameter)
+            if name not in words:
+                continue
+            value = self.take(parameter.name)
+            value = re.sub(r"\bblock\b", "&block", value) if value else \
+                f"&({declared.rstrip('* ')}){self.initializer(parameter.type, self.find)}"
+            if "(&block" in value:
+                array = re.search(r"\.(\w+) = lower_", value)
+                self.in_block = f"{name}->{array[1]}" if array else name
+                yield "struct block block;"
+            yield f"{declared} {name} = {value};"
+
+
+def array_source(newer, older, values):
+    """The function that lowers an array of structures."""
+    return f"""
+/* Begins the block. Returns NULL without memory. */
+static const {newer} *lower_{newer}(struct block *block, uint32_t count, const {older} *from)
+{{
+    if (!block_begin(block, block_size(count, sizeof({newer}))))
+        return NULL;
+    {newer} *all = block_take(block, count, sizeof(*all));
+    for (uint32_t i = 0; i < count; i++)
+        all[i] = ({newer}){values};
+    return all;
+}}
+"""
+
+
 class Entry:
     """The functions of one command, one for each set of conditions that changes what observes it."""
 
-    def __init__(self, command, row, checks, structures):
-        self.command, self.row, self.checks, self.structures = command, row, checks, structures
+    def __init__(self, command, row, checks, registry):
+        self.command, self.row, self.checks, self.structures = command, row, checks, registry.structures
+        self.lowering = Lowering(command, registry.commands[row.newer.command], row.newer.given,
+                                 self.structures) if row.newer else None
         self.kind = KINDS.get(command.parameters[0].type)
         self.handle = command.parameters[0].name
         self.is_of_instance = self.kind == "instance"
@@ -201,7 +295,9 @@ class Entry:
         if argument in words or cast:
             return words.get(argument) or cast[1]
         name, *members = re.split(r"->|\.", argument.lstrip("*&"))
-        parameter = next((p for p in self.command.parameters if p.name == name), None)
+        newer = self.lowering.parameters if self.lowering else []
+        parameter = next((p for p in self.command.parameters if p.name == name), None) or \
+            next((p for p in newer if f"newer_{p.name}" == name), None)
         for member in members:
             parameter = parameter and next(
                 (m for m in self.structures[parameter.type].members if m.name == member), None)
@@ -215,7 +311,7 @@ class Entry:
     def prototypes(self):
         last = self.row.calls("CPU")[-1:]
         for keyword, call in self.row.observers:
-            if call.function == "down":
+            if call.function == "down" or call.is_lowered:
                 continue
             returns = call.gives.type if call.gives else \
                 "bool" if keyword in ("UNLESS", "CPU_IF") else self.command.returns \
@@ -227,7 +323,10 @@ class Entry:
         """The call of an observer as an expression."""
         places = {"command": "&recording", "recording": "&recording",
                   "down": f"layer->vk.{self.command.name}", "name": f'"vk{self.command.name}"'}
-        return f"{call.function}({', '.join(places.get(a, a) for a in call.arguments)})"
+        return f"{call.function}({', '.join(places.get(a, a) for a in self.arguments_of(call))})"
+
+    def arguments_of(self, call):
+        return [self.lowering.rename(a) if call.is_lowered else a for a in call.arguments]
 
     def begin_recording(self, call):
         """What an observer with a recording needs first, or None."""
@@ -243,13 +342,17 @@ class Entry:
         target = f"{call.gives.type} {call.gives.name} = " if call.gives else \
             "result = " if call.sets_result else ""
         tests = [self.begin_recording(call)] if self.begin_recording(call) else []
+        if tests and self.in_block() and call.is_lowered:
+            tests.append(f"hazard_recording_has(&recording, {self.in_block()})")
         if keyword.startswith("CONTENT"):
             tests.append("layer->snapshots")
         if keyword.endswith("SUCCESS"):
             tests.append("result == VK_SUCCESS")
         if keyword == "UNLESS":
-            yield f"if ({self.call(call)})"
+            yield f"if ({self.call(call)}) {{"
+            yield from self.end_block("    ")
             yield f"    {self.give_up()}"
+            yield "}"
             return
         if self.begin_recording(call):
             yield "struct hazard_recording recording;"
@@ -257,13 +360,30 @@ class Entry:
             yield f"if ({' && '.join(tests)})"
         yield f"{'    ' if tests else ''}{target}{self.call(call)};"
 
-    def observers(self, active, *keywords):
+    def active_calls(self, active):
         for keyword, call in self.row.observers:
             condition = next((c for c in CONDITIONS if keyword.startswith(c)), None)
-            if keyword in keywords and (not condition or condition in active):
+            if not condition or condition in active:
+                yield keyword, call
+
+    def observers(self, active, *keywords):
+        for keyword, call in self.active_calls(active):
+            if keyword in keywords:
                 yield from self.observe(keyword, call)
 
     # ---- the function
+
+    def lower(self, active):
+        """Declares what observers get instead of the command's own parameters."""
+        if self.lowering:
+            arguments = [a for _, call in self.active_calls(active) for a in self.arguments_of(call)]
+            yield from self.lowering.lines(re.findall(r"\w+", " ".join(arguments)))
+
+    def in_block(self):
+        return self.lowering and self.lowering.in_block
+
+    def end_block(self, indent=""):
+        yield from [f"{indent}block_end(&block);"] if self.in_block() else []
 
     def give_up(self):
         failure = {"VkResult": "VK_ERROR_VALIDATION_FAILED_EXT", "void": ""}.get(
@@ -334,6 +454,7 @@ class Entry:
         yield from self.check_call() if "CHECK" in active else self.find_layer("!layer")
         if self.checks:
             yield from self.check_arguments()
+        yield from self.lower(active)
         for keywords in (("HAZARDS",), ("BEFORE", "UNLESS"), ("CONTENT",)):
             yield from self.observers(active, *keywords)
         yield from self.call_down(active)
@@ -342,6 +463,7 @@ class Entry:
             yield "postmortem_see(layer, result);"
         for keywords in (("SUCCESS", "AFTER"), ("HAZARDS_SUCCESS", "HAZARDS_AFTER")):
             yield from self.observers(active, *keywords)
+        yield from self.end_block()
         if not returns_void:
             yield "return result;"
 
@@ -453,7 +575,7 @@ class Generator:
 
     def entry(self, command, row):
         checks = [] if command.name in CHECK_THEMSELVES else self.checks.of_parameters(command)
-        return Entry(command, row, checks, self.registry.structures)
+        return Entry(command, row, checks, self.registry)
 
     def functions(self):
         """Functions that have the signature of a command."""
@@ -514,9 +636,13 @@ class Generator:
             "\n#pragma GCC diagnostic pop\n"])
 
     def entries_text(self):
-        functions, table = [], []
+        functions, table, arrays = [], [], {}
         for entry in self.entries:
             names, texts = entry.variants()
+            if entry.lowering:
+                arrays |= entry.lowering.arrays
+                if entry.lowering.used != set(entry.row.newer.given):
+                    raise ValueError(f"vk{entry.row.name} gives values that are not used")
             functions += [protected(entry.command.protect, text) for text in texts.values()]
             pointers = ", ".join(n if n == "NULL" else f"(PFN_vkVoidFunction){n}" for n in names)
             is_supplied = "true" if entry.row.extension else "false"
@@ -534,7 +660,8 @@ class Generator:
             protected(platform, f"static inline bool {name}_is_readable(struct readable_cache *cache, "
                       f"const {name} *all, uint64_t count);\n")
             for name, platform in self.checks.used.items())
-        return "".join([HEAD, "\n", declarations, chain, *structures, *functions,
+        lowered = [array_source(newer, *older) for newer, older in arrays.items()]
+        return "".join([HEAD, "\n", declarations, chain, *structures, *lowered, *functions,
                         "\nstatic const struct command_entry entries[] = {\n", *table, "};\n",
                         self.cover("void commands_cover_with_snapshots", "VkuDeviceDispatchTable *vk",
                                    [e for e in self.entries if e.row.has("CONTENT_REPLACES")],

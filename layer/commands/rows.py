@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads the files of layer/commands/rows/."""
 
+import copy
 import re
 
 
@@ -25,6 +26,16 @@ class Call:
             raise ValueError(f"an observer sets neither a new variable nor the result: {text}")
         self.function, arguments = re.fullmatch(r"(\w+)\((.*)\)", call).groups()
         self.arguments = split(arguments)
+        self.is_lowered = False  # whether it has the parameters of the newer command
+
+
+class Newer:
+    """The command whose row says what observes an older one: COMMAND[, NAME = VALUE ...]. The values are of
+    parameters of the newer command, and of members of their structures, as expressions of C."""
+
+    def __init__(self, text):
+        self.command, *given = split(text)
+        self.given = dict(re.fullmatch(r"(\w+) = (.+)", value).groups() for value in given)
 
 
 class Row:
@@ -35,6 +46,7 @@ class Row:
         self.flags = set()
         self.observers = []   # pairs of a keyword and a Call
         self.extension = None  # of backend cpu, which supplies the command
+        self.newer = None      # of AS()
 
     def calls(self, keyword):
         return [call for of, call in self.observers if of == keyword]
@@ -76,6 +88,8 @@ FLAGS = ("ALONE", "BY_HAND", "CALL_SITES", "CHECKED", "CONTENT_REPLACES", "HAZAR
          "MAY_LOSE_DEVICE", "ON_RECORDING_PATH", "REQUIRED")
 OBSERVERS = ("HAZARDS", "BEFORE", "UNLESS", "CONTENT", "THROUGH", "CONTENT_THROUGH", "CONTENT_SUCCESS",
              "CONTENT_AFTER", "SUCCESS", "AFTER", "HAZARDS_SUCCESS", "HAZARDS_AFTER", "CPU_IF", "CPU")
+# What makes or replaces the call of the next layer: each version of a command has its own.
+CALLS = ("THROUGH", "CONTENT_THROUGH", "CPU_IF", "CPU")
 
 
 def read_rows(path):
@@ -96,15 +110,35 @@ def read_rows(path):
             rows[-1].observers.append((word[1], Call(argument)))
         elif word[1] == "CPU_SUPPLIES" and argument:
             rows[-1].extension = argument
+        elif word[1] == "AS" and argument:
+            rows[-1].newer = Newer(argument)
         else:
             raise ValueError(f"{path.name}: unknown keyword {word[1]}")
         at = len(text) if not text[at:].strip() else at
     return rows
 
 
+def observe_as_newer(row, newer):
+    """Adds the keywords and the observers of the newer command's row."""
+    row.flags |= newer.flags
+    for keyword, call in newer.observers:
+        if keyword not in CALLS:
+            call = copy.copy(call)
+            call.is_lowered = True
+            row.observers.append((keyword, call))
+        elif keyword.endswith("THROUGH") and not row.calls(keyword):
+            raise ValueError(f"{row.name} has no {keyword} of its own")
+
+
 def read_files(paths):
     """The rows of all files. A command has one."""
     rows = [row for path in paths for row in read_rows(path)]
+    by_name = {row.name: row for row in rows}
+    for row in rows:
+        if row.newer and (row.newer.command not in by_name or by_name[row.newer.command].newer):
+            raise ValueError(f"{row.name} is observed as {row.newer.command}, which has no observers")
+        if row.newer:
+            observe_as_newer(row, by_name[row.newer.command])
     names = [row.name for row in rows]
     for name in set(names):
         if names.count(name) > 1:

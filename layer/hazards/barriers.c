@@ -8,16 +8,6 @@
 #include "observers.h"
 #include "src/base/chain.h"
 
-/* The parameters that vkCmdPipelineBarrier and vkCmdWaitEvents share. An image barrier orders
- * commands as the stage masks say, and no bytes that are tracked. */
-struct barrier_parameters {
-    VkPipelineStageFlags src_stages, dst_stages;
-    uint32_t memory_count;
-    const VkMemoryBarrier *memory;
-    uint32_t buffer_count;
-    const VkBufferMemoryBarrier *buffers;
-};
-
 /* A group of barriers that is being recorded: those of one command, or of one wait. */
 struct group {
     struct hazard_recording *recording;
@@ -149,50 +139,6 @@ static void find_addressed_bytes(const struct hazard_recording *recording,
 
 /* ---- synchronization */
 
-/* All global barriers share one access scope on each side: the specification can be read so. */
-static void add_parameters(struct group *group, const struct barrier_parameters *from)
-{
-    VkAccessFlags src_access = 0, dst_access = 0;
-    for (uint32_t i = 0; i < from->memory_count; i++) {
-        src_access |= from->memory[i].srcAccessMask;
-        dst_access |= from->memory[i].dstAccessMask;
-    }
-    const struct dependency together =
-        dependency_of(from->src_stages, src_access, from->dst_stages, dst_access);
-    add_global(group, &together);
-    for (uint32_t i = 0; i < from->buffer_count; i++) {
-        const VkBufferMemoryBarrier *buffer = &from->buffers[i];
-        struct hazard_barrier barrier = {
-            .dependency = dependency_of(from->src_stages, buffer->srcAccessMask, from->dst_stages,
-                                        buffer->dstAccessMask)};
-        find_bytes(group->recording, buffer->buffer, buffer->offset, buffer->size, &barrier);
-        add_transferable(group, &barrier, buffer->srcQueueFamilyIndex, buffer->dstQueueFamilyIndex);
-    }
-}
-
-void barriers_add(struct hazard_recording *recording, VkPipelineStageFlags src,
-                  VkPipelineStageFlags dst, uint32_t memory_count, const VkMemoryBarrier *memory,
-                  uint32_t buffer_count, const VkBufferMemoryBarrier *buffers)
-{
-    const struct barrier_parameters parameters = {src,    dst,          memory_count,
-                                                  memory, buffer_count, buffers};
-    struct group group = begin_group(recording);
-    add_parameters(&group, &parameters);
-}
-
-void barriers_wait_events(struct hazard_recording *recording, uint32_t count, const VkEvent *events,
-                          VkPipelineStageFlags src, VkPipelineStageFlags dst, uint32_t memory_count,
-                          const VkMemoryBarrier *memory, uint32_t buffer_count,
-                          const VkBufferMemoryBarrier *buffers)
-{
-    const struct barrier_parameters parameters = {src,    dst,          memory_count,
-                                                  memory, buffer_count, buffers};
-    for (uint32_t i = 0; i < count; i++) {
-        struct group group = begin_wait(recording, events[i]);
-        add_parameters(&group, &parameters);
-    }
-}
-
 struct dependency barriers_with_flags_3(struct dependency dependency, const void *chain)
 {
     const VkMemoryBarrierAccessFlags3KHR *flags =
@@ -278,14 +224,14 @@ static void add_info(struct group *group, const VkDependencyInfo *info)
         add_extension(group, s);
 }
 
-void barriers_add_2(struct hazard_recording *recording, const VkDependencyInfo *info)
+void barriers_add(struct hazard_recording *recording, const VkDependencyInfo *info)
 {
     struct group group = begin_group(recording);
     add_info(&group, info);
 }
 
-void barriers_wait_events_2(struct hazard_recording *recording, uint32_t count,
-                            const VkEvent *events, const VkDependencyInfo *infos)
+void barriers_wait_events(struct hazard_recording *recording, uint32_t count, const VkEvent *events,
+                          const VkDependencyInfo *infos)
 {
     for (uint32_t i = 0; i < count; i++) {
         struct group group = begin_wait(recording, events[i]);
@@ -295,28 +241,13 @@ void barriers_wait_events_2(struct hazard_recording *recording, uint32_t count,
 
 /* ---- events and render passes */
 
-static struct hazard_entry *add_set(struct hazard_recording *recording, VkEvent event)
+void barriers_set_event(struct hazard_recording *recording, VkEvent event,
+                        const VkDependencyInfo *info)
 {
     struct hazard_entry *entry = hazard_add(recording->journal, HAZARD_SET_EVENT);
-    if (entry)
-        entry->object = handle_number(event);
-    return entry;
-}
-
-void barriers_set_event(struct hazard_recording *recording, VkEvent event,
-                        VkPipelineStageFlags stages)
-{
-    struct hazard_entry *entry = add_set(recording, event);
-    if (entry)
-        entry->dependency = dependency_of(stages, 0, 0, 0);
-}
-
-void barriers_set_event_2(struct hazard_recording *recording, VkEvent event,
-                          const VkDependencyInfo *info)
-{
-    struct hazard_entry *entry = add_set(recording, event);
     if (!entry)
         return;
+    entry->object = handle_number(event);
     if (info->pNext)
         entry->dependency.src = ALL_SYNC_STAGES;
     for (uint32_t i = 0; i < info->memoryBarrierCount; i++)

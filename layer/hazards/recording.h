@@ -31,6 +31,14 @@ void hazard_recording_command(struct hazard_recording *recording, const char *na
 bool hazard_recording_begin(struct hazard_recording *recording, VkCommandBuffer handle,
                             const char *name);
 
+/* Whether there are the parameters of a call that is lowered. NULL: memory ran out for them, so the
+ * journal lacks hazards. */
+static inline bool hazard_recording_has(struct hazard_recording *recording, const void *lowered)
+{
+    recording->journal->lacks_hazards |= !lowered;
+    return lowered;
+}
+
 /* What accesses bytes, and in which member. */
 struct hazard_use {
     enum access_kind kind;

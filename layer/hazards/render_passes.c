@@ -21,40 +21,6 @@ static int compare_dependencies(const void *a, const void *b)
     return x->src < y->src ? -1 : x->src > y->src;
 }
 
-/* Takes over the dependencies, which are NULL if memory ran out. */
-static void keep_dependencies(const struct layer_device *device, VkRenderPass render_pass,
-                              struct subpass_dependency *dependencies, uint32_t count)
-{
-    if (dependencies)
-        qsort(dependencies, count, sizeof(*dependencies), compare_dependencies);
-    if (dependencies)
-        hazard_objects_add_render_pass(device->hazard_objects, render_pass, dependencies, count);
-    else
-        hazard_objects_remove_render_pass(device->hazard_objects, render_pass);
-    free(dependencies);
-}
-
-/* Room for at least one, so that NULL means that memory has run out. */
-static struct subpass_dependency *allocate_dependencies(uint32_t count)
-{
-    return calloc(count ? count : 1, sizeof(struct subpass_dependency));
-}
-
-void hazards_note_render_pass(struct layer_device *device, VkRenderPass render_pass,
-                              const VkRenderPassCreateInfo *info)
-{
-    uint32_t count = info->dependencyCount;
-    struct subpass_dependency *all = allocate_dependencies(count);
-    for (uint32_t i = 0; all && i < count; i++) {
-        const VkSubpassDependency *from = &info->pDependencies[i];
-        all[i] =
-            (struct subpass_dependency){from->srcSubpass, from->dstSubpass,
-                                        dependency_of(from->srcStageMask, from->srcAccessMask,
-                                                      from->dstStageMask, from->dstAccessMask)};
-    }
-    keep_dependencies(device, render_pass, all, count);
-}
-
 /* A VkMemoryBarrier2 replaces the masks of the structure that it extends. */
 static struct subpass_dependency describe_dependency(const VkSubpassDependency2 *from)
 {
@@ -70,13 +36,23 @@ static struct subpass_dependency describe_dependency(const VkSubpassDependency2 
     return dependency;
 }
 
-void hazards_note_render_pass_2(struct layer_device *device, VkRenderPass render_pass,
-                                const VkRenderPassCreateInfo2 *info)
+/* The render pass is unknown if memory runs out, also for the dependencies of a call that is
+ * lowered. There is room for at least one, so that NULL means that memory has run out. */
+void hazards_note_render_pass(struct layer_device *device, VkRenderPass render_pass,
+                              const VkRenderPassCreateInfo2 *info)
 {
-    struct subpass_dependency *all = allocate_dependencies(info->dependencyCount);
-    for (uint32_t i = 0; all && i < info->dependencyCount; i++)
+    const uint32_t count = info->dependencyCount;
+    const bool is_known = !count || info->pDependencies;
+    struct subpass_dependency *all = is_known ? calloc(count ? count : 1, sizeof(*all)) : NULL;
+    for (uint32_t i = 0; all && i < count; i++)
         all[i] = describe_dependency(&info->pDependencies[i]);
-    keep_dependencies(device, render_pass, all, info->dependencyCount);
+    if (all) {
+        qsort(all, count, sizeof(*all), compare_dependencies);
+        hazard_objects_add_render_pass(device->hazard_objects, render_pass, all, count);
+    } else {
+        hazard_objects_remove_render_pass(device->hazard_objects, render_pass);
+    }
+    free(all);
 }
 
 void hazards_forget_render_pass(struct layer_device *device, VkRenderPass render_pass)

@@ -32,14 +32,8 @@ void hazards_draw(struct hazard_recording *recording, const char *name)
 }
 
 /* A command without groups, or rays, runs no shader. */
-void hazards_dispatch(struct hazard_recording *recording, const char *name, uint32_t x, uint32_t y,
-                      uint32_t z)
-{
-    hazards_dispatch_base(recording, name, 0, 0, 0, x, y, z);
-}
-
-void hazards_dispatch_base(struct hazard_recording *recording, const char *name, uint32_t base_x,
-                           uint32_t base_y, uint32_t base_z, uint32_t x, uint32_t y, uint32_t z)
+void hazards_dispatch(struct hazard_recording *recording, const char *name, uint32_t base_x,
+                      uint32_t base_y, uint32_t base_z, uint32_t x, uint32_t y, uint32_t z)
 {
     if (x && y && z)
         add_command(recording, &(struct shader_command){.name = name,
@@ -236,11 +230,6 @@ void hazards_forget_pipeline(struct layer_device *device, VkPipeline pipeline)
 }
 
 /* ---- memory that more than buffers use */
-
-void hazards_share_memory(struct layer_device *device, VkDeviceMemory memory)
-{
-    resources_share_memory(device->resources, memory);
-}
 
 void hazards_share_memories(struct layer_device *device, uint32_t count,
                             const VkBindImageMemoryInfo *infos)

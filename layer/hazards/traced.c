@@ -301,23 +301,6 @@ void hazards_update_set_by_template(struct layer_device *device, VkDescriptorSet
 
 /* ---- what is bound in command buffers */
 
-static bool find_point(VkPipelineBindPoint bind_point, enum shader_point *point)
-{
-    switch (bind_point) {
-    case VK_PIPELINE_BIND_POINT_COMPUTE:
-        *point = SHADERS_OF_COMPUTE;
-        return true;
-    case VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR:
-        *point = SHADERS_OF_RAYS;
-        return true;
-    case VK_PIPELINE_BIND_POINT_GRAPHICS:
-        *point = SHADERS_OF_GRAPHICS;
-        return true;
-    default:
-        return false;
-    }
-}
-
 /* Returns what is bound, for a change; NULL if memory runs out. */
 static struct bound_shaders *change_bound(struct hazard_recording *recording)
 {
@@ -329,9 +312,9 @@ void hazards_bind_pipeline(struct hazard_recording *recording, VkPipelineBindPoi
                            VkPipeline pipeline)
 {
     struct bound_shaders *bound = change_bound(recording);
-    enum shader_point point;
-    if (bound && find_point(bind_point, &point))
-        bound->pipelines[point] = handle_number(pipeline);
+    for (unsigned i = 0; bound && i < SHADER_POINTS; i++)
+        if (shader_point_has((enum shader_point)i, shader_stages_of(bind_point)))
+            bound->pipelines[i] = handle_number(pipeline);
 }
 
 /* Shader objects are not followed. */
@@ -342,61 +325,38 @@ void hazards_bind_shaders(struct hazard_recording *recording)
         memset(bound->pipelines, 0, sizeof(bound->pipelines));
 }
 
-static void bind_sets(struct hazard_recording *recording, enum shader_point point, uint32_t first,
-                      uint32_t count, const VkDescriptorSet *sets)
+void hazards_bind_sets(struct hazard_recording *recording, const VkBindDescriptorSetsInfo *info)
 {
-    struct bound_shaders *bound = change_bound(recording);
-    for (uint32_t i = 0; bound && i < count && first < BOUND_SETS; i++)
-        bound_shaders_bind_set(bound, point, first + i, sets ? handle_number(sets[i]) : 0);
+    const VkDescriptorSet *sets = info->pDescriptorSets;
+    for (enum shader_point point = 0; point < SHADER_POINTS; point++) {
+        if (!shader_point_has(point, info->stageFlags))
+            continue;
+        struct bound_shaders *bound = change_bound(recording);
+        for (uint32_t i = 0; bound && i < info->descriptorSetCount && info->firstSet < BOUND_SETS;
+             i++)
+            bound_shaders_bind_set(bound, point, info->firstSet + i,
+                                   sets ? handle_number(sets[i]) : 0);
+    }
 }
 
-void hazards_bind_sets(struct hazard_recording *recording, VkPipelineBindPoint bind_point,
-                       uint32_t first, uint32_t count, const VkDescriptorSet *sets)
+void hazards_push_set(struct hazard_recording *recording, const VkPushDescriptorSetInfo *info)
 {
-    enum shader_point point;
-    if (find_point(bind_point, &point))
-        bind_sets(recording, point, first, count, sets);
-}
-
-void hazards_bind_sets_2(struct hazard_recording *recording, const VkBindDescriptorSetsInfo *info)
-{
-    for (unsigned i = 0; i < SHADER_POINTS; i++)
-        if (shader_point_has((enum shader_point)i, info->stageFlags))
-            bind_sets(recording, (enum shader_point)i, info->firstSet, info->descriptorSetCount,
-                      info->pDescriptorSets);
-}
-
-static void push_set(struct hazard_recording *recording, enum shader_point point, uint32_t set,
-                     uint32_t count, const VkWriteDescriptorSet *writes)
-{
-    struct bound_shaders *bound = change_bound(recording);
-    struct held_set *pushed = bound ? bound_shaders_push(bound, point, set) : NULL;
-    for (uint32_t i = 0; pushed && i < count; i++)
-        held_set_write(pushed, &writes[i]);
-}
-
-void hazards_push_set(struct hazard_recording *recording, VkPipelineBindPoint bind_point,
-                      uint32_t set, uint32_t count, const VkWriteDescriptorSet *writes)
-{
-    enum shader_point point;
-    if (find_point(bind_point, &point))
-        push_set(recording, point, set, count, writes);
-}
-
-void hazards_push_set_2(struct hazard_recording *recording, const VkPushDescriptorSetInfo *info)
-{
-    for (unsigned i = 0; i < SHADER_POINTS; i++)
-        if (shader_point_has((enum shader_point)i, info->stageFlags))
-            push_set(recording, (enum shader_point)i, info->set, info->descriptorWriteCount,
-                     info->pDescriptorWrites);
+    for (enum shader_point point = 0; point < SHADER_POINTS; point++) {
+        if (!shader_point_has(point, info->stageFlags))
+            continue;
+        struct bound_shaders *bound = change_bound(recording);
+        struct held_set *pushed = bound ? bound_shaders_push(bound, point, info->set) : NULL;
+        for (uint32_t i = 0; pushed && i < info->descriptorWriteCount; i++)
+            held_set_write(pushed, &info->pDescriptorWrites[i]);
+    }
 }
 
 /* What a template pushes is not followed. */
 void hazards_push_by_template(struct hazard_recording *recording, uint32_t set)
 {
-    bind_sets(recording, SHADERS_OF_COMPUTE, set, 1, NULL);
-    bind_sets(recording, SHADERS_OF_RAYS, set, 1, NULL);
-    bind_sets(recording, SHADERS_OF_GRAPHICS, set, 1, NULL);
+    hazards_bind_sets(recording, &(VkBindDescriptorSetsInfo){.stageFlags = VK_SHADER_STAGE_ALL,
+                                                             .firstSet = set,
+                                                             .descriptorSetCount = 1});
 }
 
 void hazards_push_constants(struct hazard_recording *recording, VkShaderStageFlags stages,

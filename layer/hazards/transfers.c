@@ -27,27 +27,15 @@ static void add_at(struct hazard_recording *recording, const struct place *place
 
 /* ---- between buffers */
 
-/* VkBufferCopy2 has the members of VkBufferCopy. */
-#define ADD_BUFFER_COPIES(recording, src, dst, count, regions)                                     \
-    do {                                                                                           \
-        for (uint32_t i = 0; i < (count); i++) {                                                   \
-            hazard_recording_add_buffer(recording, ACCESS_TRANSFER_READ, HAZARD_SRC, src,          \
-                                        (regions)[i].srcOffset, (regions)[i].size);                \
-            hazard_recording_add_buffer(recording, ACCESS_TRANSFER_WRITE, HAZARD_DST, dst,         \
-                                        (regions)[i].dstOffset, (regions)[i].size);                \
-        }                                                                                          \
-    } while (0)
-
-void hazards_copy_buffer(struct hazard_recording *recording, VkBuffer src, VkBuffer dst,
-                         uint32_t count, const VkBufferCopy *regions)
+void hazards_copy_buffer(struct hazard_recording *recording, const VkCopyBufferInfo2 *info)
 {
-    ADD_BUFFER_COPIES(recording, src, dst, count, regions);
-}
-
-void hazards_copy_buffer_2(struct hazard_recording *recording, const VkCopyBufferInfo2 *info)
-{
-    ADD_BUFFER_COPIES(recording, info->srcBuffer, info->dstBuffer, info->regionCount,
-                      info->pRegions);
+    for (uint32_t i = 0; i < info->regionCount; i++) {
+        const VkBufferCopy2 *region = &info->pRegions[i];
+        hazard_recording_add_buffer(recording, ACCESS_TRANSFER_READ, HAZARD_SRC, info->srcBuffer,
+                                    region->srcOffset, region->size);
+        hazard_recording_add_buffer(recording, ACCESS_TRANSFER_WRITE, HAZARD_DST, info->dstBuffer,
+                                    region->dstOffset, region->size);
+    }
 }
 
 /* ---- between memory and images */
@@ -67,7 +55,7 @@ static uint64_t blocks(uint32_t texels, uint32_t block)
 /* Adds the first and the last row if there are bytes between rows. The rest of the copy is then not
  * recorded. */
 static void add_rows(struct hazard_recording *recording, const struct image_copy *copy,
-                     const VkBufferImageCopy *region, const struct format_block *block)
+                     const VkBufferImageCopy2 *region, const struct format_block *block)
 {
     const VkExtent3D *extent = &region->imageExtent;
     uint32_t row_texels = region->bufferRowLength ? region->bufferRowLength : extent->width;
@@ -91,7 +79,7 @@ static void add_rows(struct hazard_recording *recording, const struct image_copy
 
 /* Other aspects, and planes, have blocks of other sizes. */
 static void add_region(struct hazard_recording *recording, const struct image_copy *copy,
-                       const VkBufferImageCopy *region)
+                       const VkBufferImageCopy2 *region)
 {
     struct format_block block;
     if (region->imageSubresource.aspectMask == VK_IMAGE_ASPECT_COLOR_BIT &&
@@ -99,23 +87,6 @@ static void add_region(struct hazard_recording *recording, const struct image_co
         format_color_block(hazard_objects_format(recording->device->hazard_objects, copy->image),
                            &block))
         add_rows(recording, copy, region, &block);
-}
-
-static void add_image_copy(struct hazard_recording *recording, const struct image_copy *copy,
-                           uint32_t count, const VkBufferImageCopy *regions)
-{
-    for (uint32_t i = 0; i < count; i++)
-        add_region(recording, copy, &regions[i]);
-}
-
-static void add_image_copy_2(struct hazard_recording *recording, const struct image_copy *copy,
-                             uint32_t count, const VkBufferImageCopy2 *regions)
-{
-    for (uint32_t i = 0; i < count; i++)
-        add_region(recording, copy,
-                   &(VkBufferImageCopy){regions[i].bufferOffset, regions[i].bufferRowLength,
-                                        regions[i].bufferImageHeight, regions[i].imageSubresource,
-                                        regions[i].imageOffset, regions[i].imageExtent});
 }
 
 static struct image_copy to_buffer(VkImage src, VkBuffer dst)
@@ -128,34 +99,20 @@ static struct image_copy to_image(VkBuffer src, VkImage dst)
     return (struct image_copy){dst, {ACCESS_TRANSFER_READ, HAZARD_SRC, .buffer = src}};
 }
 
-void hazards_copy_to_buffer(struct hazard_recording *recording, VkImage src, VkBuffer dst,
-                            uint32_t count, const VkBufferImageCopy *regions)
-{
-    const struct image_copy copy = to_buffer(src, dst);
-    add_image_copy(recording, &copy, count, regions);
-    hazards_write_unfollowed(recording); /* the bytes added are not all that are written */
-}
-
-void hazards_copy_to_buffer_2(struct hazard_recording *recording,
-                              const VkCopyImageToBufferInfo2 *info)
+void hazards_copy_to_buffer(struct hazard_recording *recording,
+                            const VkCopyImageToBufferInfo2 *info)
 {
     const struct image_copy copy = to_buffer(info->srcImage, info->dstBuffer);
-    add_image_copy_2(recording, &copy, info->regionCount, info->pRegions);
+    for (uint32_t i = 0; i < info->regionCount; i++)
+        add_region(recording, &copy, &info->pRegions[i]);
     hazards_write_unfollowed(recording); /* the bytes added are not all that are written */
 }
 
-void hazards_copy_to_image(struct hazard_recording *recording, VkBuffer src, VkImage dst,
-                           uint32_t count, const VkBufferImageCopy *regions)
-{
-    const struct image_copy copy = to_image(src, dst);
-    add_image_copy(recording, &copy, count, regions);
-}
-
-void hazards_copy_to_image_2(struct hazard_recording *recording,
-                             const VkCopyBufferToImageInfo2 *info)
+void hazards_copy_to_image(struct hazard_recording *recording, const VkCopyBufferToImageInfo2 *info)
 {
     const struct image_copy copy = to_image(info->srcBuffer, info->dstImage);
-    add_image_copy_2(recording, &copy, info->regionCount, info->pRegions);
+    for (uint32_t i = 0; i < info->regionCount; i++)
+        add_region(recording, &copy, &info->pRegions[i]);
 }
 
 static void add_addressed_copy(struct hazard_recording *recording, struct image_copy *copy,
@@ -165,9 +122,11 @@ static void add_addressed_copy(struct hazard_recording *recording, struct image_
         const VkDeviceMemoryImageCopyKHR *region = &info->pRegions[i];
         copy->memory.address = region->addressRange.address;
         add_region(recording, copy,
-                   &(VkBufferImageCopy){0, region->addressRowLength, region->addressImageHeight,
-                                        region->imageSubresource, region->imageOffset,
-                                        region->imageExtent});
+                   &(VkBufferImageCopy2){.bufferRowLength = region->addressRowLength,
+                                         .bufferImageHeight = region->addressImageHeight,
+                                         .imageSubresource = region->imageSubresource,
+                                         .imageOffset = region->imageOffset,
+                                         .imageExtent = region->imageExtent});
     }
 }
 

@@ -44,26 +44,15 @@ void forget_report_callback(struct layer_instance *instance, VkDebugReportCallba
 
 /* ---- names */
 
-static void set_name(struct layer_device *device, VkObjectType type, uint64_t handle,
-                     const char *name)
-{
-    const struct command_buffer *command_buffer =
-        type == VK_OBJECT_TYPE_COMMAND_BUFFER
-            ? command_buffers_find(device->command_buffers, (VkCommandBuffer)(uintptr_t)handle)
-            : NULL;
-    object_names_set_of(device->names, type, handle, command_buffer ? command_buffer->facts.id : 0,
-                        name);
-}
-
 void note_object_name(struct layer_device *device, const VkDebugUtilsObjectNameInfoEXT *info)
 {
-    set_name(device, info->objectType, info->objectHandle, info->pObjectName);
-}
-
-/* The two enumerations of object types have the same values for all types that messages name. */
-void note_marker_name(struct layer_device *device, const VkDebugMarkerObjectNameInfoEXT *info)
-{
-    set_name(device, (VkObjectType)info->objectType, info->object, info->pObjectName);
+    const struct command_buffer *command_buffer =
+        info->objectType == VK_OBJECT_TYPE_COMMAND_BUFFER
+            ? command_buffers_find(device->command_buffers,
+                                   (VkCommandBuffer)(uintptr_t)info->objectHandle)
+            : NULL;
+    object_names_set_of(device->names, info->objectType, info->objectHandle,
+                        command_buffer ? command_buffer->facts.id : 0, info->pObjectName);
 }
 
 /* ---- labels of command buffers */
@@ -102,30 +91,6 @@ void insert_label(struct layer_device *device, VkCommandBuffer command_buffer,
     struct label_stack *labels = command_buffers_labels(device->command_buffers, command_buffer);
     if (labels)
         label_stack_insert(labels, label);
-}
-
-static VkDebugUtilsLabelEXT label_of_marker(const VkDebugMarkerMarkerInfoEXT *marker)
-{
-    VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT};
-    if (marker) {
-        label.pLabelName = marker->pMarkerName;
-        memcpy(label.color, marker->color, sizeof(label.color));
-    }
-    return label;
-}
-
-void open_marker(struct layer_device *device, VkCommandBuffer command_buffer,
-                 const VkDebugMarkerMarkerInfoEXT *marker)
-{
-    VkDebugUtilsLabelEXT label = label_of_marker(marker);
-    open_label(device, command_buffer, &label);
-}
-
-void insert_marker(struct layer_device *device, VkCommandBuffer command_buffer,
-                   const VkDebugMarkerMarkerInfoEXT *marker)
-{
-    VkDebugUtilsLabelEXT label = label_of_marker(marker);
-    insert_label(device, command_buffer, &label);
 }
 
 /* ---- labels of queues */

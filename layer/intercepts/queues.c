@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Observes submissions. Each is prepared before the call goes down, which judges its batches,
  * and finished with the call's result. */
+#include "layer/intercepts/lower.h"
 #include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/snapshots.h"
 #include "observers.h"
@@ -31,27 +32,8 @@ static enum semaphore_scope scope_of_signal(VkPipelineStageFlags2 stages)
 }
 
 /* Whether a batch uses physical devices besides the first. If one of them waits for a semaphore or
- * signals it, that does not order the others. */
-static bool is_spread(const struct layer_device *device, const VkSubmitInfo *info)
-{
-    const VkDeviceGroupSubmitInfo *group =
-        chain_find(info->pNext, VK_STRUCTURE_TYPE_DEVICE_GROUP_SUBMIT_INFO);
-    if (!group || !device->facts.is_group)
-        return false;
-    for (uint32_t i = 0; i < group->commandBufferCount; i++)
-        if (group->pCommandBufferDeviceMasks[i] != 1)
-            return true;
-    for (uint32_t i = 0; i < group->waitSemaphoreCount; i++)
-        if (group->pWaitSemaphoreDeviceIndices[i])
-            return true;
-    for (uint32_t i = 0; i < group->signalSemaphoreCount; i++)
-        if (group->pSignalSemaphoreDeviceIndices[i])
-            return true;
-    return false;
-}
-
-/* A device mask of 0 means all devices. */
-static bool is_spread2(const struct layer_device *device, const VkSubmitInfo2 *info)
+ * signals it, that does not order the others. A device mask of 0 means all devices. */
+static bool is_spread(const struct layer_device *device, const VkSubmitInfo2 *info)
 {
     if (!device->facts.is_group)
         return false;
@@ -67,58 +49,30 @@ static bool is_spread2(const struct layer_device *device, const VkSubmitInfo2 *i
     return false;
 }
 
-/* ---- vkQueueSubmit */
-
-/* A missing value belongs to a binary semaphore, and is ignored. */
-static uint64_t value_at(const uint64_t *values, uint32_t count, uint32_t i)
-{
-    return values && i < count ? values[i] : 0;
-}
-
-static const VkTimelineSemaphoreSubmitInfo *timeline_of(const void *chain)
-{
-    static const VkTimelineSemaphoreSubmitInfo none = {0};
-    const VkTimelineSemaphoreSubmitInfo *timeline =
-        chain_find(chain, VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO);
-    return timeline ? timeline : &none;
-}
+/* ---- submissions of command buffers */
 
 /* A semaphore without a handle adds no operation. */
-static void add_wait(struct submission *submission, VkSemaphore semaphore, uint64_t value,
-                     VkPipelineStageFlags2 stages, bool spread)
-{
-    submission_add_wait(submission, semaphore, value,
-                        spread ? SCOPE_NOTHING : scope_of_wait(stages));
-    if (semaphore)
-        submission_set_stages(submission, stages);
-}
-
-static void add_signal(struct submission *submission, VkSemaphore semaphore, uint64_t value,
-                       VkPipelineStageFlags2 stages, bool spread)
-{
-    submission_add_signal(submission, semaphore, value,
-                          spread ? SCOPE_NOTHING : scope_of_signal(stages));
-    if (semaphore)
-        submission_set_stages(submission, stages);
-}
-
 static void add_submit(struct submission *submission, const struct layer_device *device,
-                       const VkSubmitInfo *info)
+                       const VkSubmitInfo2 *info)
 {
     bool spread = is_spread(device, info);
-    const VkTimelineSemaphoreSubmitInfo *timeline = timeline_of(info->pNext);
     submission_add_batch(submission);
-    for (uint32_t i = 0; i < info->waitSemaphoreCount; i++)
-        add_wait(submission, info->pWaitSemaphores[i],
-                 value_at(timeline->pWaitSemaphoreValues, timeline->waitSemaphoreValueCount, i),
-                 info->pWaitDstStageMask[i], spread);
-    for (uint32_t i = 0; i < info->commandBufferCount; i++)
-        submission_add_commands(submission, info->pCommandBuffers[i]);
-    for (uint32_t i = 0; i < info->signalSemaphoreCount; i++)
-        add_signal(
-            submission, info->pSignalSemaphores[i],
-            value_at(timeline->pSignalSemaphoreValues, timeline->signalSemaphoreValueCount, i),
-            VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, spread);
+    for (uint32_t i = 0; i < info->waitSemaphoreInfoCount; i++) {
+        const VkSemaphoreSubmitInfo *wait = &info->pWaitSemaphoreInfos[i];
+        submission_add_wait(submission, wait->semaphore, wait->value,
+                            spread ? SCOPE_NOTHING : scope_of_wait(wait->stageMask));
+        if (wait->semaphore)
+            submission_set_stages(submission, wait->stageMask);
+    }
+    for (uint32_t i = 0; i < info->commandBufferInfoCount; i++)
+        submission_add_commands(submission, info->pCommandBufferInfos[i].commandBuffer);
+    for (uint32_t i = 0; i < info->signalSemaphoreInfoCount; i++) {
+        const VkSemaphoreSubmitInfo *signal = &info->pSignalSemaphoreInfos[i];
+        submission_add_signal(submission, signal->semaphore, signal->value,
+                              spread ? SCOPE_NOTHING : scope_of_signal(signal->stageMask));
+        if (signal->semaphore)
+            submission_set_stages(submission, signal->stageMask);
+    }
 }
 
 /* Counts the call, whether or not it will succeed. */
@@ -133,9 +87,12 @@ static struct submission *begin_submission(struct layer_device *device, VkQueue 
     return submission;
 }
 
+/* `infos`: NULL if memory has run out for those of a call that is lowered. */
 struct submission *begin_submit(struct layer_device *device, VkQueue queue, uint32_t count,
-                                const VkSubmitInfo *infos, VkFence fence)
+                                const VkSubmitInfo2 *infos, VkFence fence)
 {
+    if (count && !infos)
+        execution_order_set_unknown(device->order, ORDER_UNKNOWN_OUT_OF_MEMORY);
     struct submission *submission = begin_submission(device, queue);
     for (uint32_t i = 0; submission && i < count; i++)
         add_submit(submission, device, &infos[i]);
@@ -160,35 +117,6 @@ void end_submit(struct layer_device *device, struct submission *submission, VkRe
     if (result < VK_SUCCESS)
         events_forget(device->events);
     submission_finish(submission, result);
-}
-
-/* ---- vkQueueSubmit2 */
-
-static void add_submit2(struct submission *submission, const struct layer_device *device,
-                        const VkSubmitInfo2 *info)
-{
-    bool spread = is_spread2(device, info);
-    submission_add_batch(submission);
-    for (uint32_t i = 0; i < info->waitSemaphoreInfoCount; i++)
-        add_wait(submission, info->pWaitSemaphoreInfos[i].semaphore,
-                 info->pWaitSemaphoreInfos[i].value, info->pWaitSemaphoreInfos[i].stageMask,
-                 spread);
-    for (uint32_t i = 0; i < info->commandBufferInfoCount; i++)
-        submission_add_commands(submission, info->pCommandBufferInfos[i].commandBuffer);
-    for (uint32_t i = 0; i < info->signalSemaphoreInfoCount; i++)
-        add_signal(submission, info->pSignalSemaphoreInfos[i].semaphore,
-                   info->pSignalSemaphoreInfos[i].value, info->pSignalSemaphoreInfos[i].stageMask,
-                   spread);
-}
-
-struct submission *begin_submit_2(struct layer_device *device, VkQueue queue, uint32_t count,
-                                  const VkSubmitInfo2 *infos, VkFence fence)
-{
-    struct submission *submission = begin_submission(device, queue);
-    for (uint32_t i = 0; submission && i < count; i++)
-        add_submit2(submission, device, &infos[i]);
-    submission_set_fence(submission, fence);
-    return submission;
 }
 
 /* ---- vkQueueBindSparse */
@@ -235,21 +163,16 @@ static struct journal *announce_bindings(struct layer_device *device, const VkBi
 static void add_bindings(struct submission *submission, struct layer_device *device,
                          const VkBindSparseInfo *info)
 {
-    const VkTimelineSemaphoreSubmitInfo *timeline = timeline_of(info->pNext);
     submission_add_batch(submission);
     for (uint32_t i = 0; i < info->waitSemaphoreCount; i++)
-        submission_add_wait(
-            submission, info->pWaitSemaphores[i],
-            value_at(timeline->pWaitSemaphoreValues, timeline->waitSemaphoreValueCount, i),
-            SCOPE_ALL);
+        submission_add_wait(submission, info->pWaitSemaphores[i],
+                            lower_value(info->pNext, WAIT_OF_BATCH, i), SCOPE_ALL);
     struct journal *journal = announce_bindings(device, info);
     if (journal)
         submission_add_work(submission, journal);
     for (uint32_t i = 0; i < info->signalSemaphoreCount; i++)
-        submission_add_signal(
-            submission, info->pSignalSemaphores[i],
-            value_at(timeline->pSignalSemaphoreValues, timeline->signalSemaphoreValueCount, i),
-            SCOPE_ALL);
+        submission_add_signal(submission, info->pSignalSemaphores[i],
+                              lower_value(info->pNext, SIGNAL_OF_BATCH, i), SCOPE_ALL);
 }
 
 struct submission *begin_bind_sparse(struct layer_device *device, VkQueue queue, uint32_t count,

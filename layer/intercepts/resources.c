@@ -122,12 +122,6 @@ void forget_buffer(struct layer_device *device, VkBuffer buffer)
     resources_remove_buffer(device->resources, buffer);
 }
 
-void note_binding(struct layer_device *device, VkBuffer buffer, VkDeviceMemory memory,
-                  VkDeviceSize offset)
-{
-    resources_bind_buffer(device->resources, buffer, memory, offset, false);
-}
-
 /* Whether instance i of the buffer is bound to another instance of the memory than i. */
 static bool instances_differ(const VkBindBufferMemoryInfo *bind)
 {
@@ -139,10 +133,10 @@ static bool instances_differ(const VkBindBufferMemoryInfo *bind)
     return false;
 }
 
-/* A failed call may have bound some buffers. VK_KHR_maintenance6 returns the result of each if the
- * application requests that. */
+/* A failed call has bound nothing if it has one binding; otherwise it may have bound some buffers.
+ * VK_KHR_maintenance6 returns the result of each if the application requests that. */
 static void observe_bind(struct layer_device *state, const VkBindBufferMemoryInfo *bind,
-                         VkResult result)
+                         bool is_only_one, VkResult result)
 {
     const VkBindMemoryStatus *status =
         chain_find(bind->pNext, VK_STRUCTURE_TYPE_BIND_MEMORY_STATUS);
@@ -151,7 +145,7 @@ static void observe_bind(struct layer_device *state, const VkBindBufferMemoryInf
     if (result == VK_SUCCESS)
         resources_bind_buffer(state->resources, bind->buffer, bind->memory, bind->memoryOffset,
                               instances_differ(bind));
-    else
+    else if (!is_only_one)
         resources_forget_binding(state->resources, bind->buffer);
 }
 
@@ -159,7 +153,7 @@ void note_bindings(struct layer_device *device, uint32_t count, const VkBindBuff
                    VkResult result)
 {
     for (uint32_t i = 0; i < count; i++)
-        observe_bind(device, &infos[i], result);
+        observe_bind(device, &infos[i], count == 1, result);
 }
 
 void note_buffer_address(struct layer_device *device, const VkBufferDeviceAddressInfo *info,

@@ -79,10 +79,10 @@ static void copy_orders_renew(const struct layer_device *device, struct recordin
 struct submit {
     struct snapshots *snapshots;
     VkQueue queue;
-    PFN_vkQueueSubmit next; /* this call's command and parameters, or those of the other */
-    const VkSubmitInfo *infos;
-    PFN_vkQueueSubmit2 next_2;
-    const VkSubmitInfo2 *infos_2;
+    PFN_vkQueueSubmit2 next; /* this call's command and parameters, or those of the older one */
+    const VkSubmitInfo2 *infos;
+    PFN_vkQueueSubmit next_older;
+    const VkSubmitInfo *older;
     uint32_t batch_count;
     struct submission *submission; /* NULL: the order is unknown */
     bool has_limits;               /* the guarded builds of the batch: guard_limited_batches() */
@@ -218,7 +218,7 @@ static VkResult call_down(const struct submit *submit, uint32_t first, uint32_t 
                           VkFence fence)
 {
     return submit->next ? submit->next(submit->queue, count, submit->infos + first, fence)
-                        : submit->next_2(submit->queue, count, submit->infos_2 + first, fence);
+                        : submit->next_older(submit->queue, count, submit->older + first, fence);
 }
 
 /* The device executes the batches, and nothing will show when it has ended. The executions count as
@@ -326,34 +326,38 @@ static struct submit begin_snapshots_submit(struct snapshots *snapshots, VkQueue
     };
 }
 
-VkResult snapshots_submit(struct layer_device *device, PFN_vkQueueSubmit next, VkQueue queue,
-                          uint32_t count, const VkSubmitInfo *infos, VkFence fence)
+static VkResult submit_with_copies(struct submit *submit, uint32_t count,
+                                   const VkSubmitInfo2 *infos, VkFence fence)
+{
+    submit->batch_count = count;
+    submit->result = count && !infos ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS;
+    for (uint32_t i = 0; infos && i < count; i++) {
+        begin_batch(submit, i);
+        for (uint32_t j = 0; j < infos[i].commandBufferInfoCount; j++)
+            add_command_buffer(submit, infos[i].pCommandBufferInfos[j].commandBuffer);
+    }
+    return submit_all(submit, fence);
+}
+
+VkResult snapshots_submit(struct layer_device *device, PFN_vkQueueSubmit2 next, VkQueue queue,
+                          uint32_t count, const VkSubmitInfo2 *infos, VkFence fence)
 {
     struct submit submit = begin_snapshots_submit(device->snapshots, queue);
     submit.next = next;
     submit.infos = infos;
-    submit.batch_count = count;
-    for (uint32_t i = 0; i < count; i++) {
-        begin_batch(&submit, i);
-        for (uint32_t j = 0; j < infos[i].commandBufferCount; j++)
-            add_command_buffer(&submit, infos[i].pCommandBuffers[j]);
-    }
-    return submit_all(&submit, fence);
+    return submit_with_copies(&submit, count, infos, fence);
 }
 
-VkResult snapshots_submit_2(struct layer_device *device, PFN_vkQueueSubmit2 next, VkQueue queue,
-                            uint32_t count, const VkSubmitInfo2 *infos, VkFence fence)
+/* `infos`: the batches as vkQueueSubmit2 has them. Without memory for them the call fails: what the
+ * copies may read is unknown. */
+VkResult snapshots_submit_older(struct layer_device *device, PFN_vkQueueSubmit next, VkQueue queue,
+                                uint32_t count, const VkSubmitInfo *older,
+                                const VkSubmitInfo2 *infos, VkFence fence)
 {
     struct submit submit = begin_snapshots_submit(device->snapshots, queue);
-    submit.next_2 = next;
-    submit.infos_2 = infos;
-    submit.batch_count = count;
-    for (uint32_t i = 0; i < count; i++) {
-        begin_batch(&submit, i);
-        for (uint32_t j = 0; j < infos[i].commandBufferInfoCount; j++)
-            add_command_buffer(&submit, infos[i].pCommandBufferInfos[j].commandBuffer);
-    }
-    return submit_all(&submit, fence);
+    submit.next_older = next;
+    submit.older = older;
+    return submit_with_copies(&submit, count, infos, fence);
 }
 
 void snapshots_note_secondaries(struct layer_device *device, VkCommandBuffer handle, uint32_t count,

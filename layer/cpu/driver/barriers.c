@@ -2,8 +2,9 @@
 /* Backend cpu: barriers, and waits for events. Their stages and accesses of ray tracing are
  * translated for the driver. A call without such bits goes down unchanged. So does a call with
  * more barriers than fit on the stack, if memory runs out. */
-#include "layer/cpu/driver/block.h"
+#include "layer/cpu/driver/masks.h"
 #include "observers.h"
+#include "src/base/block.h"
 #include "src/base/chain.h"
 
 /* The common parameters of vkCmdPipelineBarrier and vkCmdWaitEvents. */

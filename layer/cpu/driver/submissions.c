@@ -2,8 +2,9 @@
 /* Backend cpu: render passes and submissions. Stages and accesses of ray tracing in dependencies,
  * and stages of semaphores, are translated for the driver. What has no such bits goes down
  * unchanged. */
-#include "layer/cpu/driver/block.h"
+#include "layer/cpu/driver/masks.h"
 #include "observers.h"
+#include "src/base/block.h"
 #include "src/base/chain.h"
 
 VkResult cpu_create_render_pass(PFN_vkCreateRenderPass down, VkDevice device,

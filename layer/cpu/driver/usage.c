@@ -2,8 +2,8 @@
 /* Backend cpu: buffer usage. Usage of ray tracing is removed, because the driver does
  * not support it. Transfer usage is added to these buffers and to all with device addresses,
  * because the backend copies from and to them. */
-#include "layer/cpu/driver/block.h"
 #include "observers.h"
+#include "src/base/block.h"
 #include "src/base/chain.h"
 
 static const VkBufferUsageFlags2 RAY_TRACING_USAGE =

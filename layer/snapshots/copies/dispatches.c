@@ -74,30 +74,25 @@ static bool note_layout(struct compute_state *state, VkPipelineLayout layout)
     return true;
 }
 
-void snapshots_push(struct layer_device *device, VkCommandBuffer handle, VkPipelineLayout layout,
-                    VkShaderStageFlags stages, uint32_t offset, uint32_t size, const void *values)
+void snapshots_push(struct layer_device *device, VkCommandBuffer handle,
+                    const VkPushConstantsInfo *info)
 {
+    const uint32_t offset = info->offset, size = info->size;
     struct compute_state *state = compute_state_of(device, handle);
     if (!state)
         return;
     if (offset % 4 || size % 4 || offset > sizeof(state->constants) ||
         size > sizeof(state->constants) - offset ||
-        !readable(readable_cache_of_thread(), values, size) || !note_layout(state, layout)) {
+        !readable(readable_cache_of_thread(), info->pValues, size) ||
+        !note_layout(state, info->layout)) {
         state->is_partial = true;
         return;
     }
-    memcpy((char *)state->constants + offset, values, size);
+    memcpy((char *)state->constants + offset, info->pValues, size);
     for (uint32_t word = offset / 4; word < (offset + size) / 4; word++) {
-        state->stages[word] = stages;
-        state->layouts[word] = layout;
+        state->stages[word] = info->stageFlags;
+        state->layouts[word] = info->layout;
     }
-}
-
-void snapshots_push_2(struct layer_device *device, VkCommandBuffer handle,
-                      const VkPushConstantsInfo *info)
-{
-    snapshots_push(device, handle, info->layout, info->stageFlags, info->offset, info->size,
-                   info->pValues);
 }
 
 /* ---- restoring */

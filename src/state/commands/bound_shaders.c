@@ -63,6 +63,20 @@ static const VkShaderStageFlags stages_of_point[SHADER_POINTS] = {
         VK_SHADER_STAGE_ALL_GRAPHICS | VK_SHADER_STAGE_TASK_BIT_EXT | VK_SHADER_STAGE_MESH_BIT_EXT,
 };
 
+VkShaderStageFlags shader_stages_of(VkPipelineBindPoint bind_point)
+{
+    switch (bind_point) {
+    case VK_PIPELINE_BIND_POINT_COMPUTE:
+        return stages_of_point[SHADERS_OF_COMPUTE];
+    case VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR:
+        return stages_of_point[SHADERS_OF_RAYS];
+    case VK_PIPELINE_BIND_POINT_GRAPHICS:
+        return stages_of_point[SHADERS_OF_GRAPHICS];
+    default:
+        return 0;
+    }
+}
+
 bool shader_point_has(enum shader_point point, VkShaderStageFlags stages)
 {
     return stages & stages_of_point[point];

@@ -40,6 +40,8 @@ uint32_t bound_shaders_find(const struct bound_shaders *bound, struct descriptor
  * others: their layout is another one. */
 void bound_shaders_push_constants(struct bound_shaders *bound, VkShaderStageFlags stages,
                                   uint32_t offset, uint32_t size, const void *values);
+/* The stages of a bind point; 0: it has none of the points. */
+VkShaderStageFlags shader_stages_of(VkPipelineBindPoint bind_point);
 /* Whether one of the stages belongs to a bind point. */
 bool shader_point_has(enum shader_point point, VkShaderStageFlags stages);
 

@@ -1,61 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What calls to a driver without ray tracing are made of: memory for the copies that one call
- * hands down, on the stack if they are small; and the translation of stages and accesses. */
-#ifndef ASSAY_LAYER_CPU_DRIVER_BLOCK_H
-#define ASSAY_LAYER_CPU_DRIVER_BLOCK_H
-
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
-#include <vulkan/vulkan_core.h>
-
-struct block {
-    char *next;
-    void *heap; /* NULL: the arrays lie in `room` */
-    max_align_t room[128];
-};
-
-/* The bytes that an array takes in a block. */
-static inline size_t block_size(size_t count, size_t size)
-{
-    const size_t step = sizeof(max_align_t);
-    return (count * size + step - 1) / step * step;
-}
-
-/* Returns false without memory. The caller ends the block in either case. */
-static inline bool block_begin(struct block *block, size_t size)
-{
-    block->heap = size > sizeof(block->room) ? malloc(size) : NULL;
-    block->next = block->heap ? block->heap : (char *)block->room;
-    return block->heap || size <= sizeof(block->room);
-}
-
-static inline void block_end(struct block *block)
-{
-    free(block->heap);
-}
-
-static inline void *block_take(struct block *block, size_t count, size_t size)
-{
-    void *array = block->next;
-    block->next += block_size(count, size);
-    return array;
-}
-
-/* A copy of an array. Returns NULL if `count` is 0. */
-static inline void *block_copy(struct block *block, const void *array, size_t count, size_t size)
-{
-    return count ? memcpy(block_take(block, count, size), array, count * size) : NULL;
-}
-
-/* ---- Translates stages and accesses of ray tracing for a driver without ray tracing.
+/* Translates stages and accesses of ray tracing for a driver without ray tracing.
  *
  * The backend records its part of a build as copies at the build's position in the command buffer.
  * A build may read its inputs with any access of its stage. So the stage becomes all commands, and
  * the accesses at that stage become all memory accesses. That orders at least what the application
  * requests, and the copies too. The bits of VkPipelineStageFlags and VkAccessFlags are the lowest
  * ones of the 64-bit flags. */
+#ifndef ASSAY_LAYER_CPU_DRIVER_MASKS_H
+#define ASSAY_LAYER_CPU_DRIVER_MASKS_H
+
+#include <stdbool.h>
+#include <vulkan/vulkan_core.h>
 
 static const VkPipelineStageFlags2 RAY_TRACING_STAGES =
     VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR |
