@@ -158,7 +158,7 @@ static VkResult create_device(struct layer_device *device, PFN_vkCreateDevice cr
 }
 
 /* Adds consumers in the order in which they are called: builds are executed before they are
- * validated. Fails only if BATCH_CONSUMERS is too small. */
+ * validated. */
 VkResult layer_register_consumers(struct layer_device *device)
 {
     struct execution_order *order = device->order;
@@ -179,7 +179,7 @@ VkResult layer_register_consumers(struct layer_device *device)
     ADD(device->cpu, cpu_overlay_consumer(device))
     ADD(device->input_checks, input_checks_consumer(device->input_checks))
 #undef ADD
-    return has_room ? VK_SUCCESS : VK_ERROR_INITIALIZATION_FAILED;
+    return has_room ? VK_SUCCESS : VK_ERROR_OUT_OF_HOST_MEMORY;
 }
 
 static bool has_driver_properties(const struct layer_device *device)

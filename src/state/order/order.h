@@ -102,8 +102,7 @@ struct batch_consumer {
 VkResult execution_order_create(struct execution_order **order,
                                 const struct execution_hooks *hooks);
 /* Call before the device is published. Consumers are called in the order in which they are added.
- * Returns false if there are BATCH_CONSUMERS already. */
-enum { BATCH_CONSUMERS = 12 };
+ * Returns false if memory runs out. */
 bool execution_order_add_consumer(struct execution_order *order, struct batch_consumer consumer);
 /* The batches that are not retired. */
 struct batch_list *execution_order_batches(struct execution_order *order);

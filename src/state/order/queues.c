@@ -2,6 +2,7 @@
 /* The order of one device, and the course of a submission through it. */
 #include <stdlib.h>
 
+#include "src/base/array.h"
 #include "src/state/order/records.h"
 
 VkResult execution_order_create(struct execution_order **order, const struct execution_hooks *hooks)
@@ -22,7 +23,7 @@ VkResult execution_order_create(struct execution_order **order, const struct exe
 
 bool execution_order_add_consumer(struct execution_order *order, struct batch_consumer consumer)
 {
-    if (order->consumer_count == BATCH_CONSUMERS)
+    if (!ARRAY_HAS_ROOM(order->consumers, order->consumer_count, order->consumer_capacity))
         return false;
     order->consumers[order->consumer_count++] = consumer;
     return true;
@@ -87,6 +88,7 @@ void execution_order_destroy(struct execution_order *order)
     pthread_mutex_destroy(&order->batches.lock);
     pthread_mutex_destroy(&order->lock);
     pthread_cond_destroy(&order->ran);
+    free(order->consumers);
     free(order);
 }
 

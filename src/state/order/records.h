@@ -171,9 +171,9 @@ struct submission {
 enum { ORDER_TIMEOUTS = 16 };
 
 struct execution_order {
-    struct execution_hooks hooks;                     /* constant */
-    struct batch_consumer consumers[BATCH_CONSUMERS]; /* constant once the device is published */
-    uint32_t consumer_count;
+    struct execution_hooks hooks;     /* constant */
+    struct batch_consumer *consumers; /* constant once the device is published */
+    uint32_t consumer_count, consumer_capacity;
     struct batch_list batches; /* has its own lock */
     pthread_mutex_t lock;
     struct handle_table semaphores, fences;
