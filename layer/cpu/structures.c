@@ -113,13 +113,13 @@ void cpu_copy_structure(VkCommandBuffer commands, uint64_t dst, uint64_t src,
     struct recorder recorder;
     if (!recorder_begin(&recorder, commands))
         return;
-    recorder_add_copy(&recorder, &(struct recorded_command){
-                                     .kind = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
-                                                 ? CPU_COMPACT
-                                                 : CPU_CLONE,
-                                     .structure = dst,
-                                     .src = src,
-                                 });
+    recorder_add_copy(&recorder,
+                      &(struct recorded_command){
+                          .kind = CPU_COPY,
+                          .structure = dst,
+                          .src = src,
+                          .compacts = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
+                      });
 }
 
 void cpu_write_structure(VkCommandBuffer commands, uint64_t src, VkDeviceAddress dst)

@@ -73,13 +73,16 @@ struct noting {
     bool has_memory;
 };
 
+/* The functions with a walk are events of a journal; `user` is the struct noting. */
+
 static void note_use(struct noting *noting, uint64_t id, enum structure_use use)
 {
     noting->has_memory &= structures_note_use(noting->structures, id, use);
 }
 
-static void note_figures(struct noting *noting, const struct journal_entry *entry)
+static void note_figures(struct journal_walk *walk, const struct journal_entry *entry)
 {
+    struct noting *noting = walk->user;
     const uint32_t few = noting->advice->limits->of[ADVICE_LIMIT_few_primitives];
     noting->is_tiny = entry->info && entry->number && entry->number <= few;
 }
@@ -107,8 +110,9 @@ static void note_tiny(struct noting *noting, uint64_t id, bool is_tiny)
     advice->most_tiny = tiny > advice->most_tiny ? tiny : advice->most_tiny;
 }
 
-static void note_build(struct noting *noting, const struct journal_entry *entry)
+static void note_build(struct journal_walk *walk, const struct journal_entry *entry)
 {
+    struct noting *noting = walk->user;
     noting->has_memory &=
         structures_note_build(noting->structures, entry->dst_id, noting->advice->submissions,
                               entry->built.flags, built_needed_size(&entry->built));
@@ -117,9 +121,20 @@ static void note_build(struct noting *noting, const struct journal_entry *entry)
     noting->is_tiny = false;
 }
 
-static void note_copy(struct noting *noting, const struct journal_entry *entry)
+static void note_update(struct journal_walk *walk, const struct journal_entry *entry)
 {
+    struct noting *noting = walk->user;
+    noting->is_tiny = false;
+    note_use(noting, entry->dst_id, USE_UPDATED);
+    note_use(noting, entry->src_id, USE_UPDATE_SOURCE);
+    note_top(noting, is_top(entry));
+}
+
+static void note_copy(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    struct noting *noting = walk->user;
     struct structure_uses of_src;
+    note_use(noting, entry->src_id, journal_entry_compacts(entry) ? USE_COMPACTED : USE_COPIED);
     note_use(noting, entry->dst_id, USE_FILLED);
     note_tiny(noting, entry->dst_id,
               structures_find_uses(noting->structures, entry->src_id, &of_src) && of_src.is_tiny);
@@ -128,17 +143,26 @@ static void note_copy(struct noting *noting, const struct journal_entry *entry)
                           noting->advice->submissions);
 }
 
-static void note_read(struct noting *noting, const struct journal_entry *entry)
+/* A structure may be a top-level one, whose instances are not read. */
+static void note_fill(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    note_use(walk->user, entry->dst_id, USE_FILLED);
+    note_tiny(walk->user, entry->dst_id, false);
+    note_top(walk->user, entry->info == FILL_READS_ACCEL);
+}
+
+static void note_read(struct journal_walk *walk, const struct journal_entry *entry)
 {
     const bool is_size =
         entry->read.query == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
     if (entry->read.query == VK_QUERY_TYPE_MAX_ENUM || is_size)
-        note_use(noting, entry->src_id, is_size ? USE_SIZE_QUERIED : USE_COPIED);
+        note_use(walk->user, entry->src_id, is_size ? USE_SIZE_QUERIED : USE_COPIED);
 }
 
 /* The replay of the batch has trusted the answer, or has not kept its size. */
-static void note_answer(struct noting *noting, const struct journal_entry *entry)
+static void note_answer(struct journal_walk *walk, const struct journal_entry *entry)
 {
+    struct noting *noting = walk->user;
     const struct structure *state = structures_find(noting->structures, entry->src_id);
     const struct compacted_size *compacted = state ? state->built.compacted_size : NULL;
     if ((VkQueryType)entry->info != VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR)
@@ -152,51 +176,6 @@ static void note_answer(struct noting *noting, const struct journal_entry *entry
         noting->advice->device->has_unseen_sizes = true;
 }
 
-static void note_journal(struct noting *noting, const struct journal *journal);
-
-static void note_entry(struct noting *noting, const struct journal_entry *entry)
-{
-    switch ((enum journal_kind)entry->kind) {
-    case JOURNAL_PRIMITIVES:
-        note_figures(noting, entry);
-        break;
-    case JOURNAL_BUILD:
-        note_build(noting, entry);
-        break;
-    case JOURNAL_UPDATE:
-        noting->is_tiny = false;
-        note_use(noting, entry->dst_id, USE_UPDATED);
-        note_use(noting, entry->src_id, USE_UPDATE_SOURCE);
-        note_top(noting, is_top(entry));
-        break;
-    case JOURNAL_COPY:
-        note_use(noting, entry->src_id, USE_COPIED);
-        note_copy(noting, entry);
-        break;
-    case JOURNAL_COMPACT:
-        note_use(noting, entry->src_id, USE_COMPACTED);
-        note_copy(noting, entry);
-        break;
-    case JOURNAL_FILL:
-        note_use(noting, entry->dst_id, USE_FILLED);
-        note_tiny(noting, entry->dst_id, false);
-        /* A structure may be a top-level one, whose instances are not read. */
-        note_top(noting, entry->info == FILL_READS_ACCEL);
-        break;
-    case JOURNAL_READ:
-        note_read(noting, entry);
-        break;
-    case JOURNAL_ANSWER:
-        note_answer(noting, entry);
-        break;
-    case JOURNAL_EXECUTE:
-        note_journal(noting, entry->secondary);
-        break;
-    default: /* the walk visits no others */
-        break;
-    }
-}
-
 /* The journals of some submissions: those whose number is a power of two. */
 static void note_single_calls(struct device_advice *advice, const struct journal *journal)
 {
@@ -207,27 +186,36 @@ static void note_single_calls(struct device_advice *advice, const struct journal
     advice->single_calls = calls > advice->single_calls ? calls : advice->single_calls;
 }
 
-/* Recursive: the device limits how deep secondary command buffers nest. */
+static void note_journal(struct noting *noting, const struct journal *journal);
+
+static void note_secondary(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    note_journal(walk->user, entry->secondary);
+}
+
 static void note_journal(struct noting *noting, const struct journal *journal)
 {
+    static const struct journal_events notes = {.primitives = note_figures,
+                                                .build = note_build,
+                                                .update = note_update,
+                                                .copy = note_copy,
+                                                .fill = note_fill,
+                                                .read = note_read,
+                                                .answer = note_answer,
+                                                .execute = note_secondary};
     if (noting->advice->device->hazard_checks)
         note_single_calls(noting->advice, journal);
-    struct journal_cursor cursor = journal_start(
-        journal, JOURNAL_WRITES | JOURNAL_BIT(JOURNAL_PRIMITIVES) | JOURNAL_BIT(JOURNAL_READ) |
-                     JOURNAL_BIT(JOURNAL_ANSWER) | JOURNAL_BIT(JOURNAL_EXECUTE));
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        note_entry(noting, entry);
+    journal_walk(journal, &notes, noting);
 }
 
 /* What a failed command of the host has written is unknown. */
-static void note_failed(struct noting *noting, const struct journal *journal)
+static void note_failed_write(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    struct journal_cursor cursor = journal_start(journal, JOURNAL_WRITES);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        note_use(noting, entry->dst_id, USE_FILLED);
-        note_top(noting, true);
-    }
+    note_use(walk->user, entry->dst_id, USE_FILLED);
+    note_top(walk->user, true);
 }
+
+static const struct journal_events failures = {ON_WRITES(note_failed_write)};
 
 /* ---- batches */
 
@@ -261,7 +249,7 @@ static void note_batch(struct device_advice *advice, const struct order_batch *b
         if (batch->work == WORK_OF_QUEUE || batch->work == WORK_ENDS)
             note_journal(&noting, journal);
         else if (batch->work == WORK_FAILS)
-            note_failed(&noting, journal);
+            journal_walk(journal, &failures, &noting);
     }
     if (!noting.has_memory)
         advice->is_unknown = true;

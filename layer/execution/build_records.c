@@ -10,7 +10,7 @@
 
 struct writer {
     const struct layer_device *device;
-    struct log_record record; /* with the members that are the same for the whole journal */
+    struct log_record record; /* with the members that are the same for the whole batch */
     const struct journal_entry *figures; /* of the next build; or NULL */
 };
 
@@ -60,23 +60,35 @@ static void describe_nv(const struct writer *writer, const struct journal_entry 
         return;
     if (accel.sizes.known) {
         record->size = accel.sizes.object;
-        record->scratch_size = entry->kind == JOURNAL_UPDATE  ? accel.sizes.update_scratch
-                               : entry->kind == JOURNAL_BUILD ? accel.sizes.build_scratch
-                                                              : 0;
+        record->scratch_size = journal_is_update(entry) ? accel.sizes.update_scratch
+                               : journal_is_copy(entry) ? 0
+                                                        : accel.sizes.build_scratch;
     }
     record->memory = accel.span.memory;
     record->memory_offset = accel.span.begin;
 }
 
-static struct log_record describe_entry(const struct writer *writer, enum record_kind kind,
-                                        const char *mode, const struct journal_entry *entry)
+static struct log_record begin_record(const struct journal_walk *walk,
+                                      const struct journal_entry *entry, enum record_kind kind,
+                                      const char *mode)
 {
+    const struct writer *writer = walk->user;
     struct log_record record = writer->record;
+    record.command_buffer = walk->journal->command_buffer;
     record.kind = kind;
     record.mode = mode;
-    record.type = "unknown";
     record.dst = entry->dst;
     record.src = entry->src;
+    return record;
+}
+
+static struct log_record describe_entry(const struct journal_walk *walk,
+                                        const struct journal_entry *entry, enum record_kind kind,
+                                        const char *mode)
+{
+    const struct writer *writer = walk->user;
+    struct log_record record = begin_record(walk, entry, kind, mode);
+    record.type = "unknown";
     if (journal_entry_is_nv(entry))
         describe_nv(writer, entry, &record);
     else
@@ -91,11 +103,17 @@ static void add_to_record(const struct writer *writer, const struct log_record *
     reporter_record(writer->device->instance->reporter, record);
 }
 
-static void add_build(struct writer *writer, const struct journal_entry *entry)
+static void note_figures(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    bool is_update = entry->kind == JOURNAL_UPDATE;
+    struct writer *writer = walk->user;
+    writer->figures = entry;
+}
+
+static void add_build(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    struct writer *writer = walk->user;
     struct log_record record =
-        describe_entry(writer, RECORD_BUILD, is_update ? "update" : "build", entry);
+        describe_entry(walk, entry, RECORD_BUILD, journal_is_update(entry) ? "update" : "build");
     record.has_position = true;
     record.position = entry->built.position;
     if (entry->built.state == BUILT_BEFORE) {
@@ -114,83 +132,38 @@ static void add_build(struct writer *writer, const struct journal_entry *entry)
     add_to_record(writer, &record);
 }
 
-static void add_copy(const struct writer *writer, const char *mode,
-                     const struct journal_entry *entry)
+static void add_copy(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    struct log_record record = describe_entry(writer, RECORD_COPY, mode, entry);
-    add_to_record(writer, &record);
+    const struct log_record record = describe_entry(
+        walk, entry, RECORD_COPY, journal_entry_compacts(entry) ? "compact" : "clone");
+    add_to_record(walk->user, &record);
 }
 
-/* A write of a VkMicromapEXT. */
-static void add_micromap(const struct writer *writer, const struct journal_entry *entry)
+/* A deserialization, or a write of a VkMicromapEXT. */
+static void add_fill(struct journal_walk *walk, const struct journal_entry *entry)
 {
     static const char *const modes[] = {
-        [FILL_BUILDS_MICROMAP] = "build",
-        [FILL_CLONES_MICROMAP] = "clone",
-        [FILL_COMPACTS_MICROMAP] = "compact",
+        [FILL_READS_ACCEL] = "deserialize",    [FILL_BUILDS_MICROMAP] = "build",
+        [FILL_CLONES_MICROMAP] = "clone",      [FILL_COMPACTS_MICROMAP] = "compact",
         [FILL_READS_MICROMAP] = "deserialize",
     };
-    struct log_record record = writer->record;
-    record.kind = entry->info == FILL_BUILDS_MICROMAP ? RECORD_BUILD : RECORD_COPY;
-    record.mode = modes[entry->info];
-    record.type = "micromap";
-    record.object_type = VK_OBJECT_TYPE_MICROMAP_EXT;
-    record.dst = entry->dst;
-    record.src = entry->src;
-    add_to_record(writer, &record);
-}
-
-static void add_journal(const struct layer_device *device, const struct order_batch *batch,
-                        const struct journal *journal);
-
-static void add_entry(struct writer *writer, const struct order_batch *batch,
-                      const struct journal_entry *entry)
-{
-    switch ((enum journal_kind)entry->kind) {
-    case JOURNAL_PRIMITIVES:
-        writer->figures = entry;
-        break;
-    case JOURNAL_BUILD:
-    case JOURNAL_UPDATE:
-        add_build(writer, entry);
-        break;
-    case JOURNAL_COPY:
-        add_copy(writer, "clone", entry);
-        break;
-    case JOURNAL_COMPACT:
-        add_copy(writer, "compact", entry);
-        break;
-    case JOURNAL_FILL:
-        if (entry->info == FILL_READS_ACCEL)
-            add_copy(writer, "deserialize", entry);
-        else
-            add_micromap(writer, entry);
-        break;
-    case JOURNAL_EXECUTE:
-        add_journal(writer->device, batch, entry->secondary);
-        break;
-    default: /* the walk visits no others */
-        break;
+    const enum record_kind kind = entry->info == FILL_BUILDS_MICROMAP ? RECORD_BUILD : RECORD_COPY;
+    struct log_record record;
+    if (entry->info == FILL_READS_ACCEL) {
+        record = describe_entry(walk, entry, kind, modes[entry->info]);
+    } else {
+        record = begin_record(walk, entry, kind, modes[entry->info]);
+        record.type = "micromap";
+        record.object_type = VK_OBJECT_TYPE_MICROMAP_EXT;
     }
+    add_to_record(walk->user, &record);
 }
 
-/* Recursive: the device limits how deep secondary command buffers nest. */
-static void add_journal(const struct layer_device *device, const struct order_batch *batch,
-                        const struct journal *journal)
-{
-    struct writer writer = {
-        .device = device,
-        .record = {.device = device->handle,
-                   .queue = batch->queue,
-                   .submission = batch->number,
-                   .names = device->names,
-                   .command_buffer = journal->command_buffer},
-    };
-    struct journal_cursor cursor = journal_start(
-        journal, JOURNAL_WRITES | JOURNAL_BIT(JOURNAL_PRIMITIVES) | JOURNAL_BIT(JOURNAL_EXECUTE));
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        add_entry(&writer, batch, entry);
-}
+static const struct journal_events records = {.primitives = note_figures,
+                                              ON_BUILDS(add_build),
+                                              .copy = add_copy,
+                                              .fill = add_fill,
+                                              .execute = journal_walk_secondary};
 
 /* ---- batches */
 
@@ -222,9 +195,14 @@ static void build_records_run(void *user, struct order_batch *batch)
         return;
     if (batch->work == WORK_OF_QUEUE)
         add_submission(device, batch);
+    struct writer writer = {.device = device,
+                            .record = {.device = device->handle,
+                                       .queue = batch->queue,
+                                       .submission = batch->number,
+                                       .names = device->names}};
     for (uint32_t i = 0; i < batch->command_count; i++)
         if (batch->commands[i].captured)
-            add_journal(device, batch, batch->commands[i].captured);
+            journal_walk(batch->commands[i].captured, &records, &writer);
 }
 
 struct batch_consumer build_records_consumer(struct layer_device *device)

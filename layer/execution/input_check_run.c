@@ -345,6 +345,7 @@ struct read_buffer {
     bool is_known; /* its copies can be read */
     const struct journal *journal;
     uint32_t used_count; /* micromaps that the next build uses */
+    uint32_t child;      /* index of the next execution of a secondary */
     struct read_call *call;
 };
 
@@ -402,11 +403,12 @@ static void begin_advice(const struct read_call *call, struct executed_build *ex
         executed->limits = &reporter_settings(device->instance->reporter)->advice_limits;
 }
 
-static void read_build(struct read_buffer *buffer, const struct journal_entry *entry,
-                       const struct found_notes *notes)
+/* `dst_id` of an entry without a known structure is 0. */
+static void read_copies(struct read_buffer *buffer, const struct journal_entry *entry,
+                        const struct found_notes *notes)
 {
     struct recorded_build *build = journal_copies(entry);
-    const struct journal_entry *known = entry->kind == JOURNAL_INPUTS ? NULL : entry;
+    const struct journal_entry *known = entry->dst_id ? entry : NULL;
     const struct input_note *note = notes->inputs;
     struct reading *reading = buffer->reading;
     struct pending_finding **const before = reading->findings_last;
@@ -493,43 +495,52 @@ static void read_entry(struct read_buffer *buffer, const struct journal_entry *e
     if (!buffer->call)
         buffer->call = begin_call(buffer->reading, buffer->journal, &build->place);
     if (buffer->call)
-        read_build(buffer, entry, notes);
+        read_copies(buffer, entry, notes);
     else
         buffer->reading->lacks_memory = true;
 }
 
 /* ---- command buffers */
 
+static void read_execution(struct reading *reading, struct execution *execution);
+
+static void count_micromap(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    struct read_buffer *buffer = walk->user;
+    buffer->used_count += !entry->micromap.is_ext;
+}
+
+static void read_child(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    struct read_buffer *buffer = walk->user;
+    struct execution *child = buffer->execution->children[buffer->child++];
+    (void)entry;
+    if (child)
+        read_execution(buffer->reading, child);
+}
+
+static void read_build(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    const struct found_notes notes = take_notes(walk->user, entry);
+    read_entry(walk->user, entry, &notes);
+}
+
+static void read_unknown_build(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    read_entry(walk->user, entry, &(struct found_notes){0});
+}
+
 static void read_execution(struct reading *reading, struct execution *execution)
 {
+    static const struct journal_events reads_builds = {.use_micromap = count_micromap,
+                                                       .execute = read_child,
+                                                       ON_BUILDS(read_build),
+                                                       .inputs = read_unknown_build};
     struct read_buffer buffer = {
         .reading = reading, .execution = execution, .journal = execution->recording->journal};
-    struct journal_cursor cursor =
-        execution_start(execution, JOURNAL_COPIED_BUILDS | JOURNAL_BIT(JOURNAL_USE_MICROMAP) |
-                                       JOURNAL_BIT(JOURNAL_EXECUTE));
-    uint32_t child = 0;
     shared_lock_read(&execution->lock);
     buffer.is_known = !execution->has_no_snapshots && !atomic_load(&execution->is_overwritten);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        struct found_notes notes = {0};
-        switch ((enum journal_kind)entry->kind) {
-        case JOURNAL_USE_MICROMAP:
-            buffer.used_count += !entry->micromap.is_ext;
-            break;
-        case JOURNAL_EXECUTE:
-            if (execution->children[child])
-                read_execution(reading, execution->children[child]);
-            child++;
-            break;
-        case JOURNAL_BUILD:
-        case JOURNAL_UPDATE:
-            notes = take_notes(&buffer, entry);
-            read_entry(&buffer, entry, &notes);
-            break;
-        default: /* JOURNAL_INPUTS */
-            read_entry(&buffer, entry, &notes);
-        }
-    }
+    execution_walk(execution, &reads_builds, &buffer);
     shared_lock_release(&execution->lock);
     leave_call(buffer.call);
 }

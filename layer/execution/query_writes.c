@@ -27,6 +27,7 @@ struct batch_queries {
     struct batch_queries *older;
     const struct order_batch *batch; /* NULL: `clock` is known */
     bool is_unknown;                 /* what it follows is not known */
+    bool lacks_any;                  /* memory ran out for ranges, or for entries of a journal */
     struct execution_clock clock;    /* the batch, and what it follows */
     struct query_range *ranges;
     uint32_t count, capacity;
@@ -101,27 +102,41 @@ static bool is_observable(const struct journal *journal)
     return journal->writes_queries || journal->has_events;
 }
 
-static bool add_journal(struct batch_queries *queries, const struct journal *journal)
+/* Events of a journal; `user` is the struct batch_queries. */
+
+static void add_range(struct journal_walk *walk, VkQueryPool pool, uint64_t first, uint64_t count)
 {
-    bool has_memory = !journal->incomplete;
-    struct journal_cursor cursor =
-        journal_start(journal, JOURNAL_BIT(JOURNAL_READ) | JOURNAL_BIT(JOURNAL_WRITE_QUERY) |
-                                   JOURNAL_BIT(JOURNAL_SET_EVENT) | JOURNAL_BIT(JOURNAL_EXECUTE));
-    for (const struct journal_entry *entry;
-         is_observable(journal) && (entry = journal_next(&cursor));) {
-        const VkQueryPool pool = (VkQueryPool)(uintptr_t)entry->dst;
-        if (entry->kind == JOURNAL_EXECUTE)
-            has_memory &= add_journal(queries, entry->secondary);
-        else if (entry->kind == JOURNAL_SET_EVENT)
-            has_memory &=
-                add_query(queries, pool_of_event(entry->dst), EVENT_QUERY, EVENT_QUERY + 1);
-        else if (entry->kind == JOURNAL_WRITE_QUERY)
-            has_memory &= add_query(queries, pool, entry->number, entry->number + entry->info);
-        else if (entry->read.query != VK_QUERY_TYPE_MAX_ENUM)
-            has_memory &=
-                add_query(queries, pool, entry->read.number, (uint64_t)entry->read.number + 1);
-    }
-    return has_memory;
+    struct batch_queries *queries = walk->user;
+    queries->lacks_any |= !add_query(queries, pool, first, first + count);
+}
+
+static void add_event(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    if (entry->info == EVENT_SET)
+        add_range(walk, pool_of_event(entry->dst), EVENT_QUERY, 1);
+}
+
+static void add_writes(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    add_range(walk, (VkQueryPool)(uintptr_t)entry->dst, entry->number, entry->info);
+}
+
+static void add_read(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    if (journal_entry_is_query(entry))
+        add_range(walk, (VkQueryPool)(uintptr_t)entry->dst, entry->read.number, 1);
+}
+
+/* A journal is incomplete if that of a secondary command buffer is. */
+static void add_journal(struct batch_queries *queries, const struct journal *journal)
+{
+    static const struct journal_events events = {.use_event = add_event,
+                                                 .write_queries = add_writes,
+                                                 .read = add_read,
+                                                 .execute = journal_walk_secondary};
+    queries->lacks_any |= journal->incomplete;
+    if (is_observable(journal))
+        journal_walk(journal, &events, queries);
 }
 
 static bool has_queries(const struct order_batch *batch)
@@ -149,12 +164,11 @@ void query_writes_submit(struct query_writes *writes, struct order_batch *batch)
     if (!writes || !has_queries(batch))
         return;
     struct batch_queries *queries = calloc(1, sizeof(*queries));
-    bool has_memory = queries;
-    for (uint32_t i = 0; has_memory && i < batch->command_count; i++)
+    for (uint32_t i = 0; queries && !queries->lacks_any && i < batch->command_count; i++)
         if (batch->commands[i].captured)
-            has_memory &= add_journal(queries, batch->commands[i].captured);
+            add_journal(queries, batch->commands[i].captured);
     pthread_mutex_lock(&writes->lock);
-    writes->lacks_any |= !has_memory;
+    writes->lacks_any |= !queries || queries->lacks_any;
     if (queries) {
         queries->batch = batch;
         queries->older = writes->newest;

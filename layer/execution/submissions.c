@@ -192,13 +192,16 @@ static bool is_open(void *user, VkQueue queue, const void *captured)
     return events_submit(submissions->device->events, queue, captured);
 }
 
+static void settle_binding(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    const struct sparse_binding binding = journal_binding(entry);
+    resources_settle_sparse(walk->user, &binding);
+}
+
 static void settle_bindings(struct resources *resources, struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start(journal, JOURNAL_BIT(JOURNAL_BIND));
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        const struct sparse_binding binding = journal_binding(entry);
-        resources_settle_sparse(resources, &binding);
-    }
+    static const struct journal_events settles = {.bind = settle_binding};
+    journal_walk(journal, &settles, resources);
     journal->binds = false;
 }
 

@@ -36,15 +36,19 @@ static const struct journal *journal_of(const struct batch_cursor *at)
 /* ---- submissions */
 
 /* What uses structures. */
-#define USES (JOURNAL_WRITES | JOURNAL_READS | JOURNAL_BIT(JOURNAL_USE_MICROMAP))
+#define ON_USES(function) ON_WRITES(function), .read = (function), .use_micromap = (function)
+
+static void end_at_use(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    (void)entry;
+    walk->is_over = true;
+}
 
 static bool has_uses(const struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start(journal, USES | JOURNAL_BIT(JOURNAL_EXECUTE));
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        if (entry->kind != JOURNAL_EXECUTE || has_uses(entry->secondary))
-            return true;
-    return false;
+    static const struct journal_events uses = {ON_USES(end_at_use),
+                                               .execute = journal_walk_secondary};
+    return !journal_walk(journal, &uses, NULL);
 }
 
 /* Forgets a batch whose use has ended. */
@@ -172,13 +176,19 @@ static bool is_it(const struct use_search *search, uint64_t handle, uint64_t id)
                               : search->object->may_hold_structures && lies_in(search, handle, id);
 }
 
-static bool is_use(const struct use_search *search, const struct journal_entry *entry)
+static void note_found_use(struct journal_walk *walk, unsigned char command)
 {
-    bool has_source = JOURNAL_BIT(entry->kind) & (JOURNAL_READS | JOURNAL_BIT(JOURNAL_UPDATE) |
-                                                  JOURNAL_BIT(JOURNAL_USE_MICROMAP));
-    bool has_dst = JOURNAL_BIT(entry->kind) & JOURNAL_WRITES;
-    return (has_dst && is_it(search, entry->dst, entry->dst_id)) ||
-           (has_source && is_it(search, entry->src, entry->src_id));
+    const struct use_search *search = walk->user;
+    search->use->command = (enum build_command)command;
+    search->use->command_buffer = walk->journal->command_buffer;
+    walk->is_over = true;
+}
+
+static void find_use(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    if ((journal_entry_writes(entry) && is_it(walk->user, entry->dst, entry->dst_id)) ||
+        (journal_entry_has_source_to_check(entry) && is_it(walk->user, entry->src, entry->src_id)))
+        note_found_use(walk, entry->command);
 }
 
 /* An address may lie in several buffers: then a build may use any of them. */
@@ -195,25 +205,14 @@ static bool is_input_use(const struct use_search *search, const struct journal_i
            !facts.is_shared && (!object->memory || facts.memory == object->memory);
 }
 
-static bool find_in_journal(const struct use_search *search, const struct journal *journal)
+static void find_input_use(struct journal_walk *walk, const struct journal_input *input)
 {
-    struct journal_cursor cursor = journal_start(journal, USES | JOURNAL_BIT(JOURNAL_EXECUTE) |
-                                                              JOURNAL_BIT(JOURNAL_USE_BUFFER));
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        const struct journal_input *input = (const void *)entry;
-        if (entry->kind == JOURNAL_EXECUTE && find_in_journal(search, entry->secondary))
-            return true;
-        if (entry->kind == JOURNAL_EXECUTE ||
-            !(entry->kind == JOURNAL_USE_BUFFER ? is_input_use(search, input)
-                                                : is_use(search, entry)))
-            continue;
-        search->use->command = (enum build_command)(
-            entry->kind == JOURNAL_USE_BUFFER ? input->command : entry->command);
-        search->use->command_buffer = journal->command_buffer;
-        return true;
-    }
-    return false;
+    if (is_input_use(walk->user, input))
+        note_found_use(walk, input->command);
 }
+
+static const struct journal_events finds_uses = {ON_USES(find_use), .use_buffer = find_input_use,
+                                                 .execute = journal_walk_secondary};
 
 /* A batch that was submitted, but not run yet, may be running on another thread. */
 static bool is_certainly_pending(const struct order_batch *batch,
@@ -236,12 +235,12 @@ bool submitted_builds_find_use(struct submitted_builds *submitted, const struct 
     if (!submitted || !is_known || !atomic_load(&submitted->count) ||
         !execution_order_find_observed(submitted->device->order, &seen, &untracked))
         return false;
-    const struct use_search search = {submitted->device->resources, object, use};
+    struct use_search search = {submitted->device->resources, object, use};
     pthread_mutex_lock(&submitted->batches->lock);
     for (struct batch_cursor at = submitted_builds_start(submitted);
          !is_found && batch_cursor_next(&at);) {
         is_found = is_certainly_pending(at.batch, &seen, untracked) &&
-                   find_in_journal(&search, journal_of(&at));
+                   !journal_walk(journal_of(&at), &finds_uses, &search);
         use->queue = at.batch->queue;
         use->submission = at.batch->number;
         timed_out_waits = at.batch->timed_out_waits;
@@ -277,29 +276,23 @@ struct visitor {
     bool has_marks;
 };
 
-static bool visit_journal(struct visitor *visitor, const struct journal *journal)
+static void visit_build(struct journal_walk *walk, const struct journal_entry *entry)
 {
+    struct visitor *visitor = walk->user;
     struct submitted_build *build = &visitor->build;
-    struct journal_cursor cursor =
-        journal_start(journal, JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_EXECUTE));
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (entry->kind == JOURNAL_EXECUTE && !visit_journal(visitor, entry->secondary))
-            return false;
-        if (entry->kind == JOURNAL_EXECUTE)
-            continue;
-        const struct recorded_build *copies = visitor->has_marks ? journal_copies(entry) : NULL;
-        build->journal = journal;
-        build->entry = entry;
-        build->state = MARK_IS_UNKNOWN;
-        build->lacks_inputs = copies && copies->left_out;
-        build->copies = copies;
-        if (copies)
-            build->state = recording_mark_state(journal->work, copies->mark, 0);
-        if (!visitor->visit(visitor->user, build))
-            return false;
-    }
-    return true;
+    const struct recorded_build *copies = visitor->has_marks ? journal_copies(entry) : NULL;
+    build->journal = walk->journal;
+    build->entry = entry;
+    build->state = MARK_IS_UNKNOWN;
+    build->lacks_inputs = copies && copies->left_out;
+    build->copies = copies;
+    if (copies)
+        build->state = recording_mark_state(walk->journal->work, copies->mark, 0);
+    walk->is_over = !visitor->visit(visitor->user, build);
 }
+
+static const struct journal_events visits = {ON_BUILDS(visit_build),
+                                             .execute = journal_walk_secondary};
 
 /* A later execution of the same command buffer has cleared the marks, so this one is complete. */
 static bool is_repeated(struct batch_cursor at)
@@ -330,7 +323,8 @@ bool submitted_builds_each(struct submitted_builds *submitted, bool waits,
         visitor.build.queue = at.batch->queue;
         visitor.build.submission = at.batch->number;
         visitor.build.queue_labels = shared_labels_stack(at.batch->labels);
-        goes_on = (visitor.has_marks && is_repeated(at)) || visit_journal(&visitor, journal);
+        goes_on =
+            (visitor.has_marks && is_repeated(at)) || journal_walk(journal, &visits, &visitor);
     }
     pthread_mutex_unlock(&submitted->batches->lock);
     return true;

@@ -41,18 +41,13 @@ static inline void note_input(struct noting *noting, enum input_role role,
     if (facts->status != ADDRESS_IN_BUFFER ||
         !journal_notes_buffer(noting->journal, facts->buffer_id))
         return;
-    *noting->next++ = (struct journal_input){
-        .kind = JOURNAL_USE_BUFFER,
-        .size = sizeof(struct journal_input) / JOURNAL_UNIT,
-        .role = (unsigned char)role,
-        .command = noting->command,
-        .geometry_by_pointer = noting->geometry_by_pointer,
-        .position = noting->position,
-        .info = noting->info,
-        .geometry = noting->geometry,
-        .buffer_id = facts->buffer_id,
-        .address = facts->address,
-    };
+    struct journal_input input =
+        journal_input_of(role, noting->command, noting->position, facts->buffer_id);
+    input.geometry_by_pointer = noting->geometry_by_pointer;
+    input.info = noting->info;
+    input.geometry = noting->geometry;
+    input.address = facts->address;
+    *noting->next++ = input;
 }
 
 static inline void note_geometry(struct noting *noting, const struct geometry_view *geometry)
@@ -115,8 +110,7 @@ __attribute__((cold)) static void note_micromaps(const struct build_call *call,
     bool updates = build_is_update(build->info);
     for (uint32_t i = 0; i < uses->count; i++) {
         const struct micromap_use *use = &uses->items[i];
-        struct journal_entry entry = {
-            .kind = JOURNAL_USE_MICROMAP,
+        const struct journal_entry entry = {
             .command = (unsigned char)call->view.command,
             .info = build->index,
             .geometry_by_pointer = build->geometry_pointers != NULL,
@@ -133,7 +127,7 @@ __attribute__((cold)) static void note_micromaps(const struct build_call *call,
                          .must_stay = updates && !may_change},
         };
         if (use->id)
-            journal_add(call->journal, &entry);
+            journal_add_use_micromap(call->journal, entry);
     }
 }
 
@@ -190,10 +184,10 @@ static inline bool is_copied(const struct build_call *call)
 
 static inline void note_build(const struct build_call *call, const struct build_view *build)
 {
-    struct journal_entry *entry = journal_begin_build(call->journal, is_copied(call));
+    struct journal_entry *entry =
+        journal_begin_build(call->journal, build_is_update(build->info), is_copied(call));
     if (!entry)
         return;
-    entry->kind = build_is_update(build->info) ? JOURNAL_UPDATE : JOURNAL_BUILD;
     entry->command = (unsigned char)call->view.command;
     entry->judged = false;
     entry->info = build->index;
@@ -236,28 +230,26 @@ static bool count_primitives(const struct build_view *build, VkDeviceSize *count
 __attribute__((cold)) static void note_figures(const struct build_call *call,
                                                const struct build_view *build)
 {
-    struct journal_entry entry = {.kind = JOURNAL_PRIMITIVES};
+    struct journal_entry entry = {0};
     entry.info = count_primitives(build, &entry.number);
     if (build->sizes.known && build_is_update(build->info))
         entry.dst = build->sizes.update_scratch;
     else if (build->sizes.known)
         entry.dst = build->sizes.build_scratch;
     if (entry.info || entry.dst)
-        journal_add(call->journal, &entry);
+        journal_add_primitives(call->journal, entry);
 }
 
 /* Records the place of copies of a build that writes no known structure. */
 __attribute__((cold)) static void note_unknown_build(const struct build_call *call,
                                                      const struct build_view *build)
 {
-    struct journal_entry *entry = is_copied(call) ? journal_begin_build(call->journal, true) : NULL;
+    struct journal_entry *entry = is_copied(call)
+                                      ? journal_add_inputs(call->journal, call->view.command,
+                                                           build->index, position_of(call, build))
+                                      : NULL;
     if (entry)
-        *entry = (struct journal_entry){.kind = JOURNAL_INPUTS,
-                                        .size = entry->size,
-                                        .command = (unsigned char)call->view.command,
-                                        .info = build->index,
-                                        .origin = build_call_origin(call),
-                                        .built.position = position_of(call, build)};
+        entry->origin = build_call_origin(call);
 }
 
 /* Records all inputs of a typical build at once. */
@@ -300,11 +292,9 @@ void build_notes_record_ranges(void *user, struct noted_ranges *ranges)
     if (!ranges)
         return;
     ranges->position = call->view.command_buffer.build_index;
-    journal_add(call->journal, &(struct journal_entry){
-                                   .kind = JOURNAL_RANGES,
-                                   .command = (unsigned char)call->view.command,
-                                   .ranges = ranges,
-                               });
+    journal_add_ranges(
+        call->journal,
+        (struct journal_entry){.command = (unsigned char)call->view.command, .ranges = ranges});
 }
 
 const struct build_recorder *build_notes_recorder(void)

@@ -14,20 +14,18 @@ static struct journal_entry copy_entry(const struct layer_device *device,
                                        uint64_t dst_handle, uint64_t src_handle,
                                        VkCopyAccelerationStructureModeKHR mode)
 {
-    const bool compacts = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
     const struct object_facts dst = object_facts_find(device->resources, type, dst_handle);
     const struct object_facts src = object_facts_find(device->resources, type, src_handle);
-    return (struct journal_entry){
-        .dst_backing = object_backing(&dst),
-        .src_backing = object_backing(&src),
-        .kind = compacts ? JOURNAL_COMPACT : JOURNAL_COPY,
-        .command = (unsigned char)command,
-        .dst = dst_handle,
-        .src = src_handle,
-        .dst_id = dst.id,
-        .src_id = src.id,
-        .read = {.compacts = compacts, .query = VK_QUERY_TYPE_MAX_ENUM, .dst_size = dst.size},
-    };
+    struct journal_entry entry =
+        journal_copy_entry(command, mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
+    entry.dst_backing = object_backing(&dst);
+    entry.src_backing = object_backing(&src);
+    entry.dst = dst_handle;
+    entry.src = src_handle;
+    entry.dst_id = dst.id;
+    entry.src_id = src.id;
+    entry.read.dst_size = dst.size;
+    return entry;
 }
 
 static struct journal_entry khr_copy_entry(const struct layer_device *device,
@@ -45,12 +43,12 @@ static struct journal_entry fill_entry(const struct layer_device *device,
 {
     const struct object_facts facts = object_facts_find(
         device->resources, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle_number(dst));
-    return (struct journal_entry){.kind = JOURNAL_FILL,
-                                  .command = (unsigned char)command,
-                                  .dst_backing = object_backing(&facts),
-                                  .dst = handle_number(dst),
-                                  .dst_id = facts.id,
-                                  .src_id = layer_bytes_at(device, address) ? address : 0};
+    struct journal_entry entry = journal_fill_entry(command, FILL_READS_ACCEL);
+    entry.dst_backing = object_backing(&facts);
+    entry.dst = handle_number(dst);
+    entry.dst_id = facts.id;
+    entry.src_id = layer_bytes_at(device, address) ? address : 0;
+    return entry;
 }
 
 /* `address`: of device memory, or 0. */
@@ -60,14 +58,13 @@ static struct journal_entry serialize_entry(const struct layer_device *device,
 {
     const struct object_facts facts = object_facts_find(
         device->resources, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle_number(src));
-    return (struct journal_entry){
-        .kind = JOURNAL_READ,
-        .command = (unsigned char)command,
-        .src_backing = object_backing(&facts),
-        .dst = address,
-        .src = handle_number(src),
-        .src_id = facts.id,
-        .read = {.query = VK_QUERY_TYPE_MAX_ENUM, .dst_size = layer_bytes_at(device, address)}};
+    struct journal_entry entry = journal_read_entry(command, VK_QUERY_TYPE_MAX_ENUM);
+    entry.src_backing = object_backing(&facts);
+    entry.dst = address;
+    entry.src = handle_number(src);
+    entry.src_id = facts.id;
+    entry.read.dst_size = layer_bytes_at(device, address);
+    return entry;
 }
 
 bool note_accel_copy(struct layer_device *device, VkCommandBuffer handle,
@@ -110,7 +107,7 @@ bool note_accel_write(struct layer_device *device, VkCommandBuffer handle,
 static struct host_work begin_host_copy(struct layer_device *device, struct journal_entry *entry)
 {
     struct host_work work = host_work_begin(device);
-    if (entry->kind == JOURNAL_READ ? entry->src_id : entry->dst_id)
+    if (journal_entry_writes(entry) ? entry->dst_id : entry->src_id)
         host_work_add(&work, entry);
     return work;
 }

@@ -35,9 +35,8 @@ bool layer_record(struct layer_device *device, VkCommandBuffer handle,
         return false;
     const uint32_t origin = build_call_origin(&call);
     for (uint32_t i = 0; i < count; i++) {
-        bool writes = JOURNAL_WRITES & JOURNAL_BIT(entries[i].kind);
         entries[i].origin = origin;
-        if (entries[i].dst_id || (!writes && entries[i].src_id))
+        if (entries[i].dst_id || (!journal_entry_writes(&entries[i]) && entries[i].src_id))
             journal_add(call.journal, &entries[i]);
     }
     build_call_settle_journal(&call);

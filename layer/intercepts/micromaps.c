@@ -32,25 +32,23 @@ static struct journal_entry write_entry(const struct layer_device *device,
                                         VkMicromapEXT micromap, VkMicromapEXT src)
 {
     const struct object_facts facts = facts_of(device, micromap);
-    return (struct journal_entry){.kind = JOURNAL_FILL,
-                                  .command = (unsigned char)command,
-                                  .dst_backing = object_backing(&facts),
-                                  .info = fill,
-                                  .dst = handle_number(micromap),
-                                  .src = handle_number(src),
-                                  .dst_id = facts.id};
+    struct journal_entry entry = journal_fill_entry(command, fill);
+    entry.dst_backing = object_backing(&facts);
+    entry.dst = handle_number(micromap);
+    entry.src = handle_number(src);
+    entry.dst_id = facts.id;
+    return entry;
 }
 
 static struct journal_entry read_entry(const struct layer_device *device,
                                        enum build_command command, VkMicromapEXT src)
 {
     const struct object_facts facts = facts_of(device, src);
-    return (struct journal_entry){.kind = JOURNAL_READ,
-                                  .command = (unsigned char)command,
-                                  .src_backing = object_backing(&facts),
-                                  .src = handle_number(src),
-                                  .src_id = facts.id,
-                                  .read = {.query = VK_QUERY_TYPE_MAX_ENUM}};
+    struct journal_entry entry = journal_read_entry(command, VK_QUERY_TYPE_MAX_ENUM);
+    entry.src_backing = object_backing(&facts);
+    entry.src = handle_number(src);
+    entry.src_id = facts.id;
+    return entry;
 }
 
 static struct journal_entry build_entry(const struct layer_device *device,

@@ -132,7 +132,7 @@ static struct built describe_nv_build(const struct build_call *call,
 /* For setting record_builds. */
 static void note_primitives(struct journal *journal, const struct nv_call_view *view)
 {
-    struct journal_entry entry = {.kind = JOURNAL_PRIMITIVES, .info = 1};
+    struct journal_entry entry = {.info = 1};
     if (!view->info || view->geometries_unreadable)
         return;
     if (view->info->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV)
@@ -140,7 +140,7 @@ static void note_primitives(struct journal *journal, const struct nv_call_view *
     else
         for (uint32_t i = 0; i < view->info->geometryCount; i++)
             entry.number += nv_primitive_count(&view->info->pGeometries[i]);
-    journal_add(journal, &entry);
+    journal_add_primitives(journal, entry);
 }
 
 void nv_record_build(void *user, const struct nv_call_view *view)
@@ -151,11 +151,12 @@ void nv_record_build(void *user, const struct nv_call_view *view)
         return;
     if (call->device->records_builds)
         note_primitives(journal, view);
-    struct journal_entry *entry = journal_begin_build(journal, call->device->snapshots);
+    struct journal_entry *entry =
+        journal_begin_build(journal, view->update, call->device->snapshots);
     if (!entry)
         return;
     *entry = (struct journal_entry){
-        .kind = view->update ? JOURNAL_UPDATE : JOURNAL_BUILD,
+        .kind = entry->kind,
         .size = entry->size,
         .command = COMMAND_NV,
         .origin = build_call_origin(call),
@@ -176,16 +177,9 @@ void nv_record_input(void *user, uint32_t geometry, enum input_role role,
     struct journal_input *input = journal_begin_inputs(call->journal);
     if (!input || !journal_notes_buffer(call->journal, facts->id))
         return;
-    *input = (struct journal_input){
-        .kind = JOURNAL_USE_BUFFER,
-        .size = sizeof(*input) / JOURNAL_UNIT,
-        .buffer_id = facts->id,
-        .buffer = facts->handle,
-        .position = call->view.command_buffer.build_index,
-        .geometry = geometry,
-        .role = (unsigned char)role,
-        .command = COMMAND_NV,
-    };
+    *input = journal_input_of(role, COMMAND_NV, call->view.command_buffer.build_index, facts->id);
+    input->buffer = facts->handle;
+    input->geometry = geometry;
     journal_end_inputs(call->journal, input + 1);
 }
 

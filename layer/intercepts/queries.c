@@ -75,17 +75,15 @@ static struct journal_entry read_entry(const struct layer_device *device,
     memcpy(&handle, (const char *)queried->handles + i * sizeof(handle), sizeof(handle));
     const struct object_facts facts =
         object_facts_find(device->resources, queried_type(queried), handle);
-    return (struct journal_entry){
-        .kind = JOURNAL_READ,
-        .command = (unsigned char)queried->command,
-        .src_backing = object_backing(&facts),
-        .info = i,
-        .dst = handle_number(queried->pool),
-        .src = handle,
-        .src_id = facts.id,
-        .dst_id = i < queried->tracked_count ? queried->first_id + i : 0,
-        .read = {.query = queried->type, .number = queried->first + i},
-    };
+    struct journal_entry entry = journal_read_entry(queried->command, queried->type);
+    entry.src_backing = object_backing(&facts);
+    entry.info = i;
+    entry.dst = handle_number(queried->pool);
+    entry.src = handle;
+    entry.src_id = facts.id;
+    entry.dst_id = i < queried->tracked_count ? queried->first_id + i : 0;
+    entry.read.number = queried->first + i;
+    return entry;
 }
 
 /* A query of another type than that of the command has no result that means anything. */
@@ -132,12 +130,12 @@ struct host_work begin_queries(struct layer_device *device, enum build_command c
 
 /* ---- resets */
 
-static struct journal_entry reset_entry(const struct query_pool *pool, uint32_t first,
-                                        uint32_t count)
+static void add_resets(struct journal *journal, const struct query_pool *pool, uint32_t first,
+                       uint32_t count)
 {
-    return (struct journal_entry){.kind = JOURNAL_RESET_QUERIES,
-                                  .dst_id = pool->first_id + first,
-                                  .info = query_pool_clamp(pool, first, count)};
+    journal_add_reset_queries(journal,
+                              (struct journal_entry){.dst_id = pool->first_id + first,
+                                                     .info = query_pool_clamp(pool, first, count)});
 }
 
 void note_query_resets(struct layer_device *device, VkQueryPool handle, uint32_t first,
@@ -146,10 +144,9 @@ void note_query_resets(struct layer_device *device, VkQueryPool handle, uint32_t
     struct query_pool pool;
     if (!query_pools_touch(device->query_pools, handle, first, count, &pool))
         return;
-    const struct journal_entry entry = reset_entry(&pool, first, count);
     struct journal *journal = journal_create(VK_NULL_HANDLE);
     if (journal)
-        journal_add(journal, &entry);
+        add_resets(journal, &pool, first, count);
     layer_run_host_command(device, journal);
 }
 
@@ -159,12 +156,11 @@ void note_recorded_query_resets(struct layer_device *device, VkCommandBuffer com
     struct query_pool pool;
     if (!query_pools_touch(device->query_pools, handle, first, count, &pool))
         return;
-    const struct journal_entry entry = reset_entry(&pool, first, count);
     struct command_buffer *recording = layer_find_recording(device, command_buffer);
     if (!recording)
         return;
     journal_begin_call(recording->journal);
-    journal_add(recording->journal, &entry);
+    add_resets(recording->journal, &pool, first, count);
 }
 
 /* ---- other queries */
@@ -175,14 +171,14 @@ enum { VIEWS_MAX = 32 };
 void note_query_write(struct layer_device *device, VkCommandBuffer command_buffer, VkQueryPool pool,
                       uint32_t query)
 {
-    const struct journal_entry entry = {.kind = JOURNAL_WRITE_QUERY,
-                                        .dst = handle_number(pool),
-                                        .info = device->facts.multiview ? VIEWS_MAX : 1,
-                                        .number = query};
     struct command_buffer *recording =
         device->query_writes ? layer_find_recording(device, command_buffer) : NULL;
     if (recording)
-        journal_add(recording->journal, &entry);
+        journal_add_write_queries(
+            recording->journal,
+            (struct journal_entry){.dst = handle_number(pool),
+                                   .info = device->facts.multiview ? VIEWS_MAX : 1,
+                                   .number = query});
 }
 
 /* ---- the host reads
@@ -271,13 +267,12 @@ static bool add_answers(struct journal *journal, VkQueryType type, uint64_t firs
 {
     uint32_t understood = 0;
     for (uint32_t i = 0; i < count && has_result(results, i); i++) {
-        struct journal_entry answer = {.kind = JOURNAL_ANSWER,
-                                       .info = (uint32_t)type,
-                                       .src_id = first_id + i,
-                                       .number = read_result(results, i)};
-        if (answer.number)
-            journal_add(journal, &answer);
-        understood += answer.number != 0;
+        const uint64_t answer = read_result(results, i);
+        if (answer)
+            journal_add_answer(journal, (struct journal_entry){.info = (uint32_t)type,
+                                                               .src_id = first_id + i,
+                                                               .number = answer});
+        understood += answer != 0;
     }
     return understood == count;
 }
@@ -354,14 +349,12 @@ void note_sizes(struct layer_device *device, struct journal *reading, uint32_t c
                                     .stride = stride,
                                     .flags = VK_QUERY_RESULT_64_BIT,
                                     .all_available = result == VK_SUCCESS};
-    for (uint32_t i = 0; reading && i < count && has_result(&results, i); i++) {
-        struct journal_entry answer = {.kind = JOURNAL_ANSWER,
-                                       .info = (uint32_t)type,
-                                       .src = handle_number(accels[i]),
-                                       .src_id = layer_accel_id(device, accels[i]),
-                                       .number = read_result(&results, i)};
-        journal_add(reading, &answer);
-    }
+    for (uint32_t i = 0; reading && i < count && has_result(&results, i); i++)
+        journal_add_answer(reading,
+                           (struct journal_entry){.info = (uint32_t)type,
+                                                  .src = handle_number(accels[i]),
+                                                  .src_id = layer_accel_id(device, accels[i]),
+                                                  .number = read_result(&results, i)});
     if (reading)
         end_reading(device, reading);
 }

@@ -203,15 +203,14 @@ void observe_event(struct layer_device *device, VkEvent event, VkResult result)
 }
 
 void note_event_command(struct layer_device *device, VkCommandBuffer command_buffer,
-                        enum journal_kind kind, VkEvent event)
+                        enum journal_event_use use, VkEvent event)
 {
     struct command_buffer *recording = layer_find_recording(device, command_buffer);
     if (!recording)
         return;
     journal_begin_call(recording->journal);
-    journal_add(recording->journal,
-                &(struct journal_entry){.kind = kind, .dst = handle_number(event)});
-    recording->journal->has_events = true;
+    journal_add_use_event(recording->journal,
+                          (struct journal_entry){.info = use, .dst = handle_number(event)});
     replay_keep(recording);
 }
 
@@ -221,5 +220,5 @@ void note_event_waits(struct layer_device *device, VkCommandBuffer command_buffe
     const struct command_buffer *recording = layer_find_recording(device, command_buffer);
     for (uint32_t i = 0; recording && i < count; i++)
         if (events_may_be_open(device->events, events[i], recording->journal))
-            note_event_command(device, command_buffer, JOURNAL_WAIT_EVENT, events[i]);
+            note_event_command(device, command_buffer, EVENT_WAIT, events[i]);
 }

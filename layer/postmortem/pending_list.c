@@ -51,8 +51,7 @@ static bool has_fault(const struct list *list, const struct submitted_build *bui
         if (is_hit(list, copies->snapshots[i].address, copies->snapshots[i].size))
             return true;
     return is_hit_structure(list, build, build->entry->dst) ||
-           (build->entry->kind == JOURNAL_UPDATE &&
-            is_hit_structure(list, build, build->entry->src));
+           (journal_is_update(build->entry) && is_hit_structure(list, build, build->entry->src));
 }
 
 static bool has_findings(const struct submitted_build *build)
@@ -93,7 +92,7 @@ static void append_structure(const struct list *list, const struct journal_entry
                                   ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
                                   : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
     struct resource_span span;
-    text_append_plain(list->text, entry->kind == JOURNAL_UPDATE ? "update of " : "build of ");
+    text_append_plain(list->text, journal_is_update(entry) ? "update of " : "build of ");
     append_object(list, type, entry->dst);
     if (!resources_find_span(list->device->resources, type, entry->dst, list->waits, &span))
         return;

@@ -180,9 +180,8 @@ void recorder_mark_reached(const struct recorder *recorder, VkPipelineStageFlags
         words_give_back(recorder->device->snapshots->words, &mark.words);
         return;
     }
-    struct journal_cursor cursor =
-        journal_start_call(recorder->recording->journal, JOURNAL_COPIED_BUILDS);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+    struct journal_walk builds = journal_start_builds_of_call(recorder->recording->journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&builds));)
         if (journal_copies(entry))
             journal_copies(entry)->mark = marks->count;
     /* If there are both, the last dispatch waits for the transfers. */

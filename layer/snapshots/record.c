@@ -95,7 +95,7 @@ bool recorder_begin_builds(struct recorder *recorder, VkCommandBuffer handle)
 {
     if (!recorder_begin(recorder, handle))
         return false;
-    recorder->builds = journal_start_call(recorder->recording->journal, JOURNAL_COPIED_BUILDS);
+    recorder->builds = journal_start_builds_of_call(recorder->recording->journal);
     recorder->cannot_inject = !recorder->device->snapshots->are_for_backend &&
                               !is_place_for_copies(recorder->command_buffer);
     return true;
@@ -107,7 +107,7 @@ bool recorder_begin_other(struct recorder *recorder, VkCommandBuffer handle)
 {
     if (!recorder_begin_builds(recorder, handle))
         return false;
-    recorder->builds = (struct journal_cursor){0};
+    recorder->builds = (struct journal_walk){0};
     recorder->is_other = true;
     return true;
 }
@@ -135,9 +135,7 @@ void recorder_add(struct recorder *recorder, const struct recorded_command *comm
 
 void recorder_add_copy(struct recorder *recorder, const struct recorded_command *copy)
 {
-    struct journal_cursor cursor = journal_start_call(
-        recorder->recording->journal, JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT));
-    if (journal_next(&cursor))
+    if (journal_find_copy_of_call(recorder->recording->journal))
         recorder->recording->has_commands = true;
     else
         recorder_add(recorder, copy);
@@ -147,7 +145,7 @@ void recorder_add_copy(struct recorder *recorder, const struct recorded_command 
  * commands have none: a journal only has what they write. */
 static struct journal_entry *find_entry(struct recorder *recorder, uint32_t info)
 {
-    if (!recorder->builds.list)
+    if (!recorder->builds.journal)
         return NULL;
     if (!recorder->next_build)
         recorder->next_build = journal_next(&recorder->builds);
@@ -156,24 +154,12 @@ static struct journal_entry *find_entry(struct recorder *recorder, uint32_t info
     return recorder->next_build && recorder->next_build->info == info ? recorder->next_build : NULL;
 }
 
-static struct journal_entry *make_entry(struct recorder *recorder,
-                                        const struct recorded_build *build)
-{
-    struct journal_entry *entry = journal_begin_build(recorder->recording->journal, true);
-    if (entry)
-        *entry = (struct journal_entry){.kind = JOURNAL_INPUTS,
-                                        .size = entry->size,
-                                        .command = (unsigned char)build->place.command,
-                                        .info = build->place.info,
-                                        .built.position = build->place.position};
-    return entry;
-}
-
 void recorder_keep_build(struct recorder *recorder, struct recorded_build *build)
 {
     struct journal_entry *entry = find_entry(recorder, build->place.info);
     if (!entry)
-        entry = make_entry(recorder, build);
+        entry = journal_add_inputs(recorder->recording->journal, build->place.command,
+                                   build->place.info, build->place.position);
     if (!entry) {
         recorder_fail(recorder);
         recorded_build_free(build);

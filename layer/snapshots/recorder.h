@@ -26,7 +26,7 @@ struct recorder {
     bool has_copied;                            /* the barrier before the first copy is recorded */
     bool has_dispatched;                        /* a dispatch of the layer's own is recorded */
     VkPipelineStageFlags copy_stages;           /* of the copies; set by recorder_end() */
-    struct journal_cursor builds;               /* over the entries of this command's builds */
+    struct journal_walk builds;                 /* over the entries of this command's builds */
     struct journal_entry *next_build;           /* that it has reached; NULL: none */
     uint32_t build_count;                       /* builds of this command that are recorded */
     uint32_t first_chunk;                       /* the first chunk that the command may write to */

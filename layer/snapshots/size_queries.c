@@ -78,9 +78,7 @@ void snapshots_query_size(struct layer_device *device, VkCommandBuffer handle,
     if (!device->input_checks || device->cpu || !size_query_is_needed(device, info) ||
         !recorder_begin_other(&recorder, handle))
         return;
-    struct journal_cursor cursor =
-        journal_start_call(recorder.recording->journal, JOURNAL_BIT(JOURNAL_COMPACT));
-    struct journal_entry *copy = journal_next(&cursor);
+    struct journal_entry *copy = journal_find_copy_of_call(recorder.recording->journal);
     if (!may_query(&recorder, copy) || !take_query(&recorder, &copy->read))
         return;
     recorder.recording->has_commands = true;

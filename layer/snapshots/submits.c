@@ -50,10 +50,10 @@ static void renew(const struct renewal *renewal, struct recording *recording)
         gather_renew_ranges(renewal->device, recording);
     if (has_chunks)
         guard_renew(renewal->device, recording, &renewal->seen, !is_renewed, renewal->has_limits);
-    struct journal_cursor cursor = journal_start_secondaries(recording->journal);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        if (entry->secondary->work)
-            renew(renewal, entry->secondary->work);
+    struct journal_walk walk = journal_start_secondaries(recording->journal);
+    for (const struct journal *secondary; (secondary = journal_next_secondary(&walk));)
+        if (secondary->work)
+            renew(renewal, secondary->work);
 }
 
 /* Updates the orders of a recording and of its secondaries before it is submitted with the ticket

@@ -87,8 +87,8 @@ static struct cpu_tree *tree_of(struct cpu_playback *playback, uint64_t structur
 
 /* What a command writes: the structure `dst`, from `src` if it has one. */
 struct write {
-    enum journal_kind kind;
     uint64_t dst, src;
+    bool compacts;
     const struct recorded_build *build; /* of a build */
     const struct snapshot *serialized;  /* of CPU_DESERIALIZE */
 };
@@ -104,14 +104,22 @@ static struct cpu_tree *make_tree(struct cpu_playback *playback, struct executio
         return cpu_lazy_build(device, execution, write->build, source, size_max);
     if (write->serialized)
         return cpu_lazy_deserialization(device, execution, write->serialized, size_max);
-    if (write->kind == JOURNAL_COMPACT)
+    if (write->compacts)
         return cpu_lazy_compaction(device, execution, source, size_max);
     return source; /* a clone shares it */
 }
 
-static void change_structure(struct cpu_playback *playback, struct execution *execution,
-                             const struct write *write)
+/* What an execution plays: `user` of the walk over its entries. */
+struct playing {
+    struct cpu_playback *playback;
+    struct execution *execution;
+    struct timestamp timestamp;
+    uint32_t child; /* index of the next execution of a secondary */
+};
+
+static void change_structure(const struct playing *playing, const struct write *write)
 {
+    struct cpu_playback *playback = playing->playback;
     bool has_source =
         write->build ? build_is_update(&write->build->parameters.info) : !write->serialized;
     struct cpu_tree *source = has_source ? tree_of(playback, write->src) : NULL, *tree = NULL;
@@ -121,39 +129,71 @@ static void change_structure(struct cpu_playback *playback, struct execution *ex
         return;
     }
     if (source || !has_source) {
-        tree = make_tree(playback, execution, write, source, info.size);
+        tree = make_tree(playback, playing->execution, write, source, info.size);
         if (!tree)
             atomic_fetch_add(&playback->failed, 1);
     }
     set_tree(playback, write->dst, tree);
 }
 
-static void play_build(struct cpu_playback *playback, struct execution *execution,
-                       const struct recorded_build *build)
+static void play_build(struct journal_walk *walk, const struct journal_entry *entry)
 {
+    const struct recorded_build *build = journal_copies(entry);
     if (!build)
         return;
     const VkAccelerationStructureBuildGeometryInfoKHR *info = &build->parameters.info;
-    change_structure(playback, execution,
-                     &(struct write){.kind = JOURNAL_BUILD,
-                                     .dst = (uint64_t)info->dstAccelerationStructure,
-                                     .src = (uint64_t)info->srcAccelerationStructure,
-                                     .build = build});
+    change_structure(walk->user, &(struct write){.dst = (uint64_t)info->dstAccelerationStructure,
+                                                 .src = (uint64_t)info->srcAccelerationStructure,
+                                                 .build = build});
+}
+
+static void play_copy(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    change_structure(walk->user,
+                     &(struct write){entry->dst, entry->src, .compacts = entry->read.compacts});
+}
+
+static void play_own_copy(struct journal_walk *walk, const struct recorded_command *copy)
+{
+    change_structure(walk->user,
+                     &(struct write){copy->structure, copy->src, .compacts = copy->compacts});
+}
+
+static void play_deserialization(struct journal_walk *walk, const struct recorded_command *command)
+{
+    change_structure(
+        walk->user, &(struct write){.dst = command->structure, .serialized = &command->serialized});
+}
+
+static void play_query(struct journal_walk *walk, const struct recorded_command *command)
+{
+    const struct playing *playing = walk->user;
+    cpu_query_pools_write(playing->playback->device->query_pools, command->pool, command->first,
+                          tree_of(playing->playback, command->structure),
+                          playing->execution->ticket);
+}
+
+static void play_resets(struct journal_walk *walk, const struct recorded_command *command)
+{
+    const struct playing *playing = walk->user;
+    cpu_query_pools_reset(playing->playback->device->query_pools, command->pool, command->first,
+                          command->count);
 }
 
 /* The buffer stays unchanged if memory runs out or the address is invalid. */
-static void add_result(struct cpu_playback *playback, struct execution *execution,
-                       const struct recorded_command *command, struct timestamp timestamp)
+static void add_result(struct journal_walk *walk, const struct recorded_command *command)
 {
+    const struct playing *playing = walk->user;
+    struct cpu_playback *playback = playing->playback;
     struct result *result = calloc(1, sizeof(*result));
     if (!result) {
         atomic_fetch_add(&playback->failed, 1);
         return;
     }
     VkResult copied = VK_SUCCESS;
-    result->ticket = ticket_share(execution->ticket);
-    result->timestamp = timestamp;
-    if (command->kind == CPU_SERIALIZE) {
+    result->ticket = ticket_share(playing->execution->ticket);
+    result->timestamp = playing->timestamp;
+    if (journal_is_cpu_serialize(command)) {
         buffer_target_find(playback->resources, command->address, &result->target);
         result->tree = tree_of(playback, command->structure);
     } else {
@@ -172,73 +212,30 @@ static void add_result(struct cpu_playback *playback, struct execution *executio
     pthread_mutex_unlock(&playback->lock);
 }
 
-static void play_command(struct cpu_playback *playback, struct execution *execution,
-                         const struct recorded_command *command, struct timestamp timestamp)
+static void play(struct playing playing);
+
+static void play_child(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    switch ((enum journal_kind)command->kind) {
-    case CPU_CLONE:
-    case CPU_COMPACT:
-        change_structure(
-            playback, execution,
-            &(struct write){.kind = command->kind == CPU_COMPACT ? JOURNAL_COMPACT : JOURNAL_COPY,
-                            .dst = command->structure,
-                            .src = command->src});
-        break;
-    case CPU_DESERIALIZE:
-        change_structure(playback, execution,
-                         &(struct write){.kind = CPU_DESERIALIZE,
-                                         .dst = command->structure,
-                                         .serialized = &command->serialized});
-        break;
-    case CPU_WRITE_QUERY:
-        cpu_query_pools_write(playback->device->query_pools, command->pool, command->first,
-                              tree_of(playback, command->structure), execution->ticket);
-        break;
-    case CPU_RESET_QUERIES:
-        cpu_query_pools_reset(playback->device->query_pools, command->pool, command->first,
-                              command->count);
-        break;
-    default: /* CPU_SERIALIZE, CPU_COPY_QUERIES */
-        add_result(playback, execution, command, timestamp);
-        break;
-    }
+    struct playing *playing = walk->user;
+    struct execution *child = playing->execution->children[playing->child++];
+    (void)entry;
+    if (child)
+        play((struct playing){playing->playback, child, playing->timestamp, 0});
 }
 
-#define COMMAND_KINDS                                                                              \
-    (JOURNAL_BIT(CPU_CLONE) | JOURNAL_BIT(CPU_COMPACT) | JOURNAL_BIT(CPU_SERIALIZE) |              \
-     JOURNAL_BIT(CPU_DESERIALIZE) | JOURNAL_BIT(CPU_WRITE_QUERY) |                                 \
-     JOURNAL_BIT(CPU_RESET_QUERIES) | JOURNAL_BIT(CPU_COPY_QUERIES))
-
-static void play(struct cpu_playback *playback, struct execution *execution,
-                 struct timestamp timestamp)
+static void play(struct playing playing)
 {
-    uint32_t child = 0;
-    struct journal_cursor cursor = execution_start(
-        execution, COMMAND_KINDS | JOURNAL_COPIED_BUILDS | JOURNAL_BIT(JOURNAL_COPY) |
-                       JOURNAL_BIT(JOURNAL_COMPACT) | JOURNAL_BIT(JOURNAL_EXECUTE));
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        switch ((enum journal_kind)entry->kind) {
-        case JOURNAL_BUILD:
-        case JOURNAL_UPDATE:
-        case JOURNAL_INPUTS:
-            play_build(playback, execution, journal_copies(entry));
-            break;
-        case JOURNAL_COPY:
-        case JOURNAL_COMPACT:
-            change_structure(playback, execution,
-                             &(struct write){.kind = (enum journal_kind)entry->kind,
-                                             .dst = entry->dst,
-                                             .src = entry->src});
-            break;
-        case JOURNAL_EXECUTE:
-            if (execution->children[child])
-                play(playback, execution->children[child], timestamp);
-            child++;
-            break;
-        default:
-            play_command(playback, execution, (const void *)entry, timestamp);
-        }
-    }
+    static const struct journal_events plays = {ON_BUILDS(play_build),
+                                                .inputs = play_build,
+                                                .copy = play_copy,
+                                                .execute = play_child,
+                                                .cpu_copy = play_own_copy,
+                                                .cpu_serialize = add_result,
+                                                .cpu_deserialize = play_deserialization,
+                                                .cpu_write_query = play_query,
+                                                .cpu_reset_queries = play_resets,
+                                                .cpu_copy_queries = add_result};
+    execution_walk(playing.execution, &plays, &playing);
 }
 
 /* ---- executions */
@@ -252,7 +249,7 @@ void cpu_playback_run(struct cpu_playback *playback, struct execution *execution
                       struct timestamp timestamp)
 {
     pthread_mutex_lock(&playback->playing);
-    play(playback, execution, timestamp);
+    play((struct playing){playback, execution, timestamp, 0});
     pthread_mutex_unlock(&playback->playing);
 }
 

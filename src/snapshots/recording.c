@@ -203,11 +203,11 @@ static void unpublish(struct recording *recording, const struct execution *execu
 
 static bool add_children(struct execution *execution)
 {
-    struct journal_cursor cursor = journal_start_secondaries(execution->recording->journal);
+    struct journal_walk walk = journal_start_secondaries(execution->recording->journal);
     if (execution->recording->journal->secondary_count)
-        cursor.end = execution->end;
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        struct recording *recording = recording_with_commands(entry->secondary);
+        walk.end = execution->end;
+    for (const struct journal *secondary; (secondary = journal_next_secondary(&walk));) {
+        struct recording *recording = recording_with_commands(secondary);
         struct execution *child = recording ? execution_create(recording, execution->ticket) : NULL;
         if (recording && !child)
             return false;
@@ -406,20 +406,20 @@ uint32_t recording_detach(struct recording *recording, const struct ticket *next
     if (latest)
         lost += !detach(latest, nanoseconds);
     execution_release(latest);
-    struct journal_cursor cursor = journal_start_secondaries(recording->journal);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        if (entry->secondary->work)
-            lost += recording_detach(entry->secondary->work, next, nanoseconds);
+    struct journal_walk walk = journal_start_secondaries(recording->journal);
+    for (const struct journal *secondary; (secondary = journal_next_secondary(&walk));)
+        if (secondary->work)
+            lost += recording_detach(secondary->work, next, nanoseconds);
     return lost;
 }
 
 void recording_invalidate(struct recording *recording)
 {
     atomic_store(&recording->is_invalidated, true);
-    struct journal_cursor cursor = journal_start_secondaries(recording->journal);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        if (entry->secondary->work)
-            recording_invalidate(entry->secondary->work);
+    struct journal_walk walk = journal_start_secondaries(recording->journal);
+    for (const struct journal *secondary; (secondary = journal_next_secondary(&walk));)
+        if (secondary->work)
+            recording_invalidate(secondary->work);
 }
 
 static bool is_pending(const struct execution *execution)

@@ -39,7 +39,10 @@ struct recorded_command {
     uint64_t pool;            /* of queries */
     uint64_t structure;       /* that is written, or serialized, or queried */
     union {
-        uint64_t src;               /* of CPU_CLONE and CPU_COMPACT */
+        struct { /* of CPU_COPY */
+            uint64_t src;
+            bool compacts;
+        };
         VkDeviceAddress address;    /* of CPU_SERIALIZE: where the result is written, in the buffer
                                      * that    has the address by then */
         struct snapshot serialized; /* of CPU_DESERIALIZE */
@@ -247,13 +250,13 @@ struct execution *execution_create(struct recording *recording, struct ticket *t
 struct execution *execution_share(struct execution *execution);
 void execution_release(struct execution *execution);
 
-/* Starts a walk over the execution's entries. */
-static inline struct journal_cursor execution_start(const struct execution *execution,
-                                                    uint32_t kinds)
+/* Walks the execution's entries. */
+static inline void execution_walk(const struct execution *execution,
+                                  const struct journal_events *events, void *user)
 {
-    struct journal_cursor cursor = journal_start(execution->recording->journal, kinds);
-    cursor.end = execution->end;
-    return cursor;
+    struct journal_walk walk = journal_start(execution->recording->journal, events, user);
+    walk.end = execution->end;
+    journal_go_on(&walk);
 }
 
 /* The functions below accept NULL. */

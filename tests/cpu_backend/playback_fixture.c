@@ -104,7 +104,8 @@ struct journal *record(const struct command *commands, size_t count)
         const struct command *command = &commands[i];
         struct journal_entry entry = {
             .kind = (unsigned char)command->kind, .dst = command->dst, .src = command->src};
-        if (command->kind >= CPU_CLONE) {
+        entry.read.compacts = command->compacts;
+        if (command->kind >= CPU_COPY) {
             struct recorded_command *own = journal_append(journal, sizeof(*own));
             const unsigned char size = own->size;
             *own = command->own;

@@ -42,10 +42,11 @@ struct world {
 struct world *open_world(void);
 void close_world(struct world *world);
 
-/* A command of a journal: JOURNAL_COPY, JOURNAL_COMPACT or JOURNAL_EXECUTE, or of backend cpu. */
+/* A command of a journal: JOURNAL_COPY or JOURNAL_EXECUTE, or of backend cpu. */
 struct command {
     enum journal_kind kind;
-    uint64_t dst, src;         /* JOURNAL_COPY, JOURNAL_COMPACT */
+    uint64_t dst, src; /* JOURNAL_COPY */
+    bool compacts;
     struct journal *secondary; /* JOURNAL_EXECUTE; owned */
     struct recorded_command own;
 };

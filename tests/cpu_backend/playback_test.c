@@ -19,9 +19,12 @@ TEST_OF_WORLD(copies_have_the_size_of_their_source)
     assert_int_equal(size_of(world, world->other), size);
     PLAY(world, {.kind = JOURNAL_COPY, .dst = world->other, .src = world->tiny}); /* not built */
     assert_int_equal(size_of(world, world->other), 0);
-    PLAY(world, {.kind = JOURNAL_COMPACT, .dst = world->other, .src = world->built});
+    PLAY(world, {.kind = JOURNAL_COPY, .dst = world->other, .src = world->built, .compacts = true});
     assert_true(size_of(world, world->other) > 0 && size_of(world, world->other) <= size);
-    PLAY(world, {.kind = JOURNAL_COMPACT, .dst = world->tiny, .src = world->built}); /* no room */
+    PLAY(world, {.kind = JOURNAL_COPY,
+                 .dst = world->tiny,
+                 .src = world->built,
+                 .compacts = true}); /* no room */
     assert_int_equal(size_of(world, world->tiny), 0);
     PLAY(world, {.kind = JOURNAL_COPY, .dst = 12345, .src = world->built});
     assert_int_equal(size_of(world, world->built), size);

@@ -378,9 +378,9 @@ static const struct call_site site_a, site_b;
 static void add_build(struct journal *journal, uint32_t position, const struct label_stack *labels,
                       const struct call_site *site)
 {
-    struct journal_entry *entry = journal_begin_build(journal, false);
+    struct journal_entry *entry = journal_begin_build(journal, false, false);
     const unsigned char size = entry->size;
-    *entry = (struct journal_entry){.kind = JOURNAL_BUILD,
+    *entry = (struct journal_entry){.kind = entry->kind,
                                     .size = size,
                                     .origin = journal_note_origin(journal, labels, site),
                                     .built.position = position};

@@ -11,6 +11,7 @@ struct barrier_search {
     const struct hazard_batch_record *batch; /* that is walked */
     uint32_t next;                           /* index of the command that comes next in it */
     uint32_t later; /* index of the later command; UINT32_MAX: it is in another batch */
+    struct hazard_barrier_text place; /* the command before the next entry */
 };
 
 /* ---- one barrier */
@@ -46,50 +47,53 @@ static bool is_behind_earlier(const struct barrier_search *search)
            batch->commands[search->next].first > search->hazard->earlier.number;
 }
 
-/* `place`: the command before the barrier. */
-static void note_barrier(const struct barrier_search *search, const struct hazard_entry *entry,
-                         struct hazard_barrier_text place)
+static void note_barrier(struct journal_walk *walk, const struct hazard_entry *entry)
 {
+    const struct barrier_search *search = walk->user;
+    struct hazard_barrier_text place = search->place;
     place.call_site = entry->site;
     if (is_behind_earlier(search) && lacks_one_side(search->hazard, entry, &place))
         *search->found = place;
 }
 
-/* Walks up to the later command. Recursive: the device limits how deep secondary command buffers
- * nest. */
-static void search_journal(struct barrier_search *search, const struct journal *journal)
+static void pass_command(struct journal_walk *walk, const struct hazard_entry *entry)
 {
-    const struct hazard_barrier_text begin = {.is_there = true,
-                                              .command_buffer = journal->command_buffer};
-    struct hazard_barrier_text place = begin;
-    struct journal_cursor cursor =
-        journal_start(journal, JOURNAL_HAZARDS | JOURNAL_BIT(JOURNAL_EXECUTE));
-    for (const struct journal_entry *entry;
-         search->next <= search->later && (entry = journal_next(&cursor));) {
-        const struct hazard_entry *item = (const void *)entry;
-        if (entry->kind == JOURNAL_EXECUTE) {
-            search_journal(search, entry->secondary);
-            place = begin;
-            place.follows = "vkCmdExecuteCommands";
-        } else if (entry->kind == HAZARD_BARRIER) {
-            note_barrier(search, item, place);
-        } else if (entry->kind == HAZARD_COMMAND) {
-            search->next++;
-            place.follows = item->command;
-            place.builds = item->info;
-            place.first_build = item->geometry;
-        }
-    }
+    struct barrier_search *search = walk->user;
+    search->place.follows = entry->command;
+    search->place.builds = entry->info;
+    search->place.first_build = entry->geometry;
+    walk->is_over = ++search->next > search->later;
 }
+
+static void begin_place(struct barrier_search *search, const struct journal *journal,
+                        const char *follows)
+{
+    search->place = (struct hazard_barrier_text){
+        .is_there = true, .command_buffer = journal->command_buffer, .follows = follows};
+}
+
+static void search_secondary(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    begin_place(walk->user, entry->secondary, NULL);
+    journal_walk_secondary(walk, entry);
+    begin_place(walk->user, walk->journal, "vkCmdExecuteCommands");
+}
+
+/* A walk ends at the later command. */
+static const struct journal_events searches = {
+    .hazard_barrier = note_barrier, .hazard_command = pass_command, .execute = search_secondary};
 
 static void search_batch(struct barrier_search *search, const struct hazard_batch_record *record)
 {
     const struct order_batch *batch = record->batch;
     search->batch = record;
     search->next = 0;
-    for (uint32_t i = 0; i < batch->command_count; i++)
-        if (batch->commands[i].captured)
-            search_journal(search, batch->commands[i].captured);
+    for (uint32_t i = 0; i < batch->command_count && search->next <= search->later; i++) {
+        if (!batch->commands[i].captured)
+            continue;
+        begin_place(search, batch->commands[i].captured, NULL);
+        journal_walk(batch->commands[i].captured, &searches, search);
+    }
 }
 
 void hazard_judge_find_barrier(const struct hazard_judge *judge, const struct hazard *hazard,

@@ -122,42 +122,37 @@ static struct hazard_place place_of_copy(const struct journal *journal, uint64_t
     return (struct hazard_place){journal, (uint32_t)(structure ^ structure >> 32), COPIED_BYTES, 0};
 }
 
+struct copy_search {
+    struct hazard_batch_record *batch;
+    const struct structures *structures;
+};
+
 /* Src and dst share what the host has read of a build's sizes, unless one of them was written again
  * in this batch. No structure is smaller than its compacted size. */
-static void add_copy(struct hazard_batch_record *batch, const struct structures *structures,
-                     const struct journal *journal, const struct journal_entry *copy)
+static void add_copy(struct journal_walk *walk, const struct journal_entry *copy)
 {
-    const struct structure *src = structures_find(structures, copy->src_id);
-    const struct structure *dst = structures_find(structures, copy->dst_id);
+    const struct copy_search *search = walk->user;
+    const struct structure *src = structures_find(search->structures, copy->src_id);
+    const struct structure *dst = structures_find(search->structures, copy->dst_id);
     const struct compacted_size *sizes = src && dst ? dst->built.compacted_size : NULL;
     if (!sizes || src->built.compacted_size != sizes || dst->built.state != BUILT_BEFORE)
         return;
-    hazard_batch_add(
-        batch, &(struct hazard_input){.place = place_of_copy(journal, copy->dst),
-                                      .structure = copy->dst,
-                                      .bytes.end = smaller_of(sizes->size, copy->read.dst_size)});
-}
-
-/* Recursive: the device limits how deep secondary command buffers nest. */
-static void add_copies(struct hazard_batch_record *batch, const struct structures *structures,
-                       const struct journal *journal)
-{
-    if (!journal || !journal->has_copies)
-        return;
-    struct journal_cursor cursor =
-        journal_start(journal, JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT) |
-                                   JOURNAL_BIT(JOURNAL_EXECUTE));
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        if (entry->kind == JOURNAL_EXECUTE)
-            add_copies(batch, structures, entry->secondary);
-        else
-            add_copy(batch, structures, journal, entry);
+    hazard_batch_add(search->batch, &(struct hazard_input){
+                                        .place = place_of_copy(walk->journal, copy->dst),
+                                        .structure = copy->dst,
+                                        .bytes.end = smaller_of(sizes->size, copy->read.dst_size)});
 }
 
 void hazard_batch_add_copies(struct hazard_batch_record *batch, const struct structures *structures)
 {
-    for (uint32_t i = 0; i < batch->batch->command_count; i++)
-        add_copies(batch, structures, batch->batch->commands[i].captured);
+    static const struct journal_events copies = {.copy = add_copy,
+                                                 .execute = journal_walk_secondary};
+    struct copy_search search = {batch, structures};
+    for (uint32_t i = 0; i < batch->batch->command_count; i++) {
+        const struct journal *journal = batch->batch->commands[i].captured;
+        if (journal && journal->has_copies)
+            journal_walk(journal, &copies, &search);
+    }
 }
 
 struct hazard_bytes hazard_batch_copied(const struct hazard_batch_record *batch,
@@ -270,22 +265,42 @@ static void describe_reference(const struct hazard_batch_record *batch,
     side->object = reference->structure;
 }
 
+struct access_search {
+    uint64_t left; /* accesses before the one that is searched */
+    const struct hazard_entry *found;
+};
+
+static void pass_access(struct journal_walk *walk, const struct hazard_entry *item)
+{
+    struct access_search *search = walk->user;
+    const uint64_t count = journal_is_hazard_indexed(item) ? HAZARD_INDEXED_READS : 1;
+    walk->is_over = search->left < count;
+    if (walk->is_over)
+        search->found = item;
+    else
+        search->left -= count;
+}
+
+static void end_search(struct journal_walk *walk, const struct hazard_entry *item)
+{
+    (void)item;
+    walk->is_over = true;
+}
+
 bool hazard_batch_find(const struct hazard_batch_record *batch, uint64_t number,
                        struct hazard_access_text *side)
 {
+    static const struct journal_events passes = {
+        .hazard_access = pass_access, .hazard_indexed = pass_access, .hazard_command = end_search};
     const struct hazard_command *command = find_command(batch, number);
     if (!command)
         return false;
-    uint64_t left = number - command->first;
-    struct journal_cursor cursor =
-        journal_start_at(command->journal, command->place, JOURNAL_HAZARDS);
-    for (const struct hazard_entry *item;
-         (item = hazard_next(&cursor)) && hazard_entry_is_access(item);) {
-        const uint64_t count = item->kind == HAZARD_INDEXED ? HAZARD_INDEXED_READS : 1;
-        if (left >= count) {
-            left -= count;
-            continue;
-        }
+    struct access_search search = {.left = number - command->first};
+    struct journal_walk walk = journal_start(command->journal, &passes, &search);
+    walk.place = command->place;
+    journal_go_on(&walk);
+    if (search.found) {
+        const struct hazard_entry *item = search.found;
         begin_side(batch, command, item->info, side);
         side->role = (enum hazard_role)item->role;
         side->kind = (enum access_kind)item->access;
@@ -296,8 +311,8 @@ bool hazard_batch_find(const struct hazard_batch_record *batch, uint64_t number,
     }
     uint32_t count;
     const struct hazard_input *references = hazard_batch_references(batch, command, &count);
-    if (left >= count)
+    if (search.left >= count)
         return false;
-    describe_reference(batch, command, &references[left], side);
+    describe_reference(batch, command, &references[search.left], side);
     return true;
 }

@@ -29,7 +29,7 @@ struct submitted_input {
     const struct journal *journal;
     const struct hazard_entry *command, *access;
     uint64_t hash;
-    uint32_t vertex_count, vertices[VERTICES_COMPARED]; /* of HAZARD_INDEXED: indices */
+    uint32_t vertex_count, vertices[VERTICES_COMPARED]; /* of vertices by indices: indices */
 };
 
 /* The slot of a batch. Whoever has a reference to the batch may read it: it is freed when the batch
@@ -84,7 +84,7 @@ static bool hash_input(const struct host_writes *host_writes, const struct submi
     const struct hazard_bytes *bytes = &input->access->bytes;
     const uint64_t size = bytes->end - bytes->begin;
     *hash = 0;
-    if (input->access->kind == HAZARD_INDEXED)
+    if (journal_is_hazard_indexed(input->access))
         return hash_vertices(host_writes, input, hash);
     return visit_bytes(host_writes, input->access, bytes->begin,
                        size < BYTES_COMPARED ? size : BYTES_COMPARED, add_to_hash, hash);
@@ -93,7 +93,7 @@ static bool hash_input(const struct host_writes *host_writes, const struct submi
 /* What a build of the device reads, with known bytes. */
 static bool is_input(const struct hazard_entry *access)
 {
-    return hazard_entry_is_access(access) && access->access == ACCESS_BUILD_SHADER_READ &&
+    return access->access == ACCESS_BUILD_SHADER_READ &&
            access->object_type == VK_OBJECT_TYPE_BUFFER && access->object && access->bytes.memory;
 }
 
@@ -139,40 +139,48 @@ static void add_vertices(const struct host_writes *host_writes, struct submitted
         add_input(host_writes, inputs, vertices);
 }
 
-/* The vertices of a geometry come before its indices. */
-static void add_access(const struct host_writes *host_writes, struct submitted_inputs *inputs,
-                       struct submitted_input input, const struct hazard_entry *indexed)
+/* A walk over a journal that adds inputs. */
+struct input_search {
+    const struct host_writes *host_writes;
+    struct submitted_inputs *inputs;
+    const struct hazard_entry *command; /* that builds, and whose accesses follow; or NULL */
+    const struct hazard_entry *indexed; /* its last vertices that are read by indices */
+};
+
+static void begin_command(struct journal_walk *walk, const struct hazard_entry *item)
 {
-    if (input.access->role == HAZARD_INDICES && indexed)
-        add_vertices(host_writes, inputs,
-                     (struct submitted_input){
-                         .journal = input.journal, .command = input.command, .access = indexed},
-                     input.access);
-    add_input(host_writes, inputs, input);
+    struct input_search *search = walk->user;
+    search->command = item->info ? item : NULL;
+    search->indexed = NULL;
 }
 
-/* Recursive: the device limits how deep secondary command buffers nest. */
-static void add_inputs(const struct host_writes *host_writes, struct submitted_inputs *inputs,
-                       const struct journal *journal)
+static void note_indexed(struct journal_walk *walk, const struct hazard_entry *item)
 {
-    const struct hazard_entry *command = NULL, *indexed = NULL;
-    struct journal_cursor cursor =
-        journal_start(journal, JOURNAL_HAZARDS | JOURNAL_BIT(JOURNAL_EXECUTE));
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        const struct hazard_entry *item = (const void *)entry;
-        if (entry->kind == JOURNAL_EXECUTE)
-            add_inputs(host_writes, inputs, entry->secondary);
-        else if (entry->kind == HAZARD_COMMAND)
-            command = item->info ? item : NULL;
-        else if (command && is_input(item) && entry->kind == HAZARD_INDEXED)
-            indexed = item;
-        else if (command && is_input(item))
-            add_access(
-                host_writes, inputs,
-                (struct submitted_input){.journal = journal, .command = command, .access = item},
-                indexed);
-    }
+    struct input_search *search = walk->user;
+    if (search->command && is_input(item))
+        search->indexed = item;
 }
+
+/* The vertices of a geometry come before its indices. */
+static void add_access(struct journal_walk *walk, const struct hazard_entry *item)
+{
+    const struct input_search *search = walk->user;
+    struct submitted_input input = {
+        .journal = walk->journal, .command = search->command, .access = item};
+    if (!search->command || !is_input(item))
+        return;
+    if (item->role == HAZARD_INDICES && search->indexed) {
+        input.access = search->indexed;
+        add_vertices(search->host_writes, search->inputs, input, item);
+        input.access = item;
+    }
+    add_input(search->host_writes, search->inputs, input);
+}
+
+static const struct journal_events adds_inputs = {.hazard_command = begin_command,
+                                                  .hazard_access = add_access,
+                                                  .hazard_indexed = note_indexed,
+                                                  .execute = journal_walk_secondary};
 
 /* ---- batches */
 
@@ -217,11 +225,12 @@ static void host_writes_run(void *user, struct order_batch *batch)
 {
     struct host_writes *host_writes = user;
     struct submitted_inputs *inputs = batch->slots[USES_HOST_WRITES];
+    struct input_search search = {.host_writes = host_writes, .inputs = inputs};
     if (!is_compared(host_writes, batch))
         return;
     for (uint32_t i = 0; i < batch->command_count; i++)
         if (batch->commands[i].captured)
-            add_inputs(host_writes, inputs, batch->commands[i].captured);
+            journal_walk(batch->commands[i].captured, &adds_inputs, &search);
     if (!inputs->count || inputs->lacks_any)
         return;
     batch->commands[0].is_used[USES_HOST_WRITES] = true; /* one step of a walk */
@@ -305,7 +314,7 @@ static struct hazard_bytes bytes_of(const struct submitted_input *input)
 {
     const struct hazard_entry *access = input->access;
     uint64_t first = UINT32_MAX, last = 0;
-    if (access->kind != HAZARD_INDEXED)
+    if (!journal_is_hazard_indexed(access))
         return access->bytes;
     for (uint32_t i = 0; i < input->vertex_count; i++) {
         first = input->vertices[i] < first ? input->vertices[i] : first;

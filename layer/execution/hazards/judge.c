@@ -114,10 +114,13 @@ static void judge_bytes(struct hazard_judge *judge, const struct hazard_command 
         shader_judge_write(&judge->shaders, &item->bytes);
 }
 
+/* ---- entries of a journal */
+
 /* An access at an unknown time leaves nothing known of what it writes. */
-static void judge_access(struct hazard_judge *judge, const struct hazard_command *command,
-                         const struct hazard_entry *item)
+static void judge_access(struct journal_walk *walk, const struct hazard_entry *item)
 {
+    struct hazard_judge *judge = walk->user;
+    const struct hazard_command *command = &judge->command;
     if (!is_compared(judge)) {
         judge->shaders.lacks_tops |= item->role == HAZARD_TOP_DST;
         if (is_of_structure(item))
@@ -140,9 +143,10 @@ static void judge_access(struct hazard_judge *judge, const struct hazard_command
 }
 
 /* Each read takes its number, even if nothing is known of it. */
-static void judge_vertices(struct hazard_judge *judge, const struct hazard_command *command,
-                           const struct hazard_entry *item)
+static void judge_vertices(struct journal_walk *walk, const struct hazard_entry *item)
 {
+    struct hazard_judge *judge = walk->user;
+    const struct hazard_command *command = &judge->command;
     struct hazard_bytes vertices[HAZARD_INDEXED_READS];
     if (!is_compared(judge) || !command->item)
         return;
@@ -168,10 +172,30 @@ static void judge_references(struct hazard_judge *judge, const struct hazard_com
     }
 }
 
-/* Judges `count` barriers, the first of which is `item`. */
-static void judge_barriers(struct hazard_judge *judge, struct journal_cursor *cursor,
-                           const struct hazard_entry *item, const struct hazard_entry *wait)
+static void end_command(struct hazard_judge *judge)
 {
+    if (judge->command.item)
+        judge_references(judge, &judge->command);
+    judge->command.item = NULL;
+    hazard_judge_report(judge);
+}
+
+static void begin_command(struct journal_walk *walk, const struct hazard_entry *item)
+{
+    struct hazard_judge *judge = walk->user;
+    end_command(judge);
+    shader_judge_begin_command(&judge->shaders);
+    judge->command = (struct hazard_command){hazards_begin_command(judge->hazards), walk->journal,
+                                             item, walk->place};
+    if (!hazard_batch_note(judge->current, &judge->command))
+        judge->lost = true;
+}
+
+/* Judges barriers, the first of which is `item`: those of a command, or of a wait for an event. */
+static void judge_barriers(struct journal_walk *walk, const struct hazard_entry *item,
+                           const struct hazard_entry *wait)
+{
+    struct hazard_judge *judge = walk->user;
     struct hazard_barrier few[BARRIERS_AT_ONCE], *barriers = few;
     uint32_t count = wait ? wait->count : item->count;
     if (count > BARRIERS_AT_ONCE)
@@ -182,7 +206,7 @@ static void judge_barriers(struct hazard_judge *judge, struct journal_cursor *cu
         count = BARRIERS_AT_ONCE;
     }
     uint32_t filled = 0;
-    for (; item && filled < count; item = filled < count ? hazard_next(cursor) : NULL)
+    for (; item && filled < count; item = filled < count ? hazard_next(walk) : NULL)
         barriers[filled++] = (struct hazard_barrier){.dependency = item->dependency,
                                                      .is_global = item->is_global,
                                                      .bytes = item->bytes,
@@ -195,76 +219,62 @@ static void judge_barriers(struct hazard_judge *judge, struct journal_cursor *cu
         free(barriers);
 }
 
-/* Judges an entry that is not of a command. */
-static void judge_synchronization(struct hazard_judge *judge, struct journal_cursor *cursor,
-                                  const struct hazard_entry *item)
+static void judge_barrier(struct journal_walk *walk, const struct hazard_entry *item)
 {
-    switch ((enum journal_kind)item->kind) {
-    case HAZARD_BARRIER:
-        judge_barriers(judge, cursor, item, NULL);
-        break;
-    case HAZARD_SET_EVENT:
-        hazards_set_event(judge->hazards, item->object, item->dependency.src);
-        break;
-    case JOURNAL_RESET_EVENT:
-        hazards_reset_event(judge->hazards,
-                            ((const struct journal_entry *)(const void *)item)->dst);
-        break;
-    case HAZARD_WAIT_EVENT:
-        judge_barriers(judge, cursor, item->count ? hazard_next(cursor) : NULL, item);
-        break;
-    default:
-        break;
-    }
+    end_command(walk->user);
+    judge_barriers(walk, item, NULL);
 }
 
-static void begin_command(struct hazard_judge *judge, const struct journal *journal,
-                          const struct hazard_entry *item, struct chunk_place place,
-                          struct hazard_command *command)
+static void judge_set_event(struct journal_walk *walk, const struct hazard_entry *item)
 {
-    shader_judge_begin_command(&judge->shaders);
-    judge->command_first = hazards_begin_command(judge->hazards);
-    *command = (struct hazard_command){judge->command_first, journal, item, place};
-    if (!hazard_batch_note(judge->current, command))
-        judge->lost = true;
+    struct hazard_judge *judge = walk->user;
+    end_command(judge);
+    hazards_set_event(judge->hazards, item->object, item->dependency.src);
 }
 
-static void end_command(struct hazard_judge *judge, struct hazard_command *command)
+/* Other uses have entries of setting hazards. */
+static void judge_reset_event(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    if (command->item)
-        judge_references(judge, command);
-    command->item = NULL;
-    hazard_judge_report(judge);
+    struct hazard_judge *judge = walk->user;
+    if (entry->info != EVENT_RESET)
+        return;
+    end_command(judge);
+    hazards_reset_event(judge->hazards, entry->dst);
+}
+
+static void judge_wait_event(struct journal_walk *walk, const struct hazard_entry *item)
+{
+    end_command(walk->user);
+    judge_barriers(walk, item->count ? hazard_next(walk) : NULL, item);
+}
+
+static void judge_journal(struct hazard_judge *judge, const struct journal *journal);
+
+static void judge_secondary(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    struct hazard_judge *judge = walk->user;
+    end_command(judge);
+    judge_journal(judge, entry->secondary);
 }
 
 /* If entries are missing, nothing is reported, not even of this journal: a barrier may be missing.
  */
 static void judge_journal(struct hazard_judge *judge, const struct journal *journal)
 {
-    struct hazard_command command = {0};
-    struct journal_cursor cursor =
-        journal_start(journal, JOURNAL_HAZARDS | JOURNAL_BIT(JOURNAL_EXECUTE));
+    static const struct journal_events judges = {.hazard_access = judge_access,
+                                                 .hazard_indexed = judge_vertices,
+                                                 .hazard_command = begin_command,
+                                                 .hazard_barrier = judge_barrier,
+                                                 .hazard_set_event = judge_set_event,
+                                                 .hazard_wait_event = judge_wait_event,
+                                                 .use_event = judge_reset_event,
+                                                 .execute = judge_secondary};
     judge->lost |= journal->lacks_hazards; /* barriers between its accesses may be missing */
-    for (struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        const struct hazard_entry *item = (const void *)entry;
-        if (entry->kind == HAZARD_ACCESS) {
-            judge_access(judge, &command, item);
-            continue;
-        }
-        if (entry->kind == HAZARD_INDEXED) {
-            judge_vertices(judge, &command, item);
-            continue;
-        }
-        end_command(judge, &command);
-        if (entry->kind == HAZARD_COMMAND)
-            begin_command(judge, journal, item, cursor.place, &command);
-        else if (entry->kind == JOURNAL_EXECUTE)
-            judge_journal(judge, entry->secondary);
-        else
-            judge_synchronization(judge, &cursor, item);
-    }
-    end_command(judge, &command);
+    journal_walk(journal, &judges, judge);
+    end_command(judge);
 }
+
+/* ---- a batch */
 
 static void judge_waits(struct hazard_judge *judge, const struct order_batch *batch)
 {

@@ -286,7 +286,7 @@ static uint64_t judge_read(struct hazard_judge *judge, const struct hazard_acces
     bool is_kept = false; /* `earlier` */
     const uint64_t last = find_overwriting(judge, structure, &bytes, &earlier, &is_kept);
     const bool is_late = last &&
-                         (last < judge->command_first || is_of_build(judge, last, position)) &&
+                         (last < judge->command.first || is_of_build(judge, last, position)) &&
                          !hazards_read_is_early(judge->hazards, read, &early);
     const uint64_t number = hazards_access(judge->hazards, read);
     if (is_late)

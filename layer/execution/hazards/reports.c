@@ -131,7 +131,7 @@ static void report_kind(const struct hazard_judge *judge, const struct kind_of_h
                                                 .micromaps = facts->micromap.ext},
                                    .more = kind->count - 1,
                                    .is_own_write =
-                                       kind->first.earlier.number >= judge->command_first,
+                                       kind->first.earlier.number >= judge->command.first,
                                    .write = kind->write};
     report.earlier = kind->earlier;
     if (!hazard_judge_find_side(judge, kind->first.later.number, &report.later) ||

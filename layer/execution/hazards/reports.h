@@ -35,7 +35,8 @@ struct hazard_judge {
     uint64_t batch_count;                        /* that were judged */
     struct handle_table written, written_places; /* see overwritten.c */
     struct hazard_batch_record *current;
-    uint64_t command_first; /* number of the current command's first access */
+    /* Whose accesses follow; `first` and `journal` stay when it has ended and `item` is NULL. */
+    struct hazard_command command;
     struct kind_of_hazard kinds[HAZARD_KINDS_REPORTED];
     uint32_t kind_count;
 };

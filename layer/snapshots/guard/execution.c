@@ -118,14 +118,6 @@ struct guard_walk {
     bool has_guards;
 };
 
-/* Whether instances may refer to what the entry writes: not to a top-level structure. */
-static bool writes_referable(const struct journal_entry *entry)
-{
-    return JOURNAL_BUILDS & JOURNAL_BIT(entry->kind)
-               ? entry->built.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
-               : entry->kind != JOURNAL_EXECUTE;
-}
-
 static void set_limit(struct guard_walk *walk, struct build_guard *guard)
 {
     uint32_t limit = guard_next_count(walk->guard) - 1;
@@ -133,29 +125,35 @@ static void set_limit(struct guard_walk *walk, struct build_guard *guard)
     walk->has_guards = true;
 }
 
-static void walk_journal(struct guard_walk *walk, const struct journal *journal)
+/* Instances may refer to the structure. */
+static void note_written(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    const struct recording *recording = journal->work;
-    bool sets_limits = walk->sets_limits && recording && recording->has_guards;
-    struct journal_cursor cursor =
-        journal_start(journal, JOURNAL_WRITES | JOURNAL_BIT(JOURNAL_EXECUTE));
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        struct recorded_build *build = sets_limits ? journal_copies(entry) : NULL;
-        if (build && build->guard.has_order)
-            set_limit(walk, &build->guard);
-        if (writes_referable(entry))
-            guard_note_built(walk->guard, entry->dst, entry->dst_id,
-                             walk->may_precede ? 0 : guard_next_count(walk->guard));
-        if (entry->kind == JOURNAL_EXECUTE)
-            walk_journal(walk, entry->secondary);
-    }
+    const struct guard_walk *batch = walk->user;
+    guard_note_built(batch->guard, entry->dst, entry->dst_id,
+                     batch->may_precede ? 0 : guard_next_count(batch->guard));
 }
+
+static void note_build(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    const struct guard_walk *batch = walk->user;
+    const struct recording *recording = walk->journal->work;
+    struct recorded_build *build =
+        batch->sets_limits && recording && recording->has_guards ? journal_copies(entry) : NULL;
+    if (build && build->guard.has_order)
+        set_limit(walk->user, &build->guard);
+    if (entry->built.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR)
+        note_written(walk, entry);
+}
+
+static const struct journal_events notes = {ON_BUILDS(note_build), .copy = note_written,
+                                            .fill = note_written,
+                                            .execute = journal_walk_secondary};
 
 static void walk_batch(struct guard_walk *walk, const struct order_batch *batch)
 {
     for (uint32_t i = 0; i < batch->command_count; i++)
         if (batch->commands[i].captured)
-            walk_journal(walk, batch->commands[i].captured);
+            journal_walk(batch->commands[i].captured, &notes, walk);
 }
 
 static void guard_check(void *user, struct order_batch *batch)

@@ -19,7 +19,7 @@ struct structure_rules {
 
 static bool is_in_place(const struct journal_entry *entry)
 {
-    return entry->kind == JOURNAL_UPDATE && entry->src_id && entry->src_id == entry->dst_id;
+    return journal_is_update(entry) && entry->src_id && entry->src_id == entry->dst_id;
 }
 
 static void relate(struct finding *finding, const struct structure_rules *rules, enum rule other)
@@ -91,19 +91,14 @@ static const struct structure_rules rules_of_nv_src = {
     .backed_of_other = RULE_COUNT,
 };
 
-static void check_entry(struct replay *replay, const struct journal *journal,
-                        const struct journal_entry *entry)
+static void check_build(struct journal_walk *walk, const struct journal_entry *entry)
 {
     bool is_nv = entry->command == COMMAND_NV;
-    if (entry->kind == JOURNAL_USE_MICROMAP)
-        replay_destroyed_micromap(replay, journal, entry);
-    if (entry->kind == JOURNAL_USE_MICROMAP)
-        return;
-    check_structure(replay, journal, entry, entry->dst, entry->dst_id, entry->dst_backing,
+    check_structure(walk->user, walk->journal, entry, entry->dst, entry->dst_id, entry->dst_backing,
                     is_nv ? &rules_of_nv_dst : &rules_of_dst);
-    if (entry->kind == JOURNAL_UPDATE && entry->src_id)
-        check_structure(replay, journal, entry, entry->src, entry->src_id, entry->src_backing,
-                        is_nv ? &rules_of_nv_src : &rules_of_src);
+    if (journal_is_update(entry) && entry->src_id)
+        check_structure(walk->user, walk->journal, entry, entry->src, entry->src_id,
+                        entry->src_backing, is_nv ? &rules_of_nv_src : &rules_of_src);
 }
 
 /* ---- inputs */
@@ -188,31 +183,37 @@ static void check_nv_input(struct replay *replay, const struct journal *journal,
     judge_report(&judge, nv_rules[role], &finding);
 }
 
-static void check_inputs(struct replay *replay, const struct journal *journal)
+static void check_any_input(struct journal_walk *walk, const struct journal_input *input)
 {
-    struct journal_cursor cursor = journal_start(journal, JOURNAL_BIT(JOURNAL_USE_BUFFER));
-    for (const struct journal_input *input; (input = (const void *)journal_next(&cursor));)
-        if (input->command == COMMAND_NV)
-            check_nv_input(replay, journal, input);
-        else
-            check_input(replay, journal, input);
+    if (input->command == COMMAND_NV)
+        check_nv_input(walk->user, walk->journal, input);
+    else
+        check_input(walk->user, walk->journal, input);
 }
 
+/* ---- the journal */
+
+static void check_secondary(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    replay_destroyed(walk->user, entry->secondary);
+}
+
+/* If no object was destroyed since the recording began, only secondary command buffers matter. */
 void replay_destroyed(struct replay *replay, const struct journal *journal)
 {
-    bool any_destroyed = journal->destroy_count != resources_destroy_count(replay->resources);
-    struct journal_cursor cursor =
-        journal_start(journal, JOURNAL_WRITES | JOURNAL_READS | JOURNAL_BIT(JOURNAL_EXECUTE) |
-                                   JOURNAL_BIT(JOURNAL_USE_MICROMAP));
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (entry->kind == JOURNAL_EXECUTE)
-            replay_destroyed(replay, entry->secondary);
-        else if (any_destroyed &&
-                 JOURNAL_BIT(entry->kind) & (JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_USE_MICROMAP)))
-            check_entry(replay, journal, entry);
-        else if (any_destroyed)
-            replay_destroyed_command(replay, journal, entry);
+    static const struct journal_events uses = {ON_BUILDS(check_build),
+                                               .copy = replay_destroyed_command,
+                                               .fill = replay_destroyed_command,
+                                               .read = replay_destroyed_command,
+                                               .use_micromap = replay_destroyed_micromap,
+                                               .execute = check_secondary};
+    static const struct journal_events inputs = {.use_buffer = check_any_input};
+    if (journal->destroy_count != resources_destroy_count(replay->resources)) {
+        journal_walk(journal, &uses, replay);
+        journal_walk(journal, &inputs, replay);
+        return;
     }
-    if (any_destroyed)
-        check_inputs(replay, journal);
+    struct journal_walk walk = journal_start_secondaries(journal);
+    for (const struct journal *secondary; (secondary = journal_next_secondary(&walk));)
+        replay_destroyed(replay, secondary);
 }

@@ -72,7 +72,7 @@ struct command_use {
 static VkObjectType type_of_entry(const struct journal_entry *entry)
 {
     if (journal_entry_reads_micromap(entry) ||
-        (entry->kind == JOURNAL_FILL && entry->info != FILL_READS_ACCEL))
+        (journal_is_fill(entry) && entry->info != FILL_READS_ACCEL))
         return VK_OBJECT_TYPE_MICROMAP_EXT;
     return journal_entry_is_nv(entry) ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
                                       : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
@@ -130,11 +130,6 @@ static void check_memory(struct replay *replay, const struct journal *journal,
                  &finding);
 }
 
-static bool is_query(const struct journal_entry *entry)
-{
-    return entry->kind == JOURNAL_READ && entry->read.query != VK_QUERY_TYPE_MAX_ENUM;
-}
-
 /* One message for all queries of a command. */
 static void check_query_pool(struct replay *replay, const struct journal *journal,
                              const struct journal_entry *entry, enum rule alive)
@@ -152,24 +147,26 @@ static void check_query_pool(struct replay *replay, const struct journal *journa
     judge_report(&judge, alive, &finding);
 }
 
-void replay_destroyed_command(struct replay *replay, const struct journal *journal,
-                              const struct journal_entry *entry)
+void replay_destroyed_command(struct journal_walk *walk, const struct journal_entry *entry)
 {
+    struct replay *replay = walk->user;
+    const struct journal *journal = walk->journal;
     const struct command_rules rules = rules_of_command((enum build_command)entry->command);
-    if (JOURNAL_BIT(entry->kind) & JOURNAL_READS)
+    const bool is_query = journal_entry_is_query(entry);
+    if (journal_is_copy(entry) || journal_is_read(entry))
         check_use(replay, journal, entry,
-                  &(struct command_use){is_query(entry) ? "" : "src", entry->src, entry->src_id,
+                  &(struct command_use){is_query ? "" : "src", entry->src, entry->src_id,
                                         entry->src_backing, rules.src_alive, rules.src_backed});
-    if (JOURNAL_BIT(entry->kind) & JOURNAL_WRITES)
+    if (journal_entry_writes(entry))
         check_use(replay, journal, entry,
                   &(struct command_use){
                       entry->command == COMMAND_CmdBuildMicromapsEXT ? "dstMicromap" : "dst",
                       entry->dst, entry->dst_id, entry->dst_backing, rules.dst_alive,
                       rules.dst_backed});
-    if (is_query(entry))
+    if (is_query)
         check_query_pool(replay, journal, entry, rules.dst_alive);
-    if (entry->kind == JOURNAL_READ && !is_query(entry) && entry->read.dst_size)
+    if (journal_is_read(entry) && !is_query && entry->read.dst_size)
         check_memory(replay, journal, entry, "dst.deviceAddress", entry->dst);
-    if (entry->kind == JOURNAL_FILL && journal_fill_reads_memory(entry) && entry->src_id)
+    if (journal_is_fill(entry) && journal_fill_reads_memory(entry) && entry->src_id)
         check_memory(replay, journal, entry, "src.deviceAddress", entry->src_id);
 }

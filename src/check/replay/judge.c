@@ -43,7 +43,7 @@ static struct location location_of_read(const struct journal_entry *entry)
         .subject = SUBJECT_ARGUMENT,
         .argument = entry->command == COMMAND_CmdCopyAccelerationStructureNV ? NULL : "pInfo",
     };
-    if (entry->kind == JOURNAL_READ && entry->read.query != VK_QUERY_TYPE_MAX_ENUM) {
+    if (journal_entry_is_query(entry)) {
         location.argument =
             journal_entry_reads_micromap(entry) ? "pMicromaps" : "pAccelerationStructures";
         location.is_element = true;
@@ -62,7 +62,7 @@ static struct location location_of(const struct journal_entry *entry)
                                 .subject = SUBJECT_BUILD,
                                 .build = entry->info,
                                 .geometry_by_pointer = entry->geometry_by_pointer};
-    if (entry->kind == JOURNAL_USE_MICROMAP) {
+    if (journal_is_use_micromap(entry)) {
         location.subject = SUBJECT_GEOMETRY;
         location.geometry = entry->micromap.geometry;
     } else if (entry->command == COMMAND_NV) {
@@ -75,7 +75,7 @@ void judge_begin_entry(struct judge *judge, struct replay *replay, const struct 
                        const struct journal_entry *entry)
 {
     uint32_t position =
-        entry->kind == JOURNAL_USE_MICROMAP ? entry->micromap.position : entry->built.position;
+        journal_is_use_micromap(entry) ? entry->micromap.position : entry->built.position;
     const struct location location = location_of(entry);
     judge_begin(judge, replay, journal, position, &location);
 }
@@ -216,8 +216,7 @@ static uint64_t undeserialized_micromap(struct replay *replay, const struct buil
     for (uint32_t i = 0; shapes && i < shapes->count; i++) {
         const struct micromap_shape micromap = built_micromap_shape(shapes, i);
         const struct built *built = replay_read(
-            replay, &(struct journal_entry){
-                        .kind = JOURNAL_COPY, .src = micromap.handle, .src_id = micromap.id});
+            replay, &(struct journal_entry){.src = micromap.handle, .src_id = micromap.id});
         if (built->state == BUILT_NEVER || (built->state == BUILT_BEFORE && built->is_original))
             return micromap.handle;
     }
@@ -241,10 +240,15 @@ void judge_read(struct replay *replay, const struct journal *journal,
     walk_used_source(&judge.walk, &view, &judge.location);
 }
 
+static bool is_clone(const struct journal_entry *entry)
+{
+    return journal_is_copy(entry) && !entry->read.compacts;
+}
+
 /* Whether the host has read the size of src, which a clone copies: its copies may have another. */
 static bool knows_full_size(const struct journal_entry *entry, const struct built *source)
 {
-    return entry->kind == JOURNAL_COPY && source->compacted_size && source->compacted_size->full &&
+    return is_clone(entry) && source->compacted_size && source->compacted_size->full &&
            source->compacted_size->serialized_id == entry->src_id;
 }
 
@@ -256,7 +260,7 @@ static VkDeviceSize queried_size(const struct journal_entry *entry, const struct
     const struct compacted_size *sizes = source->compacted_size;
     if (!sizes || source->state == BUILT_UNKNOWN)
         return 0;
-    if (entry->kind == JOURNAL_READ)
+    if (journal_is_read(entry))
         return sizes->serialized_id == entry->src_id ? sizes->serialized : 0;
     if (source->state != BUILT_BEFORE || (source->compacted && entry->read.compacts))
         return 0;
@@ -280,8 +284,7 @@ static struct object_facts find_copied(const struct replay *replay,
 static VkDeviceSize cloned_size(const struct replay *replay, const struct journal_entry *entry,
                                 const struct built *source, const struct object_facts *src)
 {
-    const bool is_whole =
-        entry->kind == JOURNAL_COPY && source->state == BUILT_BEFORE && !source->compacted;
+    const bool is_whole = is_clone(entry) && source->state == BUILT_BEFORE && !source->compacted;
     const bool is_queried = replay->has_unseen_sizes ||
                             (source->compacted_size && source->compacted_size->full_is_queried);
     const VkDeviceSize needed = is_whole && !is_queried ? built_needed_size(source) : 0;
@@ -311,7 +314,7 @@ static void judge_copied_bytes(struct judge *judge, const struct sized_copy_view
 static VkDeviceSize size_of_dst(const struct replay *replay, const struct journal_entry *entry)
 {
     struct address_facts now;
-    if (entry->kind != JOURNAL_READ)
+    if (!journal_is_read(entry))
         return entry->read.dst_size;
     resources_look_up_address(replay->resources, entry->dst, &now);
     return now.status == ADDRESS_IN_BUFFER && now.bytes_left > entry->read.dst_size
@@ -326,7 +329,7 @@ void judge_copy_size(struct replay *replay, const struct journal *journal,
     struct judge judge;
     if (!entry->read.dst_size)
         return;
-    if (entry->kind != JOURNAL_READ) {
+    if (!journal_is_read(entry)) {
         src = find_copied(replay, entry, entry->src, entry->src_id);
         dst = find_copied(replay, entry, entry->dst, entry->dst_id);
     }
@@ -334,7 +337,7 @@ void judge_copy_size(struct replay *replay, const struct journal *journal,
         .object_type = type_of_source(entry),
         .src = entry->src,
         .dst = entry->dst,
-        .serializes = entry->kind == JOURNAL_READ,
+        .serializes = journal_is_read(entry),
         .compacts = entry->read.compacts,
         .dst_size = size_of_dst(replay, entry),
         .queried_size = queried_size(entry, source),
@@ -376,14 +379,14 @@ static void judge_use(struct replay *replay, const struct journal *journal,
 }
 
 void replay_record_micromap(struct replay *replay, const struct structures *known,
-                            const struct journal *journal, struct journal_entry *entry)
+                            const struct journal *journal, const struct journal_entry *entry)
 {
     const struct structure *micromap = structures_find(known, entry->src_id);
     uint64_t updated = entry->micromap.updated_id;
     const struct structure *source = updated ? structures_find(known, updated) : NULL;
     if (!micromap || (updated && !source))
         return;
-    entry->judged = true;
+    journal_set_judged(entry);
     judge_use(replay, journal, entry, &micromap->built, source ? &source->built : NULL);
 }
 
@@ -392,26 +395,25 @@ static enum resource_kind kind_of(const struct journal_entry *entry)
     return entry->micromap.is_ext ? RESOURCE_MICROMAP : RESOURCE_ACCEL;
 }
 
-void replay_submit_micromap(struct replay *replay, const struct journal *journal,
-                            const struct journal_entry *entry)
+void replay_submit_micromap(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    const struct journal_entry updated = {.kind = JOURNAL_UPDATE,
-                                          .command = entry->command,
+    struct replay *replay = walk->user;
+    const struct journal_entry updated = {.command = entry->command,
                                           .src = entry->micromap.updated,
                                           .src_id = entry->micromap.updated_id};
-    judge_use(replay, journal, entry, replay_read(replay, entry),
+    judge_use(replay, walk->journal, entry, replay_read(replay, entry),
               updated.src_id ? replay_read(replay, &updated) : NULL);
 }
 
-void replay_destroyed_micromap(struct replay *replay, const struct journal *journal,
-                               const struct journal_entry *entry)
+void replay_destroyed_micromap(struct journal_walk *walk, const struct journal_entry *entry)
 {
+    struct replay *replay = walk->user;
     bool is_ext = entry->micromap.is_ext;
     if (resources_find_id(replay->resources, kind_of(entry), entry->src) == entry->src_id)
         return;
     struct judge judge;
     struct finding finding;
-    judge_begin_entry(&judge, replay, journal, entry);
+    judge_begin_entry(&judge, replay, walk->journal, entry);
     finding_says(&finding, is_ext ? OPACITY_EXT_DATA "micromap" : OPACITY_DATA "micromap",
                  "{} was destroyed after the build was recorded",
                  destroyed_object(is_ext ? VK_OBJECT_TYPE_MICROMAP_EXT

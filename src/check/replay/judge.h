@@ -25,15 +25,15 @@ struct judge {
 void judge_begin(struct judge *judge, struct replay *replay, const struct journal *journal,
                  uint32_t position, const struct location *location);
 
-/* Begins to judge an entry of kind JOURNAL_BUILD, JOURNAL_UPDATE or JOURNAL_USE_MICROMAP. */
+/* Begins to judge the entry of a build or update, or of the use of a micromap. */
 void judge_begin_entry(struct judge *judge, struct replay *replay, const struct journal *journal,
                        const struct journal_entry *entry);
 
-/* Begins to judge an entry of JOURNAL_READS or JOURNAL_FILL. */
+/* Begins to judge the entry of a copy, of another read or of a write from memory. */
 void judge_begin_read(struct judge *judge, struct replay *replay, const struct journal *journal,
                       const struct journal_entry *entry);
 
-/* Begins to judge the query that an entry of kind JOURNAL_READ writes. */
+/* Begins to judge the query that a read writes. */
 void judge_begin_query(struct judge *judge, struct replay *replay, const struct journal *journal,
                        const struct journal_entry *entry);
 
@@ -53,7 +53,8 @@ void judge_updated_geometries(struct judge *judge, const struct update_view *upd
 
 /* ---- commands that read a structure and are no builds: copies, queries, serializations */
 
-/* Validates an entry of JOURNAL_READS by the last build of its source, if that is known. */
+/* Validates the entry of a copy or another read by the last build of its source, if that is known.
+ */
 void judge_read(struct replay *replay, const struct journal *journal,
                 const struct journal_entry *entry, const struct built *source);
 /* Validates the size of dst of a copy, and that it does not overlap src, as far as sizes are known.
@@ -61,23 +62,21 @@ void judge_read(struct replay *replay, const struct journal *journal,
 void judge_copy_size(struct replay *replay, const struct journal *journal,
                      const struct journal_entry *entry, const struct built *source);
 
-/* ---- micromaps that recorded builds use */
+/* ---- micromaps that recorded builds use. The functions with a walk are events of its journal, as
+ * those of states.h */
 
-/* Validate an entry of kind JOURNAL_USE_MICROMAP: when it is recorded, if the command buffer itself
- * builds the structures concerned, else when it is submitted. */
+/* Validate the use of a micromap: when it is recorded, if the command buffer itself builds the
+ * structures concerned, else when it is submitted. */
 void replay_record_micromap(struct replay *replay, const struct structures *known,
-                            const struct journal *journal, struct journal_entry *entry);
-void replay_submit_micromap(struct replay *replay, const struct journal *journal,
-                            const struct journal_entry *entry);
+                            const struct journal *journal, const struct journal_entry *entry);
+void replay_submit_micromap(struct journal_walk *walk, const struct journal_entry *entry);
 
 /* Reports a micromap that was destroyed after the entry was recorded. */
-void replay_destroyed_micromap(struct replay *replay, const struct journal *journal,
-                               const struct journal_entry *entry);
+void replay_destroyed_micromap(struct journal_walk *walk, const struct journal_entry *entry);
 
 /* Reports what a command that is no build uses, and that was destroyed, or has lost its memory,
  * after the command was recorded. */
-void replay_destroyed_command(struct replay *replay, const struct journal *journal,
-                              const struct journal_entry *entry);
+void replay_destroyed_command(struct journal_walk *walk, const struct journal_entry *entry);
 
 /* Validates the micromap of one geometry of an update. Does nothing if neither build has
  * micromaps. */

@@ -84,8 +84,9 @@ void replay_note_compaction(struct replay *replay, const struct journal *journal
         input_notes_add_copy(replay->notes, journal, entry, sizes);
 }
 
-void replay_query(struct replay *replay, const struct journal_entry *entry)
+void replay_query(struct journal_walk *walk, const struct journal_entry *entry)
 {
+    struct replay *replay = walk->user;
     const struct structure *before = structures_find(replay->structures, entry->dst_id);
     if (!entry->dst_id)
         return;
@@ -99,8 +100,10 @@ void replay_query(struct replay *replay, const struct journal_entry *entry)
 }
 
 /* The host resets only queries that no pending command uses, so nothing reads an earlier result. */
-void replay_reset_queries(struct replay *replay, const struct journal_entry *entry, bool by_host)
+void replay_reset_queries(struct journal_walk *walk, const struct journal_entry *entry)
 {
+    struct replay *replay = walk->user;
+    const bool by_host = !walk->journal->command_buffer;
     for (uint32_t i = 0; i < entry->info; i++) {
         const struct structure *before =
             by_host ? NULL : structures_find(replay->structures, entry->dst_id + i);
@@ -116,12 +119,12 @@ static bool is_visible_to_host(const struct host_view *host, const struct struct
            (state->built.sole && execution_clock_has(&host->submitted, state->written));
 }
 
-void replay_answer(struct replay *replay, const struct host_view *host,
-                   const struct journal_entry *entry)
+void replay_answer(struct journal_walk *walk, const struct journal_entry *entry)
 {
+    struct replay *replay = walk->user;
     const struct structure *state = structures_find(replay->structures, entry->src_id);
     const VkQueryType type = (VkQueryType)entry->info;
-    if (!state || !replay->predecessors_known || !is_visible_to_host(host, state))
+    if (!state || !replay->predecessors_known || !is_visible_to_host(walk->journal->host, state))
         return;
     struct compacted_size *compacted =
         entry->src ? compacted_size_of(replay, entry, type) : state->built.compacted_size;

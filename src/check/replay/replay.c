@@ -9,20 +9,13 @@
 #include "src/check/replay/update_inputs.h"
 #include "src/state/builds/structures.h"
 
-/* What writes structures, or decides what is known of them. */
-#define STATE_KINDS                                                                                \
-    (JOURNAL_WRITES | JOURNAL_BIT(JOURNAL_EXECUTE) | JOURNAL_BIT(JOURNAL_WAIT_EVENT))
-/* What a submission or host command replays. */
-#define REPLAYED_KINDS                                                                             \
-    (STATE_KINDS | JOURNAL_BIT(JOURNAL_USE_MICROMAP) | JOURNAL_BIT(JOURNAL_RANGES) |               \
-     JOURNAL_BIT(JOURNAL_BIND) | JOURNAL_BIT(JOURNAL_READ) | JOURNAL_BIT(JOURNAL_RESET_QUERIES) |  \
-     JOURNAL_BIT(JOURNAL_ANSWER))
+/* ---- recording: `user` of the first walk is a struct structures, the states that the command
+ * buffer knows by itself. If it doesn't know the source of a copy or update, the result is unknown
+ * until submission. */
 
-/* Applies a copy or update to the states that the command buffer knows by itself. If it doesn't
- * know the source, the result is unknown until submission. */
-
-static void apply_copy(struct structures *known, const struct journal_entry *entry)
+static void apply_copy(struct journal_walk *walk, const struct journal_entry *entry)
 {
+    struct structures *known = walk->user;
     const struct structure *source = structures_find(known, entry->src_id);
     if (!source) {
         structures_remove(known, entry->dst_id);
@@ -31,8 +24,7 @@ static void apply_copy(struct structures *known, const struct journal_entry *ent
     struct built copy = source->built;
     if (copy.state == BUILT_FILLED)
         copy = built_unknown;
-    if (entry->kind == JOURNAL_COMPACT)
-        copy.compacted = true;
+    copy.compacted |= journal_entry_compacts(entry);
     structures_set(known, entry->dst_id, &copy, timestamp_never());
 }
 
@@ -42,88 +34,157 @@ static const struct built *filled_by(const struct journal_entry *entry)
     return entry->info == FILL_BUILDS_MICROMAP || reads_micromaps ? &entry->built : &built_filled;
 }
 
-static void apply_entries(struct structures *known, struct journal_cursor cursor);
-
-static void apply_entry(struct structures *known, const struct journal_entry *entry)
+static void apply_build(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    switch ((enum journal_kind)entry->kind) {
-    case JOURNAL_BUILD:
-        structures_set(known, entry->dst_id, &entry->built, timestamp_never());
-        break;
-    case JOURNAL_UPDATE:
-    case JOURNAL_COPY:
-    case JOURNAL_COMPACT:
-        apply_copy(known, entry);
-        break;
-    case JOURNAL_FILL:
-        structures_set(known, entry->dst_id, filled_by(entry), timestamp_never());
-        break;
-    case JOURNAL_EXECUTE:
-        apply_entries(known, journal_start(entry->secondary, STATE_KINDS));
-        break;
-    /* The host may have built any structure meanwhile. */
-    case JOURNAL_WAIT_EVENT:
-        structures_release(known);
-        break;
-    default: /* not of STATE_KINDS */
-        break;
-    }
+    structures_set(walk->user, entry->dst_id, &entry->built, timestamp_never());
 }
 
-/* Recursive: the device limits how deep secondary command buffers nest
- * (VK_EXT_nested_command_buffer). */
-static void apply_entries(struct structures *known, struct journal_cursor cursor)
+static void apply_fill(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        apply_entry(known, entry);
+    structures_set(walk->user, entry->dst_id, filled_by(entry), timestamp_never());
 }
+
+/* While a command waits, the host may build any structure. */
+static void apply_event(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    if (entry->info == EVENT_WAIT)
+        structures_release(walk->user);
+}
+
+static const struct journal_events applies = {.build = apply_build,
+                                              .update = apply_copy,
+                                              .copy = apply_copy,
+                                              .fill = apply_fill,
+                                              .execute = journal_walk_secondary,
+                                              .use_event = apply_event};
 
 /* Applies the entries before those of the last call. Called for the first entry that has a source
  * to check. */
 static void find_known_states(struct command_buffer *command_buffer)
 {
-    const struct journal *journal = command_buffer->journal;
-    struct journal_cursor cursor = journal_start(journal, STATE_KINDS);
-    cursor.end = journal->call;
-    apply_entries(&command_buffer->known, cursor);
+    struct journal_walk walk =
+        journal_start(command_buffer->journal, &applies, &command_buffer->known);
+    walk.end = command_buffer->journal->call;
+    journal_go_on(&walk);
     command_buffer->has_known_states = true;
 }
 
-static void judge_by_known_state(struct replay *replay, const struct structures *known,
-                                 const struct journal *journal, struct journal_entry *entry)
+struct recorded_call {
+    struct replay *replay;
+    struct command_buffer *command_buffer;
+};
+
+/* Returns what the command buffer knows; NULL: its journal is incomplete. */
+static const struct structures *known_states(const struct recorded_call *call)
 {
-    const struct structure *source = structures_find(known, entry->src_id);
-    if (!source)
-        return;
-    entry->judged = true;
-    if (entry->kind == JOURNAL_UPDATE)
-        judge_update(replay, journal, entry, &source->built);
-    else
-        judge_read(replay, journal, entry, &source->built);
+    if (!call->command_buffer->has_known_states)
+        find_known_states(call->command_buffer);
+    return call->command_buffer->journal->incomplete ? NULL : &call->command_buffer->known;
+}
+
+/* Returns NULL if the last build of the source is unknown. */
+static const struct built *known_source(const struct recorded_call *call,
+                                        const struct journal_entry *entry)
+{
+    const struct structures *known = known_states(call);
+    const struct structure *source = known ? structures_find(known, entry->src_id) : NULL;
+    if (source)
+        journal_set_judged(entry);
+    return source ? &source->built : NULL;
+}
+
+static void record_update(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    const struct recorded_call *call = walk->user;
+    const struct built *source = known_source(call, entry);
+    if (source)
+        judge_update(call->replay, walk->journal, entry, source);
+}
+
+static void record_read(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    const struct recorded_call *call = walk->user;
+    const struct built *source = known_source(call, entry);
+    if (source)
+        judge_read(call->replay, walk->journal, entry, source);
+}
+
+static void record_micromap(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    const struct recorded_call *call = walk->user;
+    const struct structures *known = known_states(call);
+    if (known)
+        replay_record_micromap(call->replay, known, walk->journal, entry);
 }
 
 void replay_recorded(struct replay *replay, struct command_buffer *command_buffer)
 {
-    struct journal *journal = command_buffer->journal;
-    struct journal_cursor cursor = journal_start_call(journal, REPLAYED_KINDS);
-    for (struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (!command_buffer->has_known_states && journal_entry_has_source_to_check(entry))
-            find_known_states(command_buffer);
-        if (entry->kind == JOURNAL_USE_MICROMAP && !journal->incomplete)
-            replay_record_micromap(replay, &command_buffer->known, journal, entry);
-        else if (journal_entry_has_source_to_check(entry) && !journal->incomplete)
-            judge_by_known_state(replay, &command_buffer->known, journal, entry);
-    }
+    static const struct journal_events records = {.update = record_update,
+                                                  .copy = record_read,
+                                                  .read = record_read,
+                                                  .use_micromap = record_micromap};
+    struct recorded_call call = {replay, command_buffer};
+    struct journal_walk walk = journal_start_call(command_buffer->journal, &records, &call);
+    journal_go_on(&walk);
 }
 
 void replay_keep(struct command_buffer *command_buffer)
 {
+    struct journal_walk walk =
+        journal_start_call(command_buffer->journal, &applies, &command_buffer->known);
     if (command_buffer->has_known_states)
-        apply_entries(&command_buffer->known,
-                      journal_start_call(command_buffer->journal, STATE_KINDS));
+        journal_go_on(&walk);
 }
 
-/* ---- submissions */
+/* ---- what is validated: `user` of this walk and of those behind it is the struct replay */
+
+static void judge_backing(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    if ((entry->dst_backing | entry->src_backing) & BACKED_BY_SPARSE)
+        replay_backing(walk->user, walk->journal, entry);
+}
+
+static void judge_update_entry(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    if (!entry->judged)
+        judge_update(walk->user, walk->journal, entry, replay_read(walk->user, entry));
+    judge_backing(walk, entry);
+}
+
+static void judge_read_source(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    if (!entry->judged)
+        judge_read(walk->user, walk->journal, entry, replay_read(walk->user, entry));
+    judge_copy_size(walk->user, walk->journal, entry, replay_read(walk->user, entry));
+}
+
+static void judge_copy(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    judge_read_source(walk, entry);
+    replay_note_compaction(walk->user, walk->journal, entry);
+}
+
+static void judge_read_entry(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    judge_read_source(walk, entry);
+    if (entry->dst_id)
+        replay_judge_query(walk->user, walk->journal, entry);
+}
+
+static void judge_micromap(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    if (!entry->judged)
+        replay_submit_micromap(walk, entry);
+}
+
+static const struct journal_events judges = {.build = judge_backing,
+                                             .update = judge_update_entry,
+                                             .copy = judge_copy,
+                                             .read = judge_read_entry,
+                                             .use_micromap = judge_micromap,
+                                             .ranges = replay_ranges};
+
+/* ---- what is written */
 
 /* Whether nothing but builds will have written the dst of a build. */
 static bool stays_original(const struct replay *replay, uint64_t id)
@@ -133,17 +194,17 @@ static bool stays_original(const struct replay *replay, uint64_t id)
                   : replay->never_is_certain && replay->predecessors_known;
 }
 
-static void write_build(struct replay *replay, const struct journal *journal,
-                        const struct journal_entry *entry)
+static void write_build(struct journal_walk *walk, const struct journal_entry *entry)
 {
+    struct replay *replay = walk->user;
     struct built built = entry->built;
     if (built.type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)
         built.is_original = stays_original(replay, entry->dst_id);
-    replay_note_build(replay, journal, entry, &built);
+    replay_note_build(replay, walk->journal, entry, &built);
     replay_write(replay, entry->dst_id, &built);
 }
 
-static void write_copy(struct replay *replay, const struct journal_entry *entry)
+static void write_from_source(struct replay *replay, const struct journal_entry *entry)
 {
     struct built copy = *replay_read(replay, entry);
     if (copy.state == BUILT_NEVER || copy.state == BUILT_FILLED)
@@ -151,100 +212,69 @@ static void write_copy(struct replay *replay, const struct journal_entry *entry)
     copy.is_original = false;
     /* An update of a structure that is not compacted may change its compacted size, and so may a
      * second compaction: the compacted size is then unknown. */
-    if (copy.compacted ? entry->kind == JOURNAL_COMPACT : entry->kind == JOURNAL_UPDATE)
+    if (copy.compacted ? journal_entry_compacts(entry) : journal_is_update(entry))
         copy.compacted_size = NULL;
-    if (entry->kind == JOURNAL_COMPACT)
-        copy.compacted = true;
+    copy.compacted |= journal_entry_compacts(entry);
     replay_write(replay, entry->dst_id, &copy);
 }
 
-static void write_entry(struct replay *replay, const struct journal *journal,
-                        const struct journal_entry *entry)
+static void write_update(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    switch ((enum journal_kind)entry->kind) {
-    case JOURNAL_BUILD:
-        write_build(replay, journal, entry);
-        break;
-    case JOURNAL_UPDATE:
-        replay_note_update(replay, journal, entry);
-        write_copy(replay, entry);
-        break;
-    case JOURNAL_COPY:
-    case JOURNAL_COMPACT:
-        write_copy(replay, entry);
-        structures_copy_input(replay->structures, entry->dst_id, entry->src_id);
-        break;
-    case JOURNAL_FILL:
-        replay_write(replay, entry->dst_id, filled_by(entry));
-        break;
-    case JOURNAL_USE_MICROMAP:
-        replay_note_micromap(replay, journal, entry);
-        break;
-    case JOURNAL_BIND:
-        replay_bind(replay, entry);
-        break;
-    case JOURNAL_EXECUTE:
-        replay_submitted(replay, entry->secondary);
-        break;
-    case JOURNAL_READ:
-        replay_query(replay, entry);
-        break;
-    case JOURNAL_RESET_QUERIES:
-        replay_reset_queries(replay, entry, !journal->command_buffer);
-        break;
-    case JOURNAL_ANSWER:
-        replay_answer(replay, journal->host, entry);
-        break;
-    default: /* ranges have been validated, and other entries write nothing */
-        break;
-    }
+    replay_note_update(walk->user, walk->journal, entry);
+    write_from_source(walk->user, entry);
 }
 
-/* Validates the sparse bindings that a build uses. */
-static void judge_sparse(struct replay *replay, const struct journal *journal,
-                         const struct journal_entry *entry)
+static void write_copy(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    if ((entry->dst_backing | entry->src_backing) & BACKED_BY_SPARSE)
-        replay_backing(replay, journal, entry);
-    if (entry->kind == JOURNAL_RANGES)
-        replay_ranges(replay, journal, entry);
+    const struct replay *replay = walk->user;
+    write_from_source(walk->user, entry);
+    structures_copy_input(replay->structures, entry->dst_id, entry->src_id);
 }
 
-static void judge_by_live_states(struct replay *replay, const struct journal *journal,
-                                 const struct journal_entry *entry)
+static void write_fill(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    if (entry->kind == JOURNAL_UPDATE)
-        judge_update(replay, journal, entry, replay_read(replay, entry));
-    if (entry->kind == JOURNAL_USE_MICROMAP)
-        replay_submit_micromap(replay, journal, entry);
-    if (JOURNAL_READS & JOURNAL_BIT(entry->kind))
-        judge_read(replay, journal, entry, replay_read(replay, entry));
+    replay_write(walk->user, entry->dst_id, filled_by(entry));
 }
 
-static void submit_entry(struct replay *replay, const struct journal *journal,
-                         const struct journal_entry *entry)
+static void submit_secondary(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    if (!entry->judged)
-        judge_by_live_states(replay, journal, entry);
-    if (JOURNAL_BIT(entry->kind) & JOURNAL_READS)
-        judge_copy_size(replay, journal, entry, replay_read(replay, entry));
-    if (entry->kind == JOURNAL_COMPACT)
-        replay_note_compaction(replay, journal, entry);
-    if (entry->kind == JOURNAL_READ && entry->dst_id)
-        replay_judge_query(replay, journal, entry);
-    judge_sparse(replay, journal, entry);
-    write_entry(replay, journal, entry);
+    replay_submitted(walk->user, entry->secondary);
 }
+
+static const struct journal_events writes = {.build = write_build,
+                                             .update = write_update,
+                                             .copy = write_copy,
+                                             .fill = write_fill,
+                                             .use_micromap = replay_note_micromap,
+                                             .bind = replay_bind,
+                                             .execute = submit_secondary,
+                                             .read = replay_query,
+                                             .reset_queries = replay_reset_queries,
+                                             .answer = replay_answer};
+
+/* ---- submissions */
+
+/* The tables are constants of this file, so the compiler calls their functions directly. */
+static void submit_entry(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    journal_hand(walk, &judges, entry);
+    journal_hand(walk, &writes, entry);
+}
+
+static const struct journal_events submits = {
+    ON_WRITES(submit_entry),       .execute = submit_entry, .use_micromap = submit_entry,
+    .ranges = submit_entry,        .bind = submit_entry,    .read = submit_entry,
+    .reset_queries = submit_entry, .answer = submit_entry};
 
 /* Live states are in no order in memory, so a replay mostly waits for memory: prefetches the states
  * of this many entries together. */
 enum { ENTRY_BATCH = 16 };
 
-static uint32_t next_batch(struct journal_cursor *cursor,
+static uint32_t next_batch(struct journal_walk *walk,
                            const struct journal_entry *entries[ENTRY_BATCH])
 {
     uint32_t count = 0;
-    while (count < ENTRY_BATCH && (entries[count] = journal_next(cursor)))
+    while (count < ENTRY_BATCH && (entries[count] = journal_next(walk)))
         count++;
     return count;
 }
@@ -260,12 +290,12 @@ static void fetch_states(const struct structures *states,
 
 void replay_submitted(struct replay *replay, const struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start(journal, REPLAYED_KINDS);
+    struct journal_walk walk = journal_start(journal, &submits, replay);
     const struct journal_entry *entries[ENTRY_BATCH];
-    for (uint32_t count; (count = next_batch(&cursor, entries));) {
+    for (uint32_t count; (count = next_batch(&walk, entries));) {
         fetch_states(replay->structures, entries, count);
         for (uint32_t i = 0; i < count; i++)
-            submit_entry(replay, journal, entries[i]);
+            submit_entry(&walk, entries[i]);
     }
 }
 
@@ -273,38 +303,37 @@ void replay_submitted(struct replay *replay, const struct journal *journal)
 
 void replay_judge_work(struct replay *replay, const struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start(journal, REPLAYED_KINDS);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        judge_by_live_states(replay, journal, entry);
-        if (JOURNAL_BIT(entry->kind) & JOURNAL_READS)
-            judge_copy_size(replay, journal, entry, replay_read(replay, entry));
-        judge_sparse(replay, journal, entry);
-    }
+    journal_walk(journal, &judges, replay);
+}
+
+static void add_writer(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    struct replay *replay = walk->user;
+    if (!structures_add_writer(replay->structures, entry->dst_id))
+        replay->out_of_memory = true;
 }
 
 void replay_begin_work(struct replay *replay, const struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start(journal, JOURNAL_WRITES);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (!structures_add_writer(replay->structures, entry->dst_id))
-            replay->out_of_memory = true;
-    }
+    static const struct journal_events begins = {ON_WRITES(add_writer)};
+    journal_walk(journal, &begins, replay);
 }
 
-static void remove_writers(struct replay *replay, const struct journal *journal)
+static void remove_writer(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    struct journal_cursor cursor = journal_start(journal, JOURNAL_WRITES);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        structures_remove_writer(replay->structures, entry->dst_id);
+    const struct replay *replay = walk->user;
+    structures_remove_writer(replay->structures, entry->dst_id);
+}
+
+static void write_unknown(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    replay_write(walk->user, entry->dst_id, &built_unknown);
 }
 
 void replay_end_work(struct replay *replay, const struct journal *journal, bool failed)
 {
-    remove_writers(replay, journal);
-    struct journal_cursor cursor = journal_start(journal, REPLAYED_KINDS);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        if (!failed)
-            write_entry(replay, journal, entry);
-        else if (JOURNAL_WRITES & JOURNAL_BIT(entry->kind))
-            replay_write(replay, entry->dst_id, &built_unknown);
+    static const struct journal_events ends = {ON_WRITES(remove_writer)};
+    static const struct journal_events failures = {ON_WRITES(write_unknown)};
+    journal_walk(journal, &ends, replay);
+    journal_walk(journal, failed ? &failures : &writes, replay);
 }

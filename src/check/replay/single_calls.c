@@ -72,8 +72,9 @@ static void end_command(struct row *row)
     row->most = row->calls > row->most ? row->calls : row->most;
 }
 
-static void add_access(struct row *row, const struct hazard_entry *access)
+static void add_access(struct journal_walk *walk, const struct hazard_entry *access)
 {
+    struct row *row = walk->user;
     if (!row->is_open)
         return;
     row->has_dst |= access->role == HAZARD_DST;
@@ -85,7 +86,7 @@ static void add_access(struct row *row, const struct hazard_entry *access)
 
 static bool is_single_build(const struct hazard_entry *entry)
 {
-    return entry->kind == HAZARD_COMMAND && entry->info == 1 && !entry->reads_references &&
+    return entry->info == 1 && !entry->reads_references &&
            strcmp(entry->command, build_command_name(COMMAND_DEVICE)) == 0;
 }
 
@@ -94,32 +95,53 @@ static bool is_single_build(const struct hazard_entry *entry)
 static bool is_between_builds(const struct hazard_entry *entry)
 {
     const stage_set builds = 1U << SYNC_BUILD | 1U << SYNC_ACCEL_COPY | 1U << SYNC_COPY_INDIRECT;
-    return entry->kind == HAZARD_BARRIER && !entry->is_acquisition &&
-           !((entry->dependency.src | entry->dependency.dst) & ~builds);
+    return !entry->is_acquisition && !((entry->dependency.src | entry->dependency.dst) & ~builds);
 }
 
-static void add_command(struct row *row, const struct hazard_entry *entry)
+static void add_command(struct journal_walk *walk, const struct hazard_entry *entry)
 {
+    struct row *row = walk->user;
     end_command(row);
     if (is_single_build(entry)) {
         row->is_open = true;
         row->has_dst = row->has_scratch = false;
-    } else if (!is_between_builds(entry)) {
+    } else {
         clear(row);
     }
 }
 
+static void add_barrier(struct journal_walk *walk, const struct hazard_entry *entry)
+{
+    end_command(walk->user);
+    if (!is_between_builds(entry))
+        clear(walk->user);
+}
+
+static void end_row_at_event(struct journal_walk *walk, const struct hazard_entry *entry)
+{
+    (void)entry;
+    end_command(walk->user);
+    clear(walk->user);
+}
+
+static void end_row(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    if (!journal_is_use_event(entry) || entry->info == EVENT_RESET)
+        end_row_at_event(walk, NULL);
+}
+
 uint32_t journal_find_single_calls(const struct journal *journal)
 {
+    static const struct journal_events events = {.hazard_access = add_access,
+                                                 .hazard_indexed = add_access,
+                                                 .hazard_command = add_command,
+                                                 .hazard_barrier = add_barrier,
+                                                 .hazard_set_event = end_row_at_event,
+                                                 .hazard_wait_event = end_row_at_event,
+                                                 .use_event = end_row,
+                                                 .execute = end_row};
     struct row row = {0};
-    struct journal_cursor cursor =
-        journal_start(journal, JOURNAL_HAZARDS | JOURNAL_BIT(JOURNAL_EXECUTE));
-    for (const struct hazard_entry *entry; (entry = hazard_next(&cursor));) {
-        if (hazard_entry_is_access(entry))
-            add_access(&row, entry);
-        else
-            add_command(&row, entry);
-    }
+    journal_walk(journal, &events, &row);
     end_command(&row);
     return journal->lacks_hazards ? 0 : row.most;
 }

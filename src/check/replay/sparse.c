@@ -5,8 +5,9 @@
 #include "src/check/replay/judge.h"
 #include "src/check/walk/rows.h"
 
-void replay_bind(struct replay *replay, const struct journal_entry *entry)
+void replay_bind(struct journal_walk *walk, const struct journal_entry *entry)
 {
+    const struct replay *replay = walk->user;
     const struct sparse_binding binding = journal_binding(entry);
     resources_bind_sparse(replay->resources, &binding, replay->now, replay->follows);
 }
@@ -20,7 +21,7 @@ static WALK_ALL(unbound_access)
                                const struct unbound_access_view *unbound)
 {
     bool is_dst = unbound->is_dst;
-    bool is_in_place = entry->kind == JOURNAL_UPDATE && entry->src_id == entry->dst_id;
+    bool is_in_place = journal_is_update(entry) && entry->src_id == entry->dst_id;
     struct judge judge;
     struct finding finding;
     judge_begin_entry(&judge, replay, journal, entry);
@@ -73,7 +74,7 @@ void replay_backing(struct replay *replay, const struct journal *journal,
         return;
     if (entry->dst_backing & BACKED_BY_SPARSE)
         check_structure(replay, journal, entry, true);
-    if (entry->src_backing & BACKED_BY_SPARSE && entry->kind == JOURNAL_UPDATE)
+    if (entry->src_backing & BACKED_BY_SPARSE)
         check_structure(replay, journal, entry, false);
 }
 
@@ -107,9 +108,10 @@ static void find_ranges(struct replay *replay, const struct noted_ranges *noted,
 
 /* Skips journals with destroyed objects, which have been reported: their memory may have a new
  * owner. */
-void replay_ranges(struct replay *replay, const struct journal *journal,
-                   const struct journal_entry *entry)
+void replay_ranges(struct journal_walk *walk, const struct journal_entry *entry)
 {
+    struct replay *replay = walk->user;
+    const struct journal *journal = walk->journal;
     if (!replay->predecessors_known || !entry->ranges ||
         journal->destroy_count != resources_destroy_count(replay->resources))
         return;

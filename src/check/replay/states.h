@@ -49,25 +49,24 @@ const struct built *replay_find_query(struct replay *replay, const struct journa
 /* Sets the last build of a structure after this batch. Ignores `id` 0. */
 void replay_write(struct replay *replay, uint64_t id, const struct built *built);
 
+/* The functions with a walk are events of its journal; `user` is the struct replay. */
+
 /* Sparse buffers: apply the binding of an entry, validate the memory of a build's structures, and
  * validate the ranges of a call that share memory. */
-void replay_bind(struct replay *replay, const struct journal_entry *entry);
+void replay_bind(struct journal_walk *walk, const struct journal_entry *entry);
 void replay_backing(struct replay *replay, const struct journal *journal,
                     const struct journal_entry *entry);
-void replay_ranges(struct replay *replay, const struct journal *journal,
-                   const struct journal_entry *entry);
+void replay_ranges(struct journal_walk *walk, const struct journal_entry *entry);
 
-/* Queries of properties: validate and apply the entries of a journal. `by_host`: its commands are
- * the host's. */
+/* Queries of properties: validate and apply the entries of a journal. */
 void replay_judge_query(struct replay *replay, const struct journal *journal,
                         const struct journal_entry *entry);
-void replay_query(struct replay *replay, const struct journal_entry *entry);
+void replay_query(struct journal_walk *walk, const struct journal_entry *entry);
 /* Notes a compacting copy whose source has a compacted size that a query of the layer's own will
  * tell, and nothing has told so far. */
 void replay_note_compaction(struct replay *replay, const struct journal *journal,
                             const struct journal_entry *entry);
-void replay_reset_queries(struct replay *replay, const struct journal_entry *entry, bool by_host);
-void replay_answer(struct replay *replay, const struct host_view *host,
-                   const struct journal_entry *entry);
+void replay_reset_queries(struct journal_walk *walk, const struct journal_entry *entry);
+void replay_answer(struct journal_walk *walk, const struct journal_entry *entry);
 
 #endif

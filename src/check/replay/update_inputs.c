@@ -103,11 +103,11 @@ void replay_note_update(struct replay *replay, const struct journal *journal,
     note->source = built_share(source);
 }
 
-void replay_note_micromap(struct replay *replay, const struct journal *journal,
-                          const struct journal_entry *entry)
+void replay_note_micromap(struct journal_walk *walk, const struct journal_entry *entry)
 {
+    struct replay *replay = walk->user;
     struct input_notes *notes = replay->notes;
-    if (!notes || !recording_with_commands(journal) || entry->micromap.is_ext)
+    if (!notes || !recording_with_commands(walk->journal) || entry->micromap.is_ext)
         return;
     if (!reserved(notes, ARRAY_HAS_ROOM(notes->used, notes->used_count, notes->used_capacity)))
         return;

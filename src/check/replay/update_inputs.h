@@ -42,13 +42,12 @@ void input_notes_add_copy(struct input_notes *notes, const struct journal *journ
                           const struct journal_entry *entry, struct compacted_size *sizes);
 
 /* Note a build, and attach the note's inputs to `built`; note an update, before its source changes;
- * note the use of a micromap. */
+ * note the use of a micromap, as an event of the journal (states.h). */
 void replay_note_build(struct replay *replay, const struct journal *journal,
                        const struct journal_entry *entry, struct built *built);
 void replay_note_update(struct replay *replay, const struct journal *journal,
                         const struct journal_entry *entry);
-void replay_note_micromap(struct replay *replay, const struct journal *journal,
-                          const struct journal_entry *entry);
+void replay_note_micromap(struct journal_walk *walk, const struct journal_entry *entry);
 
 /* Validates an update whose inputs, and those of its source, have been read as far as possible. */
 void replay_judge_inputs(struct replay *replay, const struct input_note *note);

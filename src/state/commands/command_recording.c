@@ -157,17 +157,8 @@ void command_buffer_execute(struct command_buffer *primary, struct command_buffe
     depend_on(primary, secondary);
     bool is_circle = primary->journal && secondary->journal &&
                      journal_contains(secondary->journal, primary->journal);
-    if (primary->journal && secondary->journal && !is_circle) {
-        struct journal_entry entry = {.kind = JOURNAL_EXECUTE,
-                                      .secondary = journal_share(secondary->journal)};
-        journal_add(primary->journal, &entry);
-        primary->journal->secondary_count++;
-        primary->journal->has_events |= secondary->journal->has_events;
-        primary->journal->writes_queries |= secondary->journal->writes_queries;
-        primary->journal->awaits_inputs |= secondary->journal->awaits_inputs;
-        primary->journal->has_copies |= secondary->journal->has_copies;
-        primary->journal->reads_host_data |= secondary->journal->reads_host_data;
-    }
+    if (primary->journal && secondary->journal && !is_circle)
+        journal_add_secondary(primary->journal, secondary->journal);
     if (primary->journal && (is_circle || !secondary->journal || secondary->journal->incomplete))
         primary->journal->incomplete = true;
     primary->facts.build_index += secondary->facts.build_index;

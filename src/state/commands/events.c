@@ -119,29 +119,37 @@ void events_forget(struct events *events)
 
 /* ---- waits */
 
-#define EVENT_KINDS                                                                                \
-    (JOURNAL_BIT(JOURNAL_EXECUTE) | JOURNAL_BIT(JOURNAL_SET_EVENT) |                               \
-     JOURNAL_BIT(JOURNAL_RESET_EVENT) | JOURNAL_BIT(JOURNAL_WAIT_EVENT))
+struct event_search {
+    uint64_t handle;
+    enum tristate is_set;
+};
 
-/* Returns YES if the event is set after the journal, NO if the journal resets it, else `before`. */
-static enum tristate is_set_by(const struct journal *journal, uint64_t handle, enum tristate before)
+static void search_secondary(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    struct journal_cursor cursor = journal_start(journal, EVENT_KINDS);
-    enum tristate is_set = before;
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (entry->kind == JOURNAL_EXECUTE && entry->secondary->has_events)
-            is_set = is_set_by(entry->secondary, handle, is_set);
-        else if (entry->kind == JOURNAL_SET_EVENT && entry->dst == handle)
-            is_set = YES;
-        else if (entry->kind == JOURNAL_RESET_EVENT && entry->dst == handle)
-            is_set = NO;
-    }
-    return is_set;
+    if (entry->secondary->has_events)
+        journal_walk_secondary(walk, entry);
+}
+
+static void search_use(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    struct event_search *search = walk->user;
+    if (entry->dst == search->handle && entry->info != EVENT_WAIT)
+        search->is_set = entry->info == EVENT_SET ? YES : NO;
+}
+
+/* Returns YES if the event is set after the journal, NO if the journal resets it. */
+static enum tristate is_set_by(const struct journal *journal, uint64_t handle)
+{
+    static const struct journal_events changes = {.execute = search_secondary,
+                                                  .use_event = search_use};
+    struct event_search search = {handle, UNKNOWN};
+    journal_walk(journal, &changes, &search);
+    return search.is_set;
 }
 
 bool events_may_be_open(struct events *events, VkEvent handle, const struct journal *journal)
 {
-    if (journal->has_events && is_set_by(journal, key_of(handle), UNKNOWN) == YES)
+    if (journal->has_events && is_set_by(journal, key_of(handle)) == YES)
         return false;
     pthread_mutex_lock(&events->lock);
     const struct event *event = handle_table_find(&events->by_handle, key_of(handle));
@@ -156,29 +164,31 @@ static bool is_open(const struct events *events, VkQueue queue, uint64_t handle)
     return !event || !event->is_set || (event->queue && event->queue != queue);
 }
 
-static bool submit_events(const struct events *events, VkQueue queue, const struct journal *journal)
+struct event_submission {
+    const struct events *events;
+    VkQueue queue;
+    bool is_open;
+};
+
+static void submit_use(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    struct journal_cursor cursor = journal_start(journal, EVENT_KINDS);
-    bool open = false;
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (entry->kind == JOURNAL_EXECUTE && entry->secondary->has_events)
-            open |= submit_events(events, queue, entry->secondary);
-        else if (entry->kind == JOURNAL_SET_EVENT)
-            note_event_state(events, entry->dst, true, queue);
-        else if (entry->kind == JOURNAL_RESET_EVENT)
-            note_event_state(events, entry->dst, false, queue);
-        else if (entry->kind == JOURNAL_WAIT_EVENT)
-            open |= is_open(events, queue, entry->dst);
-    }
-    return open;
+    struct event_submission *submission = walk->user;
+    if (entry->info == EVENT_WAIT)
+        submission->is_open |= is_open(submission->events, submission->queue, entry->dst);
+    else
+        note_event_state(submission->events, entry->dst, entry->info == EVENT_SET,
+                         submission->queue);
 }
 
 bool events_submit(struct events *events, VkQueue queue, const struct journal *journal)
 {
+    static const struct journal_events uses = {.execute = search_secondary,
+                                               .use_event = submit_use};
+    struct event_submission submission = {events, queue, false};
     if (!journal->has_events)
         return false;
     pthread_mutex_lock(&events->lock);
-    bool open = submit_events(events, queue, journal);
+    journal_walk(journal, &uses, &submission);
     pthread_mutex_unlock(&events->lock);
-    return open;
+    return submission.is_open;
 }

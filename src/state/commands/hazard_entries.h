@@ -71,12 +71,6 @@ struct hazard_entry {
 };
 _Static_assert(sizeof(struct hazard_entry) <= 56, "a command has many accesses");
 
-/* Whether the entry belongs to the command before it. */
-static inline bool hazard_entry_is_access(const struct hazard_entry *entry)
-{
-    return entry->kind == HAZARD_ACCESS || entry->kind == HAZARD_INDEXED;
-}
-
 /* Returns a new entry, whose other members are 0. Returns NULL if memory runs out; the journal
  * lacks hazards then. */
 static inline struct hazard_entry *hazard_add(struct journal *journal, enum journal_kind kind)
@@ -90,9 +84,9 @@ static inline struct hazard_entry *hazard_add(struct journal *journal, enum jour
 }
 
 /* Does what journal_next() does, for walks over HAZARD entries. */
-static inline const struct hazard_entry *hazard_next(struct journal_cursor *cursor)
+static inline const struct hazard_entry *hazard_next(struct journal_walk *walk)
 {
-    return (const void *)journal_next(cursor);
+    return (const void *)journal_next(walk);
 }
 
 /* Returns the id of memory, or 0 if its bytes cannot be told apart: see

@@ -34,9 +34,9 @@ bool journal_contains(const struct journal *journal, const struct journal *other
 {
     if (journal == other)
         return true;
-    struct journal_cursor cursor = journal_start_secondaries(journal);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        if (journal_contains(entry->secondary, other))
+    struct journal_walk walk = journal_start_secondaries(journal);
+    for (const struct journal *secondary; (secondary = journal_next_secondary(&walk));)
+        if (journal_contains(secondary, other))
             return true;
     return false;
 }
@@ -62,8 +62,34 @@ void journal_add(struct journal *journal, const struct journal_entry *entry)
     const unsigned char size = place->size;
     *place = *entry;
     place->size = size;
-    journal->has_copies |= entry->kind == JOURNAL_COPY || entry->kind == JOURNAL_COMPACT;
+    journal->has_copies |= journal_is_copy(entry);
+    journal->has_events |= journal_is_use_event(entry);
     journal_end_entry(journal, place);
+}
+
+struct journal_entry *journal_add_inputs(struct journal *journal, enum build_command command,
+                                         uint32_t info, uint32_t position)
+{
+    struct journal_entry *entry = journal_begin_build(journal, false, true);
+    if (entry)
+        *entry = (struct journal_entry){.kind = JOURNAL_INPUTS,
+                                        .size = entry->size,
+                                        .command = (unsigned char)command,
+                                        .info = info,
+                                        .built.position = position};
+    return entry;
+}
+
+void journal_add_secondary(struct journal *journal, struct journal *secondary)
+{
+    journal_add(journal, &(struct journal_entry){.kind = JOURNAL_EXECUTE,
+                                                 .secondary = journal_share(secondary)});
+    journal->secondary_count++;
+    journal->has_events |= secondary->has_events;
+    journal->writes_queries |= secondary->writes_queries;
+    journal->awaits_inputs |= secondary->awaits_inputs;
+    journal->has_copies |= secondary->has_copies;
+    journal->reads_host_data |= secondary->reads_host_data;
 }
 
 void journal_add_binding(struct journal *journal, const struct sparse_binding *binding)
@@ -108,55 +134,112 @@ uint32_t journal_keep_origin(struct journal *journal, const struct label_stack *
     return ++journal->origin_count;
 }
 
+/* For walks by journal_next(), which calls no function. */
+static void pass(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    (void)walk;
+    (void)entry;
+}
+static const struct journal_events builds = {ON_BUILDS(pass), .inputs = pass};
+static const struct journal_events copies = {.copy = pass};
+static const struct journal_events secondaries = {.execute = pass};
+
 uint32_t journal_origin_at(const struct journal *journal, uint32_t position)
 {
-    if (!journal->origin_count)
-        return 0;
-    struct journal_cursor cursor = journal_start(journal, JOURNAL_COPIED_BUILDS);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+    struct journal_walk walk = journal_start(journal, &builds, NULL);
+    const struct journal_entry *entry = NULL;
+    while (journal->origin_count && (entry = journal_next(&walk)))
         if (entry->built.position == position)
             return entry->origin;
     return 0;
 }
 
-struct journal_cursor journal_start_at(const struct journal *journal, struct chunk_place place,
-                                       uint32_t kinds)
+/* ---- walks */
+
+struct journal_walk journal_start(const struct journal *journal,
+                                  const struct journal_events *events, void *user)
 {
-    return (struct journal_cursor){
-        .list = &journal->entries, .place = place, .end = journal_end(journal), .kinds = kinds};
+    return (struct journal_walk){
+        .events = events, .user = user, .journal = journal, .end = journal_end(journal)};
 }
 
-struct journal_cursor journal_start(const struct journal *journal, uint32_t kinds)
+struct journal_walk journal_start_call(const struct journal *journal,
+                                       const struct journal_events *events, void *user)
 {
-    return journal_start_at(journal, (struct chunk_place){NULL, NULL}, kinds);
+    struct journal_walk walk = journal_start(journal, events, user);
+    walk.place = journal->call;
+    return walk;
 }
 
-struct journal_cursor journal_start_call(const struct journal *journal, uint32_t kinds)
+/* Returns the next entry of any kind. */
+static struct journal_entry *step(struct journal_walk *walk)
 {
-    return journal_start_at(journal, journal->call, kinds);
-}
-
-struct journal_cursor journal_start_secondaries(const struct journal *journal)
-{
-    if (!journal->secondary_count)
-        return (struct journal_cursor){.list = &journal->entries};
-    return journal_start(journal, JOURNAL_BIT(JOURNAL_EXECUTE));
-}
-
-struct journal_entry *journal_next(struct journal_cursor *cursor)
-{
-    struct journal_entry *entry;
-    while ((entry = chunk_list_at(cursor->list, &cursor->place, &cursor->end))) {
-        cursor->place.next += (size_t)entry->size * JOURNAL_UNIT;
-        if (cursor->kinds & JOURNAL_BIT(entry->kind))
-            break;
-    }
+    struct journal_entry *entry = chunk_list_at(&walk->journal->entries, &walk->place, &walk->end);
+    if (entry)
+        walk->place.next += (size_t)entry->size * JOURNAL_UNIT;
     return entry;
 }
 
-static void release_entries(struct journal_cursor cursor)
+struct journal_entry *journal_next(struct journal_walk *walk)
 {
-    for (struct journal_entry *entry; (entry = journal_next(&cursor));)
+    struct journal_entry *entry = step(walk);
+    while (entry && !walk->events->of_kind[entry->kind])
+        entry = step(walk);
+    return entry;
+}
+
+bool journal_go_on(struct journal_walk *walk)
+{
+    const struct journal_entry *entry;
+    while (!walk->is_over && (entry = journal_next(walk)))
+        journal_hand(walk, walk->events, entry);
+    return !walk->is_over;
+}
+
+bool journal_walk(const struct journal *journal, const struct journal_events *events, void *user)
+{
+    struct journal_walk walk = journal_start(journal, events, user);
+    return journal_go_on(&walk);
+}
+
+void journal_walk_secondary(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    walk->is_over = !journal_walk(entry->secondary, walk->events, walk->user);
+}
+
+struct journal_walk journal_start_secondaries(const struct journal *journal)
+{
+    struct journal_walk walk = journal_start(journal, &secondaries, NULL);
+    if (!journal->secondary_count)
+        walk.end = walk.place;
+    return walk;
+}
+
+struct journal *journal_next_secondary(struct journal_walk *walk)
+{
+    const struct journal_entry *entry = journal_next(walk);
+    return entry ? entry->secondary : NULL;
+}
+
+struct journal_walk journal_start_builds_of_call(const struct journal *journal)
+{
+    return journal_start_call(journal, &builds, NULL);
+}
+
+struct journal_entry *journal_find_copy_of_call(const struct journal *journal)
+{
+    struct journal_walk walk = journal_start_call(journal, &copies, NULL);
+    return journal_next(&walk);
+}
+
+void journal_set_judged(const struct journal_entry *entry)
+{
+    ((struct journal_entry *)(uintptr_t)entry)->judged = true;
+}
+
+static void release_entries(struct journal_walk walk)
+{
+    for (struct journal_entry *entry; (entry = step(&walk));)
         release_entry(entry);
 }
 
@@ -167,8 +250,10 @@ static void forget_recent_inputs(struct journal *journal)
 
 void journal_take_back(struct journal *journal, struct chunk_place place)
 {
+    struct journal_walk walk = journal_start(journal, NULL, NULL);
+    walk.place = place;
     if (journal->has_references)
-        release_entries(journal_start_at(journal, place, JOURNAL_ENTRIES));
+        release_entries(walk);
     chunk_list_cut(&journal->entries, place);
     journal->call = place;
     forget_recent_inputs(journal);
@@ -177,7 +262,7 @@ void journal_take_back(struct journal *journal, struct chunk_place place)
 __attribute__((cold, noinline)) static void release_held(struct journal *journal)
 {
     if (journal->has_references)
-        release_entries(journal_start(journal, JOURNAL_ENTRIES));
+        release_entries(journal_start(journal, NULL, NULL));
     while (journal->origin_count)
         label_stack_clear(&journal->origins[--journal->origin_count].labels);
     if (journal->work)

@@ -14,6 +14,8 @@
 #ifndef ASSAY_STATE_COMMANDS_JOURNAL_H
 #define ASSAY_STATE_COMMANDS_JOURNAL_H
 
+#include <limits.h>
+
 #include "src/base/array.h"
 #include "src/model/inputs.h"
 #include "src/state/builds/built.h"
@@ -24,84 +26,22 @@
 
 struct bound_shaders;
 struct call_site;
+struct hazard_entry;
 struct recent_memory;
 struct recorded_build;
+struct recorded_command;
 
 /* Each entry begins with its kind and its size. */
 enum journal_kind {
-    /* struct journal_entry */
-    JOURNAL_BUILD,
-    JOURNAL_UPDATE,
-    JOURNAL_COPY,    /* a clone */
-    JOURNAL_COMPACT, /* a compacting copy */
-    JOURNAL_FILL,    /* dst is written from memory: a deserialization; any write of a micromap */
-    JOURNAL_EXECUTE, /* a secondary command buffer */
-    /* About the next build. `number`: its primitives, if info is 1; for record_builds, as dst is:
-     * the bytes of scratch memory that it needs, or 0. */
-    JOURNAL_PRIMITIVES,
-    JOURNAL_USE_MICROMAP, /* the build of a later entry reads the micromap src */
-    JOURNAL_RANGES,       /* the ranges of a call that uses sparse buffers; after its builds */
-    JOURNAL_BIND,         /* dst: a sparse buffer, src: memory */
-    /* A command reads the structure src and writes none: a query of a property, a serialization, or
-     * the reading half of a copy of a VkMicromapEXT. dst: the VkQueryPool; dst_id: the query, or 0.
-     */
-    JOURNAL_READ,
-    /* Queries of properties, with the ids of query_pools.h. */
-    JOURNAL_RESET_QUERIES, /* dst_id: the first query, info: the number of queries */
-    /* Queries of other types. dst: the VkQueryPool; number: the first query, info: the number of
-     * queries. */
-    JOURNAL_WRITE_QUERY,
-    /* The host read `number`; src: the structure, or src_id: the query; info: its VkQueryType. */
-    JOURNAL_ANSWER,
-    /* dst: a VkEvent. Only waits that may have to wait for the host have an entry (events.h). */
-    JOURNAL_SET_EVENT,
-    JOURNAL_RESET_EVENT,
-    JOURNAL_WAIT_EVENT,
-    /* A build whose inputs were copied, and which writes no structure that is known: its dst is
-     * invalid, or builds have no entries below level EXECUTION. Of `built` only the position is
-     * set. */
-    JOURNAL_INPUTS,
-    JOURNAL_USE_BUFFER, /* struct journal_input: a later build reads the buffer */
-    /* With backend cpu: struct recorded_command (src/snapshots/recording.h). */
-    CPU_CLONE, /* unless there is a JOURNAL_COPY or JOURNAL_COMPACT */
-    CPU_COMPACT,
-    CPU_SERIALIZE,
-    CPU_DESERIALIZE,
-    CPU_WRITE_QUERY,
-    CPU_RESET_QUERIES,
-    CPU_COPY_QUERIES,
-    /* With setting hazards: struct hazard_entry (hazard_entries.h). */
-    HAZARD_COMMAND, /* the accesses that follow are its own */
-    HAZARD_ACCESS,
-    /* Reads of two vertices, those of the smallest and the largest index of a geometry, which level
-     * content reads. bytes: from the vertex of index 0 to the end of the buffer. */
-    HAZARD_INDEXED,
-    HAZARD_BARRIER,    /* the first of `count` entries of this kind that belong to one command */
-    HAZARD_SET_EVENT,  /* object: the event; barrier.dependency.src */
-    HAZARD_WAIT_EVENT, /* object: the event; `count` HAZARD_BARRIER entries follow */
+#define ENTRY(kind, event, type) kind,
+#include "src/state/commands/journal_entries.def"
+#undef ENTRY
     JOURNAL_KINDS,
 };
-_Static_assert(JOURNAL_KINDS <= 32, "a set of kinds is a word");
+_Static_assert(JOURNAL_KINDS <= UCHAR_MAX, "an entry has room for its kind");
 
-/* A set of kinds, which a walk visits. */
-#define JOURNAL_BIT(kind) (UINT32_C(1) << (kind))
-#define JOURNAL_BUILDS (JOURNAL_BIT(JOURNAL_BUILD) | JOURNAL_BIT(JOURNAL_UPDATE))
-/* What writes a structure. */
-#define JOURNAL_WRITES                                                                             \
-    (JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT) |                   \
-     JOURNAL_BIT(JOURNAL_FILL))
-/* What reads a structure and is no build. */
-#define JOURNAL_READS                                                                              \
-    (JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT) | JOURNAL_BIT(JOURNAL_READ))
-/* What the hazard check walks, besides secondary command buffers. */
-#define JOURNAL_HAZARDS                                                                            \
-    (JOURNAL_BIT(HAZARD_COMMAND) | JOURNAL_BIT(HAZARD_ACCESS) | JOURNAL_BIT(HAZARD_INDEXED) |      \
-     JOURNAL_BIT(HAZARD_BARRIER) | JOURNAL_BIT(HAZARD_SET_EVENT) |                                 \
-     JOURNAL_BIT(JOURNAL_RESET_EVENT) | JOURNAL_BIT(HAZARD_WAIT_EVENT))
-/* All that is a struct journal_entry. */
-#define JOURNAL_ENTRIES (JOURNAL_BIT(JOURNAL_USE_BUFFER) - 1)
-/* What may have copies of a build's inputs. */
-#define JOURNAL_COPIED_BUILDS (JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_INPUTS))
+/* A command sets or resets an event, or waits for it. */
+enum journal_event_use { EVENT_SET, EVENT_RESET, EVENT_WAIT };
 
 /* What writes dst; the member `info` of a JOURNAL_FILL. If it reads device memory, src_id is the
  * address; 0: the address was in no known buffer. */
@@ -124,7 +64,7 @@ struct journal_micromap {
     uint64_t updated, updated_id; /* src of the update; 0: the build is no update */
 };
 
-/* What a command does with src: in entries of JOURNAL_READS. */
+/* What a command does with src: of a copy, and of JOURNAL_READ. */
 struct journal_read {
     bool compacts;
     VkQueryType query;     /* VK_QUERY_TYPE_MAX_ENUM: it is no query */
@@ -156,7 +96,7 @@ struct journal_entry {
     unsigned char dst_backing, src_backing; /* of enum journal_backing */
     bool geometry_by_pointer;               /* the geometry is in ppGeometries */
     uint32_t info;   /* builds and updates: index in pInfos; JOURNAL_FILL: enum journal_fill;
-                      * JOURNAL_READ: index of the structure in the query */
+                      * JOURNAL_READ: index of the structure in the query; see the other kinds */
     uint32_t origin; /* see journal_note_origin() */
     /* Structures by handle (see journal_entry_is_nv) and by id; the id changes if the handle is
      * reused. */
@@ -204,8 +144,7 @@ static inline bool journal_fill_reads_memory(const struct journal_entry *entry)
     return entry->info == FILL_READS_ACCEL || entry->info == FILL_READS_MICROMAP;
 }
 
-/* If inputs of builds are copied, an entry of JOURNAL_COPIED_BUILDS has room for a pointer behind
- * it. */
+/* If inputs of builds are copied, the entry of a build has room for a pointer behind it. */
 enum {
     JOURNAL_UNIT = 8,
     JOURNAL_ENTRY_MAX = sizeof(struct journal_entry) + sizeof(struct recorded_build *)
@@ -267,13 +206,13 @@ struct journal {
     bool has_sources_to_check;   /* see journal_entry_has_source_to_check */
     uint32_t secondary_count;    /* JOURNAL_EXECUTE entries */
     bool has_events;             /* it or a secondary has event entries */
-    bool writes_queries;         /* it or a secondary has a JOURNAL_WRITE_QUERY, or a JOURNAL_READ
+    bool writes_queries;         /* it or a secondary has JOURNAL_WRITE_QUERIES, or a JOURNAL_READ
                                   * that is a query */
     bool incomplete;             /* memory ran out for entries: the others prove nothing */
     bool lacks_hazards; /* memory ran out for HAZARD entries: all before counts as ordered */
     /* It or a secondary has builds whose data, indices or references level content will find. */
     bool awaits_inputs;
-    bool has_copies; /* it or a secondary has a JOURNAL_COPY or JOURNAL_COMPACT */
+    bool has_copies; /* it or a secondary has a JOURNAL_COPY */
     /* Setting hazards: it or a secondary has builds that read buffers which no command writes. */
     bool reads_host_data;
 };
@@ -289,32 +228,59 @@ bool journal_is_shared(const struct journal *journal);
 /* Whether `journal` is `other` or executes it; then `other` must not execute `journal`. */
 bool journal_contains(const struct journal *journal, const struct journal *other);
 
+/* Whether an entry, of any type, is of a kind: journal_is_build() and so on. */
+#define ENTRY(number, event, type)                                                                 \
+    static inline bool journal_is_##event(const void *entry)                                       \
+    {                                                                                              \
+        return ((const struct journal_entry *)entry)->kind == (number);                            \
+    }
+#include "src/state/commands/journal_entries.def"
+#undef ENTRY
+
+static inline bool journal_entry_is_query(const struct journal_entry *entry)
+{
+    return journal_is_read(entry) && entry->read.query != VK_QUERY_TYPE_MAX_ENUM;
+}
+
+/* Whether dst is a structure that is written. */
+static inline bool journal_entry_writes(const struct journal_entry *entry)
+{
+    return entry->kind <= JOURNAL_FILL;
+}
+
+/* Whether the entry is a compacting copy. */
+static inline bool journal_entry_compacts(const struct journal_entry *entry)
+{
+    return journal_is_copy(entry) && entry->read.compacts;
+}
+
 /* Whether the validation of an entry depends on the build of its source. */
 static inline bool journal_entry_has_source_to_check(const struct journal_entry *entry)
 {
-    return JOURNAL_BIT(entry->kind) &
-           (JOURNAL_READS | JOURNAL_BIT(JOURNAL_UPDATE) | JOURNAL_BIT(JOURNAL_USE_MICROMAP));
+    return journal_is_update(entry) || journal_is_copy(entry) || journal_is_read(entry) ||
+           journal_is_use_micromap(entry);
 }
 
 static inline bool journal_entry_writes_query(const struct journal_entry *entry)
 {
-    return entry->kind == JOURNAL_WRITE_QUERY ||
-           (entry->kind == JOURNAL_READ && entry->read.query != VK_QUERY_TYPE_MAX_ENUM);
+    return journal_is_write_queries(entry) || journal_entry_is_query(entry);
 }
 
 /* Whether the entry owns the references in `built`. */
 static inline bool journal_entry_has_built(const struct journal_entry *entry)
 {
-    return entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE ||
-           (entry->kind == JOURNAL_FILL && entry->info == FILL_READS_ACCEL);
+    return journal_is_build(entry) || journal_is_update(entry) ||
+           (journal_is_fill(entry) && entry->info == FILL_READS_ACCEL);
 }
 
 static inline bool journal_entry_has_references(const struct journal_entry *entry)
 {
     if (journal_entry_has_built(entry))
         return entry->built.shapes || entry->built.compacted_size;
-    return entry->kind == JOURNAL_EXECUTE || entry->kind == JOURNAL_RANGES;
+    return journal_is_execute(entry) || journal_is_ranges(entry);
 }
+
+/* ---- writing */
 
 /* Returns an entry of so many bytes, of which only `size` is set. Returns NULL if memory runs out.
  */
@@ -340,9 +306,10 @@ static inline struct journal_entry *journal_begin_entry(struct journal *journal)
     return entry;
 }
 
-/* Returns a new entry of a build, like journal_begin_entry(). `is_copied`: the build's inputs may
- * be copied. */
-static inline struct journal_entry *journal_begin_build(struct journal *journal, bool is_copied)
+/* Returns a new entry of a build or update, like journal_begin_entry(); its kind is set, too.
+ * `is_copied`: the build's inputs may be copied. */
+static inline struct journal_entry *journal_begin_build(struct journal *journal, bool is_update,
+                                                        bool is_copied)
 {
     struct recorded_build **copies;
     struct journal_entry *entry =
@@ -351,6 +318,7 @@ static inline struct journal_entry *journal_begin_build(struct journal *journal,
         journal->incomplete = true;
         return NULL;
     }
+    entry->kind = is_update ? JOURNAL_UPDATE : JOURNAL_BUILD;
     copies = (void *)(entry + 1);
     if (is_copied)
         *copies = NULL;
@@ -376,9 +344,54 @@ static inline void journal_end_entry(struct journal *journal, const struct journ
     journal->writes_queries |= journal_entry_writes_query(entry);
 }
 
+/* New entries, whose other members the caller sets before journal_add(): a copy, a write of dst
+ * from memory, and a read of src (`query`: as in struct journal_read). */
+static inline struct journal_entry journal_copy_entry(enum build_command command, bool compacts)
+{
+    return (struct journal_entry){
+        .kind = JOURNAL_COPY,
+        .command = (unsigned char)command,
+        .read = {.compacts = compacts, .query = VK_QUERY_TYPE_MAX_ENUM},
+    };
+}
+static inline struct journal_entry journal_fill_entry(enum build_command command,
+                                                      enum journal_fill fill)
+{
+    return (struct journal_entry){
+        .kind = JOURNAL_FILL, .command = (unsigned char)command, .info = fill};
+}
+static inline struct journal_entry journal_read_entry(enum build_command command, VkQueryType query)
+{
+    return (struct journal_entry){
+        .kind = JOURNAL_READ, .command = (unsigned char)command, .read.query = query};
+}
+
 /* Adds a copy of `entry` and takes over its references. Releases them if memory runs out. */
 void journal_add(struct journal *journal, const struct journal_entry *entry);
 
+/* These also set the kind. */
+#define ADDS(event, number)                                                                        \
+    static inline void journal_add_##event(struct journal *journal, struct journal_entry entry)    \
+    {                                                                                              \
+        entry.kind = (number);                                                                     \
+        journal_add(journal, &entry);                                                              \
+    }
+ADDS(primitives, JOURNAL_PRIMITIVES)
+ADDS(use_micromap, JOURNAL_USE_MICROMAP)
+ADDS(ranges, JOURNAL_RANGES)
+ADDS(reset_queries, JOURNAL_RESET_QUERIES)
+ADDS(write_queries, JOURNAL_WRITE_QUERIES)
+ADDS(answer, JOURNAL_ANSWER)
+ADDS(use_event, JOURNAL_USE_EVENT)
+#undef ADDS
+
+/* Adds the place of copies of a build that writes no structure that is known. The caller may set
+ * `origin`. Returns NULL if memory runs out. */
+struct journal_entry *journal_add_inputs(struct journal *journal, enum build_command command,
+                                         uint32_t info, uint32_t position);
+/* Adds an execution of the secondary command buffer whose journal is given, and a reference to it.
+ */
+void journal_add_secondary(struct journal *journal, struct journal *secondary);
 void journal_add_binding(struct journal *journal, const struct sparse_binding *binding);
 struct sparse_binding journal_binding(const struct journal_entry *entry);
 
@@ -415,6 +428,20 @@ static inline struct journal_input *journal_begin_inputs(struct journal *journal
     return has_room ? (void *)journal->entries.next : NULL;
 }
 
+/* Returns an input, whose other members the caller sets. */
+static inline struct journal_input journal_input_of(enum input_role role, unsigned char command,
+                                                    uint32_t position, uint64_t buffer_id)
+{
+    return (struct journal_input){
+        .kind = JOURNAL_USE_BUFFER,
+        .size = sizeof(struct journal_input) / JOURNAL_UNIT,
+        .role = (unsigned char)role,
+        .command = command,
+        .position = position,
+        .buffer_id = buffer_id,
+    };
+}
+
 /* Whether to add an input for a buffer: false if one was added recently. */
 static inline bool journal_notes_buffer(struct journal *journal, uint64_t buffer_id)
 {
@@ -443,24 +470,86 @@ static inline void journal_begin_call(struct journal *journal)
     journal->call = journal_end(journal);
 }
 
-/* A walk over the entries of some kinds, up to where the journal ended when the walk was started.
- * The caller may set `end` to an earlier position. */
-struct journal_cursor {
-    const struct chunk_list *list;
-    struct chunk_place place, end;
-    uint32_t kinds;
-};
-
-/* Starts before all entries, behind a position, or before the entries of the last call. */
-struct journal_cursor journal_start(const struct journal *journal, uint32_t kinds);
-struct journal_cursor journal_start_at(const struct journal *journal, struct chunk_place place,
-                                       uint32_t kinds);
-struct journal_cursor journal_start_call(const struct journal *journal, uint32_t kinds);
-struct journal_cursor journal_start_secondaries(const struct journal *journal);
-/* Returns NULL at the end. An entry of another type than struct journal_entry begins like one. */
-struct journal_entry *journal_next(struct journal_cursor *cursor);
-
 /* Empties the journal. Keeps its memory for the next recording. */
 void journal_clear(struct journal *journal);
+
+/* ---- reading */
+
+struct journal_walk;
+
+/* What a reader does with entries: a function for each kind that it reads. A walk skips the other
+ * kinds. */
+struct journal_events {
+    union {
+        struct {
+#define ENTRY(kind, event, type) void (*event)(struct journal_walk * walk, const type *entry);
+#include "src/state/commands/journal_entries.def"
+#undef ENTRY
+        };
+        void (*of_kind[JOURNAL_KINDS])(void);
+    };
+};
+_Static_assert(sizeof(struct journal_events) == JOURNAL_KINDS * sizeof(void (*)(void)),
+               "each kind has its function");
+
+/* One function for several kinds: builds; what writes a structure. */
+#define ON_BUILDS(function) .build = (function), .update = (function)
+#define ON_WRITES(function) ON_BUILDS(function), .copy = (function), .fill = (function)
+
+/* A walk over the entries that `events` has functions for, up to where the journal ended when the
+ * walk was started. The caller may change `place`, from which the walk goes on, and set `end` to an
+ * earlier position. */
+struct journal_walk {
+    const struct journal_events *events;
+    void *user; /* for the functions */
+    const struct journal *journal;
+    struct chunk_place place, end; /* `place` is behind the entry that a function gets */
+    bool is_over;                  /* a function may set it: the walk ends behind the entry */
+};
+
+/* Starts before all entries, or before the entries of the last call. */
+struct journal_walk journal_start(const struct journal *journal,
+                                  const struct journal_events *events, void *user);
+struct journal_walk journal_start_call(const struct journal *journal,
+                                       const struct journal_events *events, void *user);
+/* Returns the next entry that has a function, which is not called; NULL at the end. An entry of
+ * another type than struct journal_entry begins like one. */
+struct journal_entry *journal_next(struct journal_walk *walk);
+
+/* Calls the function of the entry's kind, if `events` has one. */
+static inline void journal_hand(struct journal_walk *walk, const struct journal_events *events,
+                                const void *entry)
+{
+    switch ((enum journal_kind)((const struct journal_entry *)entry)->kind) {
+#define ENTRY(kind, event, type)                                                                   \
+    case kind:                                                                                     \
+        if (events->event)                                                                         \
+            events->event(walk, entry);                                                            \
+        break;
+#include "src/state/commands/journal_entries.def"
+#undef ENTRY
+    case JOURNAL_KINDS:
+        break;
+    }
+}
+
+/* Hands all that is left of a walk, or all entries of a journal, to the functions. Returns false if
+ * one of them has ended the walk. */
+bool journal_go_on(struct journal_walk *walk);
+bool journal_walk(const struct journal *journal, const struct journal_events *events, void *user);
+/* The function of a reader that walks secondary command buffers as it does the primary one. It is
+ * recursive: the device limits how deep they nest (VK_EXT_nested_command_buffer). */
+void journal_walk_secondary(struct journal_walk *walk, const struct journal_entry *entry);
+
+/* A walk over the secondary command buffers alone. Returns NULL at the end. */
+struct journal_walk journal_start_secondaries(const struct journal *journal);
+struct journal *journal_next_secondary(struct journal_walk *walk);
+
+/* For the command buffer that records the journal, which alone may change entries, and only those
+ * of the last call: a walk over its builds, by journal_next(); its first copy, or NULL; and a note
+ * that an entry was validated when it was recorded. */
+struct journal_walk journal_start_builds_of_call(const struct journal *journal);
+struct journal_entry *journal_find_copy_of_call(const struct journal *journal);
+void journal_set_judged(const struct journal_entry *entry);
 
 #endif
