@@ -199,17 +199,18 @@ struct journal {
     /* Setting hazards: the end of the entries of the last command with shaders, and its name. */
     const void *shaders_end;
     const char *shaders_name;
-    bool has_condition; /* setting hazards: conditional rendering may leave dispatches out */
     struct bound_shaders *bound; /* owned; NULL: nothing is known to be bound */
-    bool binds;                  /* all entries are JOURNAL_BIND */
-    bool has_references;         /* see journal_entry_has_references */
-    bool has_sources_to_check;   /* see journal_entry_has_source_to_check */
     uint32_t secondary_count;    /* JOURNAL_EXECUTE entries */
-    bool has_events;             /* it or a secondary has event entries */
-    bool writes_queries;         /* it or a secondary has JOURNAL_WRITE_QUERIES, or a JOURNAL_READ
-                                  * that is a query */
-    bool incomplete;             /* memory ran out for entries: the others prove nothing */
-    bool lacks_hazards; /* memory ran out for HAZARD entries: all before counts as ordered */
+    bool binds;                  /* all entries are JOURNAL_BIND */
+    /* journal_clear() clears those that follow: side by side, they take two instructions. */
+    bool has_condition;        /* setting hazards: conditional rendering may leave dispatches out */
+    bool has_references;       /* see journal_entry_has_references */
+    bool has_sources_to_check; /* see journal_entry_has_source_to_check */
+    bool has_events;           /* it or a secondary has event entries */
+    bool writes_queries;       /* it or a secondary has JOURNAL_WRITE_QUERIES, or a JOURNAL_READ
+                                * that is a query */
+    bool incomplete;           /* memory ran out for entries: the others prove nothing */
+    bool lacks_hazards;        /* memory ran out for HAZARD entries: all before counts as ordered */
     /* It or a secondary has builds whose data, indices or references level content will find. */
     bool awaits_inputs;
     bool has_copies; /* it or a secondary has a JOURNAL_COPY */
