@@ -85,6 +85,9 @@ struct layer_device {
     struct input_checks *input_checks; /* snapshots to be validated (input_checks.h), or NULL */
     struct comparer *comparer; /* for setting compare_rays (layer/compare/comparer.h), or NULL */
 
+    /* Setting hazards: a pipeline has been created, or a command recorded, whose shaders may write
+     * buffers. */
+    atomic_bool shaders_write;
     /* The application may know sizes of structures from queries that the layer did not follow. */
     atomic_bool has_unseen_sizes;
 

@@ -286,8 +286,17 @@ static void digested(void *user, const struct input_digest *digest)
     .instances = instances, .referred = referred
 
 static const struct check_hooks hooks = {HOOKS};
-static const struct check_hooks hazard_hooks = {HOOKS, .refers = refers, .indexes = indexes,
-                                                .reads = reads};
+#define HAZARD_HOOKS HOOKS, .refers = refers, .indexes = indexes
+static const struct check_hooks hazard_hooks = {HAZARD_HOOKS};
+static const struct check_hooks write_hooks = {HAZARD_HOOKS, .reads = reads};
+
+/* What builds read is compared for writes of shaders alone. */
+static const struct check_hooks *hooks_of(const struct layer_device *device)
+{
+    if (!device->hazard_checks)
+        return &hooks;
+    return atomic_load(&device->shaders_write) ? &write_hooks : &hazard_hooks;
+}
 
 static struct read_call *begin_call(struct reading *reading, const struct journal *journal,
                                     const struct recorded_place *place)
@@ -301,7 +310,7 @@ static struct read_call *begin_call(struct reading *reading, const struct journa
     call->first = place->position - place->info;
     call->command = place->command;
     call->context = (struct check_context){
-        .hooks = device->hazard_checks ? &hazard_hooks : &hooks,
+        .hooks = hooks_of(device),
         .user = call,
         .level = device->level,
         .active = device->active_rules[place->command],

@@ -177,8 +177,11 @@ static void note_pipeline(struct layer_device *device, const VkPipeline *handle,
     struct shader_pipelines *pipelines = hazard_objects_pipelines(device->hazard_objects);
     struct shader_pipeline *pipeline =
         pipelines ? shader_pipeline_read(pipelines, count, stages, has_all) : NULL;
-    if (!pipeline || shader_pipeline_facts(pipeline)->stores_addresses)
+    const struct shader_facts *facts = pipeline ? shader_pipeline_facts(pipeline) : NULL;
+    if (!facts || facts->stores_addresses)
         hazards_note_unseen_code(device);
+    if (!facts || facts->stores.count || facts->stores.has_others)
+        atomic_store(&device->shaders_write, true);
     if (pipeline && result >= 0 && result != VK_OPERATION_DEFERRED_KHR)
         shader_pipelines_add(pipelines, *handle, pipeline);
     else

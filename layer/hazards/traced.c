@@ -91,6 +91,8 @@ static void find_written(struct shader_recording *shaders)
 static void add_writes(const struct shader_recording *shaders)
 {
     const struct hazard_use use = {.kind = shaders->command->write, .role = HAZARD_SHADER};
+    if (shaders->writes_anywhere || shaders->written_count)
+        atomic_store(&shaders->recording->device->shaders_write, true);
     if (shaders->writes_anywhere)
         hazard_recording_add_anywhere(shaders->recording, &use);
     for (uint32_t i = 0; i < shaders->written_count; i++)

@@ -33,6 +33,7 @@ struct written_places {
     struct written **items;
     uint32_t count, capacity;
     uint32_t forgotten; /* as many of them are */
+    uint32_t found;     /* by the last search */
     uint64_t longest;   /* no structure has more bytes */
 };
 
@@ -56,17 +57,21 @@ static void free_places(void *record)
 
 /* ---- places */
 
-/* Returns the first structure that begins at `begin` or behind it. */
-static uint32_t find_begin(const struct written_places *places, uint64_t begin)
+/* Returns the first structure that begins at `begin` or behind it. Tries the one that the last
+ * search has found and the one behind it first: most commands write structures in the order in
+ * which these lie. */
+static uint32_t find_begin(struct written_places *places, uint64_t begin)
 {
-    uint32_t low = 0, high = places->count;
-    while (low < high) {
-        const uint32_t middle = low + (high - low) / 2;
+    uint32_t low = 0, high = places->count, middle = places->found;
+    for (uint32_t tried = 0; low < high; tried++) {
+        if (tried >= 2 || middle >= high)
+            middle = low + (high - low) / 2;
         if (places->items[middle]->bytes.begin < begin)
-            low = middle + 1;
+            low = ++middle;
         else
             high = middle;
     }
+    places->found = low;
     return low;
 }
 
@@ -76,7 +81,7 @@ static struct written_places *find_places(struct hazard_judge *judge, uint64_t m
 }
 
 /* Returns the index of the structure's place; `count` if it has none. */
-static uint32_t find_place(const struct written_places *places, const struct written *written)
+static uint32_t find_place(struct written_places *places, const struct written *written)
 {
     uint32_t i = find_begin(places, written->bytes.begin);
     while (i < places->count && places->items[i] != written)

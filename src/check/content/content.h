@@ -54,6 +54,7 @@ struct content {
         const uint8_t *bytes;
         uint64_t size;
     } elements;
+    uint64_t hash;   /* of packed instances, if what builds read is to be reported; or 0 */
     bool has_gaps;   /* the data of some instance is unknown */
     bool has_strays; /* some instance refers to what is unknown */
     struct content_findings findings;
@@ -72,6 +73,9 @@ void content_report(struct content *content);
  * the address. Returns NULL if any byte is unreadable, or if `count` is 0. */
 const uint8_t *content_find(const struct content *content, VkDeviceOrHostAddressConstKHR address,
                             uint64_t offset, uint64_t count, uint64_t stride, uint64_t size);
+
+/* Returns the hash of elements that follow others, whose hash is given; 0: there are none. */
+uint64_t content_hash(const struct content_elements *elements, uint64_t hash);
 
 /* Like content_find(), but gets the readable bytes up to the first unreadable one. Returns their
  * number. */

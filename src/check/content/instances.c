@@ -10,8 +10,10 @@
 #include "src/check/content/content.h"
 #include "src/state/builds/structures.h"
 
-/* How many instances ahead of the current one are fetched from memory. */
-enum { PREFETCHED = 16 };
+enum {
+    PREFETCHED = 16,   /* instances ahead of the current one are fetched from memory */
+    READ_AT_ONCE = 256 /* instances are hashed, then checked while they are in the cache */
+};
 
 /* ---- referenced structures */
 
@@ -350,16 +352,32 @@ static void read_motion_instances(struct content *content)
         content_read_motion_instance(content, i, next);
 }
 
+static void read_some_instances(struct content *content, uint32_t first,
+                                const struct content_elements *some)
+{
+    const size_t size = sizeof(VkAccelerationStructureInstanceKHR);
+    if (content->walk->context->hooks->reads)
+        content->hash = content_hash(some, content->hash);
+    for (uint32_t i = 0; i < some->size / size; i++) {
+        const uint8_t *next = some->bytes + i * size;
+        __builtin_prefetch(next + PREFETCHED * size); /* processors do not, across pages */
+        read_instance(content, first + i, next);
+    }
+}
+
 static void read_plain_instances(struct content *content)
 {
     const struct geometry_input *instances = content_input(content, INPUT_INSTANCES);
     const size_t size = sizeof(VkAccelerationStructureInstanceKHR);
-    const uint8_t *next = content_find_input(content, instances);
-    content->has_gaps |= !next;
-    content->elements = (struct content_elements){next, next ? instances->count * size : 0};
-    for (uint32_t i = 0; next && i < instances->count; i++, next += size) {
-        __builtin_prefetch(next + PREFETCHED * size); /* processors do not, across pages */
-        read_instance(content, i, next);
+    const uint8_t *bytes = content_find_input(content, instances);
+    const uint32_t count = bytes ? (uint32_t)instances->count : 0;
+    content->has_gaps |= !bytes;
+    content->elements = (struct content_elements){bytes, count * size};
+    for (uint32_t i = 0; i < count; i += READ_AT_ONCE) {
+        const uint32_t left = count - i;
+        const struct content_elements some = {bytes + i * size,
+                                              (left < READ_AT_ONCE ? left : READ_AT_ONCE) * size};
+        read_some_instances(content, i, &some);
     }
 }
 

@@ -160,23 +160,39 @@ static uint32_t smallest_index(const struct content_indices *indices)
     return smallest;
 }
 
-/* Reports elements that the build has read. */
-static void report_elements(const struct content *content, const struct geometry_input *input)
+uint64_t content_hash(const struct content_elements *elements, uint64_t hash)
+{
+    return XXH3_64bits_withSeed(elements->bytes, elements->size, hash);
+}
+
+/* Reports elements that the build has read, with their hash. */
+static void report_elements(const struct content *content, const struct geometry_input *input,
+                            uint64_t hash)
 {
     const struct check_context *context = content->walk->context;
     const struct geometry_view *geometry = content->range->geometry;
-    struct elements_read read = {.address = input->address.deviceAddress + input->offset,
-                                 .count = input->count,
-                                 .stride = input->stride,
-                                 .size = input->size};
+    const struct elements_read read = {.address = input->address.deviceAddress + input->offset,
+                                       .count = input->count,
+                                       .stride = input->stride,
+                                       .size = input->size,
+                                       .hash = hash};
+    if (geometry->build->call->command != COMMAND_NV)
+        context->hooks->reads(context->user, geometry->build->index, geometry->index, &read);
+}
+
+static void hash_and_report_elements(const struct content *content,
+                                     const struct geometry_input *input)
+{
+    const struct check_context *context = content->walk->context;
     const uint8_t *bytes = context->hooks->reads ? content_find_input(content, input) : NULL;
-    if (!bytes || geometry->build->call->command == COMMAND_NV)
+    const bool is_packed = input->stride == input->size;
+    struct content_elements part = {bytes, is_packed ? input->count * input->size : input->size};
+    uint64_t hash = 0;
+    if (!bytes)
         return;
-    if (read.stride == read.size)
-        read.hash = XXH3_64bits(bytes, read.count * read.size);
-    for (uint64_t i = 0; read.stride != read.size && i < read.count; i++)
-        read.hash = XXH3_64bits_withSeed(bytes + i * read.stride, read.size, read.hash);
-    context->hooks->reads(context->user, geometry->build->index, geometry->index, &read);
+    for (uint64_t i = 0; i < (is_packed ? 1 : input->count); i++, part.bytes += input->stride)
+        hash = content_hash(&part, hash);
+    report_elements(content, input, hash);
 }
 
 /* Without indices all vertices are read; with them at least those of the smallest and the largest
@@ -192,7 +208,7 @@ static void report_vertices(const struct content *content, uint32_t smallest)
         vertices.stride *= content->indices.max - smallest;
         vertices.count = 2;
     }
-    report_elements(content, &vertices);
+    hash_and_report_elements(content, &vertices);
 }
 
 /* Reports the smallest and the largest index, and vertices. */
@@ -299,7 +315,7 @@ static void read_boxes(struct content *content)
     const uint8_t *first = content_find_input(content, boxes);
     if (!first)
         return;
-    report_elements(content, boxes);
+    hash_and_report_elements(content, boxes);
     for (; view.primitive < boxes->count; view.primitive++) {
         memcpy(&view.positions, first + view.primitive * boxes->stride, sizeof(view.positions));
         content_walk_box(content, &view);
@@ -336,9 +352,8 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
         content_advise_begin(&content);
     if (instances)
         content_read_instances(&content, instances);
-    const struct geometry_input *elements = content_input(&content, INPUT_INSTANCES);
-    if (elements && elements->stride == sizeof(VkAccelerationStructureInstanceKHR))
-        report_elements(&content, elements);
+    if (content.hash)
+        report_elements(&content, content_input(&content, INPUT_INSTANCES), content.hash);
     if (walk->advice)
         content_advise(&content);
     if (walk->digesting)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a frame costs without the layer, at level execution and at level content: each frame builds,
- * submits and waits. Prints medians in milliseconds. */
+/* What a frame costs without the layer, at level execution and at level content, there also with
+ * setting hazards: each frame builds, submits and waits. Prints medians in milliseconds. */
 #include <stdio.h>
 #include <string.h>
 
@@ -9,31 +9,43 @@
 #include "tests/null_driver/null_driver.h"
 #include "tests/tools/measure.h"
 
-enum { MOST_SIDES = 7, MOST_FRAMES = 1001 };
+enum { MOST_SIDES = 8, MOST_FRAMES = 1001 };
 
 static const VkBool32 on = VK_TRUE;
 static const char *const execution = "execution", *const content = "content";
-static const VkLayerSettingEXT
-    at_execution = {GPU_LAYER, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &execution},
-    at_content = {GPU_LAYER, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &content},
-    with_hazards = {GPU_LAYER, "hazards", VK_LAYER_SETTING_TYPE_BOOL32_EXT, 1, &on},
-    gpu_assisted = {BENCH_PEER, "gpuav_enable", VK_LAYER_SETTING_TYPE_BOOL32_EXT, 1, &on},
-    with_syncval = {BENCH_PEER, "validate_sync", VK_LAYER_SETTING_TYPE_BOOL32_EXT, 1, &on};
+enum { MOST_SETTINGS = 2 };
+#define SETTING(layer, key, type, value)                                                           \
+    {                                                                                              \
+        layer, key, VK_LAYER_SETTING_TYPE_##type##_EXT, 1, value                                   \
+    }
+#define LEVEL(name) SETTING(GPU_LAYER, "level", STRING, name)
+#define SWITCH(layer, key) SETTING(layer, key, BOOL32, &on)
 
 /* Sides of both comparisons, or of one. */
 enum comparison { IN_BOTH, OF_CONTENT, OF_HAZARDS };
 
 static const struct side_kind {
     const char *name, *layer;
-    const VkLayerSettingEXT *setting;
     enum comparison comparison;
-} side_kinds[MOST_SIDES] = {{"none", NULL, NULL, IN_BOTH},
-                            {"execution", GPU_LAYER, &at_execution, IN_BOTH},
-                            {"content", GPU_LAYER, &at_content, OF_CONTENT},
-                            {"hazards", GPU_LAYER, &with_hazards, OF_HAZARDS},
-                            {"khronos", BENCH_PEER, NULL, IN_BOTH},
-                            {"khronos GPU-AV", BENCH_PEER, &gpu_assisted, OF_CONTENT},
-                            {"khronos syncval", BENCH_PEER, &with_syncval, OF_HAZARDS}};
+    VkLayerSettingEXT settings[MOST_SETTINGS]; /* those without a name are none */
+} side_kinds[MOST_SIDES] = {
+    {"none", NULL, IN_BOTH, {{0}}},
+    {"execution", GPU_LAYER, IN_BOTH, {LEVEL(&execution)}},
+    {"content", GPU_LAYER, OF_CONTENT, {LEVEL(&content)}},
+    {"content, hazards", GPU_LAYER, OF_CONTENT, {LEVEL(&content), SWITCH(GPU_LAYER, "hazards")}},
+    {"hazards", GPU_LAYER, OF_HAZARDS, {SWITCH(GPU_LAYER, "hazards")}},
+    {"khronos", BENCH_PEER, IN_BOTH, {{0}}},
+    {"khronos GPU-AV", BENCH_PEER, OF_CONTENT, {SWITCH(BENCH_PEER, "gpuav_enable")}},
+    {"khronos syncval", BENCH_PEER, OF_HAZARDS, {SWITCH(BENCH_PEER, "validate_sync")}},
+};
+
+static uint32_t count_settings(const struct side_kind *kind)
+{
+    uint32_t count = 0;
+    while (count < MOST_SETTINGS && kind->settings[count].pSettingName)
+        count++;
+    return count;
+}
 
 /* The first one without a name ends the list. */
 static const struct frame_kind content_kinds[] = {
@@ -141,8 +153,8 @@ static const char usage[] =
     "usage: content [OPTION]...\n"
     "\n"
     "Measures frames that record one call of builds, submit it and wait: without the layer,\n"
-    "at level execution and at level content, in turn. Prints medians in milliseconds: wall\n"
-    "time / CPU time of all threads of the process.\n"
+    "at level execution, and at level content with and without setting hazards, in turn. Prints\n"
+    "medians in milliseconds: wall time / CPU time of all threads of the process.\n"
     "\n"
     "  --driver NAME    null or lavapipe (default: what the environment names)\n"
     "  --scene NAME     only scenes with this in their names\n"
@@ -151,7 +163,7 @@ static const char usage[] =
     "                   setting hazards (and the Khronos layer's synchronization validation)\n"
     "  --peer           with VK_LAYER_KHRONOS_validation, too: as it is by default, and with\n"
     "                   its GPU-assisted checks\n"
-    "  --only SIDE      for a profiler: none, execution, content, khronos or \"khronos GPU-AV\"\n"
+    "  --only SIDE      for a profiler: the name of a column\n"
     "  --csv FILE       writes the figures there, too\n"
     "  --help           this text\n";
 
@@ -187,7 +199,7 @@ static void open_sides(struct bench *bench)
         bench->is_open[s] = options->only ? strcmp(options->only, kind->name) == 0
                                           : is_compared && (!is_peer || options->with_peer);
         if (bench->is_open[s])
-            side_open_with(&bench->sides[s], kind->layer, kind->setting);
+            side_open_with(&bench->sides[s], kind->layer, kind->settings, count_settings(kind));
         if (bench->is_open[s] && is_peer)
             bench->sides[s].findings->is_open = false; /* ray queries are not enabled */
         count += bench->is_open[s];

@@ -144,7 +144,7 @@ static void open_side(struct side *side, const struct options *options, bool is_
     const VkLayerSettingEXT call_sites = {GPU_LAYER, "call_sites", VK_LAYER_SETTING_TYPE_STRING_EXT,
                                           1, &options->call_sites};
     if (options->call_sites)
-        side_open_with(side, GPU_LAYER, is_with ? &call_sites : NULL);
+        side_open_with(side, GPU_LAYER, &call_sites, is_with);
     else
         side_open(side, is_with ? GPU_LAYER : NULL, options->level);
 }

@@ -92,14 +92,15 @@ void side_open(struct side *side, const char *layer, const char *level)
 {
     const VkLayerSettingEXT setting = {GPU_LAYER, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1,
                                        &level};
-    side_open_with(side, layer, layer && level ? &setting : NULL);
+    side_open_with(side, layer, &setting, layer && level);
 }
 
-void side_open_with(struct side *side, const char *layer, const VkLayerSettingEXT *setting)
+void side_open_with(struct side *side, const char *layer, const VkLayerSettingEXT *settings,
+                    uint32_t count)
 {
-    const STRUCT(VkLayerSettingsCreateInfoEXT, settings, .settingCount = 1, .pSettings = setting);
+    const STRUCT(VkLayerSettingsCreateInfoEXT, all, .settingCount = count, .pSettings = settings);
     *side = (struct side){.layer = layer, .findings = tool_alloc(1, sizeof(*side->findings))};
-    const STRUCT(VkDebugUtilsMessengerCreateInfoEXT, messenger, .pNext = setting ? &settings : NULL,
+    const STRUCT(VkDebugUtilsMessengerCreateInfoEXT, messenger, .pNext = count ? &all : NULL,
                  .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
                                     VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
                  .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
