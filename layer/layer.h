@@ -83,7 +83,7 @@ struct layer_device {
     } harsh;
     struct snapshots *snapshots;       /* inputs of builds (layer/snapshots/snapshots.h), or NULL */
     struct input_checks *input_checks; /* snapshots to be validated (input_checks.h), or NULL */
-    struct comparer *comparer; /* for setting compare_rays (layer/compare/comparer.h), or NULL */
+    struct attached_consumer *consumers; /* of executed builds (layer/consumers.h), or NULL */
 
     /* Setting hazards: a pipeline has been created, or a command recorded, whose shaders may write
      * buffers. */

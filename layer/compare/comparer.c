@@ -43,25 +43,45 @@ static void end_submission(void *queues)
     snapshots_end_own_submission(queues);
 }
 
-VkResult comparer_create(struct layer_device *device, const struct compare_enabling *enabling)
+static VkResult begin(const struct layer_device *device, const VkDeviceCreateInfo **info,
+                      void **self)
 {
-    struct snapshots *snapshots = device->snapshots;
-    if (!enabling->is_requested || !snapshots)
+    if (!reporter_settings(device->instance->reporter)->compare_rays ||
+        !enables_extension(*info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME))
         return VK_SUCCESS;
+    struct comparer *comparer = calloc(1, sizeof(*comparer));
+    if (!comparer)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    comparer->last = &comparer->builds;
+    compare_enabling_begin(device, *info, &comparer->enabling);
+    *info = comparer->enabling.info;
+    *self = comparer;
+    return VK_SUCCESS;
+}
+
+static void refuse(void *self)
+{
+    struct comparer *comparer = self;
+    comparer->enabling.is_enabled = false;
+}
+
+static VkResult start(void *self, struct layer_device *device)
+{
+    struct comparer *comparer = self;
+    struct snapshots *snapshots = device->snapshots;
+    compare_enabling_end(&comparer->enabling);
+    if (!snapshots)
+        return VK_INCOMPLETE;
     PFN_vkGetPhysicalDeviceProperties2 get_properties = physical_device_properties2(
         device->instance, &device->instance->vk, device->physical_device);
-    if (!enabling->is_enabled || !get_properties) {
+    if (!comparer->enabling.is_enabled || !get_properties) {
         reporter_warn(device->instance->reporter,
                       "assay_validation.compare_rays needs VK_KHR_ray_query or "
                       "VK_KHR_ray_tracing_pipeline, which the device doesn't have, or which needs "
                       "an application that asks for Vulkan 1.2; no rays are compared.");
-        return VK_SUCCESS;
+        return VK_INCOMPLETE;
     }
-    struct comparer *comparer = calloc(1, sizeof(*comparer));
-    if (!comparer)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
     comparer->device = device;
-    comparer->last = &comparer->builds;
     comparer->driver = (struct compare_device){
         .handle = device->handle,
         .vk = &snapshots->next,
@@ -70,10 +90,9 @@ VkResult comparer_create(struct layer_device *device, const struct compare_enabl
         .begin_submission = begin_submission,
         .end_submission = end_submission,
         .queues = snapshots,
-        .has_queries = enabling->has_queries,
+        .has_queries = comparer->enabling.has_queries,
     };
     find_limits(device, get_properties, &comparer->driver);
-    device->comparer = comparer;
     return VK_SUCCESS;
 }
 
@@ -91,10 +110,10 @@ static void warn_of_failures(const struct comparer *comparer)
     reporter_warn(comparer->device->instance->reporter, line);
 }
 
-void comparer_destroy(struct comparer *comparer)
+static void destroy(void *self)
 {
-    if (!comparer)
-        return;
+    struct comparer *comparer = self;
+    compare_enabling_end(&comparer->enabling);
     warn_of_failures(comparer);
     while (comparer->builds) {
         struct retained_build *build = comparer->builds;
@@ -117,7 +136,7 @@ static void release_input(void *input)
     retained_release(input);
 }
 
-const struct structure_inputs comparer_inputs = {share_input, release_input};
+static const struct structure_inputs retained_inputs = {share_input, release_input};
 
 /* The ranges of an indirect build are known only after its execution. */
 static bool read_parameters(const struct recorded_build *build, const struct input_memory *memory,
@@ -174,10 +193,11 @@ static bool is_top(const struct build_parameters *build)
            !(build->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV);
 }
 
-void comparer_keep(struct comparer *comparer, const struct executed_input *executed)
+static void keep(void *self, const struct executed_input *executed)
 {
+    struct comparer *comparer = self;
     struct build_parameters parameters;
-    if (!comparer || comparer->is_stopped)
+    if (comparer->is_stopped)
         return;
     const struct recorded_build *recorded = executed->build;
     const struct retained_build build = {
@@ -311,10 +331,11 @@ static bool compare_build(struct comparer *comparer, const struct retained_build
     return true;
 }
 
-void comparer_run(struct comparer *comparer)
+static void run(void *self)
 {
+    struct comparer *comparer = self;
     struct retained_build *build;
-    while (comparer && (build = comparer->builds)) {
+    while ((build = comparer->builds)) {
         if (comparer->is_stopped)
             comparer->failed++;
         else if (!compare_build(comparer, build))
@@ -324,11 +345,22 @@ void comparer_run(struct comparer *comparer)
             comparer->last = &comparer->builds;
         retained_free_build(build);
     }
-    if (comparer)
-        atomic_store(&comparer->is_postponed, comparer->builds != NULL);
+    atomic_store(&comparer->is_postponed, comparer->builds != NULL);
 }
 
-bool comparer_is_postponed(const struct comparer *comparer)
+static bool is_postponed(const void *self)
 {
-    return comparer && atomic_load(&comparer->is_postponed);
+    const struct comparer *comparer = self;
+    return atomic_load(&comparer->is_postponed);
 }
+
+const struct consumer comparison = {
+    .begin = begin,
+    .refuse = refuse,
+    .start = start,
+    .destroy = destroy,
+    .inputs = &retained_inputs,
+    .keep = keep,
+    .run = run,
+    .is_postponed = is_postponed,
+};

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Adds an extension that traces rays to the extensions that the application enables. */
-#include "layer/compare/comparer.h"
+#include "layer/compare/enable.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -108,10 +108,6 @@ void compare_enabling_begin(const struct layer_device *device, const VkDeviceCre
                             struct compare_enabling *enabling)
 {
     *enabling = (struct compare_enabling){.info = info, .changed = *info};
-    enabling->is_requested = reporter_settings(device->instance->reporter)->compare_rays > 0 &&
-                             enables_extension(info, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
-    if (!enabling->is_requested)
-        return;
     const struct trace_method *enabled = find_enabled(info);
     const struct trace_method *method = enabled ? enabled : find_addable(device, enabling);
     if (!method)
@@ -121,19 +117,13 @@ void compare_enabling_begin(const struct layer_device *device, const VkDeviceCre
         return;
     enabling->has_queries = method == &methods[0];
     enabling->is_enabled = true;
-    enabling->is_added = !enabled;
     if (!enabled)
         enabling->info = &enabling->changed;
-}
-
-void compare_enabling_undo(struct compare_enabling *enabling, const VkDeviceCreateInfo *info)
-{
-    enabling->is_enabled = enabling->is_added = false;
-    enabling->info = info;
 }
 
 void compare_enabling_end(struct compare_enabling *enabling)
 {
     chain_copy_end(&enabling->chain);
     free(enabling->names);
+    enabling->names = NULL;
 }

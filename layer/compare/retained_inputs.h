@@ -7,8 +7,8 @@
 
 #include <stdatomic.h>
 
+#include "layer/compare/enable.h"
 #include "layer/compare/tracer.h"
-#include "layer/layer.h"
 #include "src/snapshots/recording.h"
 
 #define RETAINED_MAX ((uint64_t)256 << 20) /* bytes of inputs */
@@ -31,6 +31,7 @@ struct retained_build {
 };
 
 struct comparer {
+    struct compare_enabling enabling; /* until the device is created */
     struct layer_device *device;
     struct compare_device driver;
     struct tracer *tracer; /* created on first use */

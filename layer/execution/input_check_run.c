@@ -4,7 +4,7 @@
 
 #include <stdlib.h>
 
-#include "layer/compare/comparer.h"
+#include "layer/consumers.h"
 #include "layer/execution/advice.h"
 #include "layer/execution/build_records.h"
 #include "layer/execution/hazards/checks.h"
@@ -458,7 +458,7 @@ static void read_copies(struct read_buffer *buffer, const struct journal_entry *
                                          buffer->execution->destroy_count,
                                          reading->ran->batch->queue};
     if (!reading->when)
-        comparer_keep(reading->ran->device->comparer, &input);
+        consumers_keep(reading->ran->device, &input);
     snapshot_memory_close(&memory);
     if (note)
         replay_judge_inputs(&reading->replay, note);
@@ -599,5 +599,5 @@ void input_checks_read(const struct ran_execution *ran, const char *when,
         warn_lack_of_copies(ran->device);
     missed->no_memory += reading.lacks_memory;
     if (!when)
-        comparer_run(ran->device->comparer);
+        consumers_run(ran->device);
 }

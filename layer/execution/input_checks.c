@@ -4,7 +4,7 @@
 
 #include <stdlib.h>
 
-#include "layer/compare/comparer.h"
+#include "layer/consumers.h"
 #include "layer/execution/hazards/checks.h"
 #include "layer/execution/submitted_builds.h"
 #include "layer/snapshots/executions.h"
@@ -242,8 +242,8 @@ static void deliver_executions(struct input_checks *input_checks)
         input_checks_read(&ran, NULL, &missed);
         end_check(input_checks, &at);
     }
-    if (comparer_is_postponed(input_checks->device->comparer))
-        comparer_run(input_checks->device->comparer);
+    if (consumers_are_postponed(input_checks->device))
+        consumers_run(input_checks->device);
     warn_missed(input_checks->device, &missed);
 }
 
@@ -254,7 +254,7 @@ static bool begin_delivery(struct input_checks *input_checks, bool *is_busy)
     pthread_mutex_lock(&input_checks->batches->lock);
     *is_busy = input_checks->drain.is_busy;
     struct batch_cursor first = start_batches_read(input_checks);
-    bool waits = batch_cursor_next(&first) || comparer_is_postponed(input_checks->device->comparer);
+    bool waits = batch_cursor_next(&first) || consumers_are_postponed(input_checks->device);
     bool begins = (*is_busy || waits) && drain_begin(&input_checks->drain);
     pthread_mutex_unlock(&input_checks->batches->lock);
     return begins;

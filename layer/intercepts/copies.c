@@ -2,7 +2,6 @@
 /* Observes copies between acceleration structures, and from memory into them. A copy in a
  * command buffer is recorded in the journal, in its order among the builds; a copy on the host
  * becomes work of the host. */
-#include "layer/compare/comparer.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/snapshots/size_queries.h"
 #include "observers.h"

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/compare/comparer.h"
+#include "layer/consumers.h"
 #include "layer/cpu/overlay.h"
 #include "layer/execution/advice.h"
 #include "layer/execution/build_records.h"
@@ -60,7 +60,7 @@ void layer_free_device(struct layer_device *device)
     query_writes_destroy(device->query_writes);
     structures_destroy(device->structures);
     command_buffers_destroy(device->command_buffers); /* and their recordings */
-    comparer_destroy(device->comparer);
+    consumers_destroy(device);
     cpu_overlay_end_transfers(device->cpu);
     cpu_overlay_destroy(device->cpu);
     snapshots_destroy(device->snapshots);
@@ -109,7 +109,7 @@ static struct structures *create_structures(const struct layer_device *device)
     enum structures_keeping keeping = KEEPS_NOTHING;
     if (device->level >= LEVEL_CONTENT)
         keeping = has_micromaps ? KEEPS_FLAGS : KEEPS_SERIALS;
-    return structures_create(keeping, device->comparer ? &comparer_inputs : NULL);
+    return structures_create(keeping, consumers_inputs(device));
 }
 
 VkResult layer_track_submissions(struct layer_device *device)
@@ -139,18 +139,19 @@ VkResult layer_track_submissions(struct layer_device *device)
 /* Creates the device below the layer. */
 static VkResult create_device(struct layer_device *device, PFN_vkCreateDevice create,
                               const VkDeviceCreateInfo *create_info,
-                              const VkAllocationCallbacks *allocator,
-                              struct compare_enabling *enabling, VkDevice *handle)
+                              const VkAllocationCallbacks *allocator, VkDevice *handle)
 {
     VkLayerDeviceCreateInfo *link =
         layer_link(create_info->pNext, VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO);
     VkLayerDeviceLink *below = link->u.pLayerInfo;
     if (device->instance->backend == BACKEND_CPU)
         return cpu_create_device(device, create, create_info, allocator, handle);
-    compare_enabling_begin(device, create_info, enabling);
-    VkResult result = create(device->physical_device, enabling->info, allocator, handle);
-    if (result != VK_SUCCESS && enabling->is_added) {
-        compare_enabling_undo(enabling, create_info);
+    const VkDeviceCreateInfo *info = create_info;
+    VkResult result = consumers_begin(device, &info);
+    if (result == VK_SUCCESS)
+        result = create(device->physical_device, info, allocator, handle);
+    if (result != VK_SUCCESS && info != create_info) {
+        consumers_refuse(device);
         link->u.pLayerInfo = below; /* the first attempt may have changed it */
         result = create(device->physical_device, create_info, allocator, handle);
     }
@@ -215,7 +216,6 @@ static void report_device(const struct layer_device *device)
 }
 
 static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *create_info,
-                       const struct compare_enabling *enabling,
                        PFN_vkGetDeviceProcAddr next_proc_addr)
 {
     vkuInitDeviceDispatchTable(device->handle, &device->vk, next_proc_addr);
@@ -234,7 +234,7 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
     if (result == VK_SUCCESS)
         result = input_checks_create(device);
     if (result == VK_SUCCESS)
-        result = comparer_create(device, enabling);
+        result = consumers_start(device);
     if (result == VK_SUCCESS)
         result = layer_track_submissions(device);
     if (result == VK_SUCCESS)
@@ -271,27 +271,23 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateDevice(VkPhysicalDevice physicalDevic
     link->u.pLayerInfo = link->u.pLayerInfo->pNext;
     device->physical_device = physicalDevice;
     device->instance = instance;
-    struct compare_enabling enabling = {0};
-    VkResult result = create_device(device, create, pCreateInfo, pAllocator, &enabling, pDevice);
+    VkResult result = create_device(device, create, pCreateInfo, pAllocator, pDevice);
     if (result != VK_SUCCESS)
         goto fail_create;
 
     device->handle = *pDevice;
-    result = set_up(device, pCreateInfo, &enabling, next_proc_addr);
+    result = set_up(device, pCreateInfo, next_proc_addr);
     if (result != VK_SUCCESS)
         goto fail_set_up;
-    compare_enabling_end(&enabling);
     return VK_SUCCESS;
 
 fail_set_up:;
     PFN_vkDestroyDevice destroy = device->vk.DestroyDevice;
-    compare_enabling_end(&enabling);
     layer_free_device(device);
     destroy(*pDevice, pAllocator);
     *pDevice = VK_NULL_HANDLE;
     return result;
 fail_create:
-    compare_enabling_end(&enabling);
     layer_free_device(device);
     return result;
 }

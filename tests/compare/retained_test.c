@@ -34,7 +34,7 @@ static const struct input_memory memory = {.find = find};
 static void begin(void)
 {
     comparer = (struct comparer){.device = &device, .last = &comparer.builds};
-    device.structures = structures_create(KEEPS_NOTHING, &comparer_inputs);
+    device.structures = structures_create(KEEPS_NOTHING, comparison.inputs);
     assert_non_null(device.structures);
     geometry = boxes_geometry((uintptr_t)&box, sizeof(box));
 }
@@ -58,8 +58,8 @@ static void keep(uint64_t id, uint64_t source_id)
                                            : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
     const struct journal_entry entry = {
         .dst = id, .dst_id = id, .src = source_id, .src_id = source_id};
-    comparer_keep(&comparer,
-                  &(struct executed_input){.entry = &entry, .build = &build, .memory = &memory});
+    comparison.keep(&comparer,
+                    &(struct executed_input){.entry = &entry, .build = &build, .memory = &memory});
 }
 
 /* The build that was retained first is compared, and no longer needed. */
