@@ -78,7 +78,7 @@ void harsh_cover_instance(struct layer_instance *instance)
 static bool geometry_has_transform(const VkAccelerationStructureGeometryKHR *geometry)
 {
     return structure_is_readable(geometry, sizeof(*geometry)) &&
-           geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR &&
+           type_is_triangles(geometry->geometryType) &&
            geometry->geometry.triangles.transformData.hostAddress;
 }
 

@@ -10,7 +10,7 @@
 #include "layer/physical_device.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/compare/summary.h"
-#include "src/state/builds/build_info.h"
+#include "src/model/geometry.h"
 
 /* ---- creation */
 
@@ -188,8 +188,7 @@ static void keep_bottom(struct comparer *comparer, const struct retained_build *
 
 static bool is_top(const struct build_parameters *build)
 {
-    return build->info.geometryCount == 1 &&
-           build->geometries[0].geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR &&
+    return build->info.geometryCount == 1 && type_is_instances(build->geometries[0].geometryType) &&
            !(build->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV);
 }
 

@@ -166,8 +166,7 @@ static uint64_t address_of(const struct work *work, uint32_t bottom)
 static bool has_boxes(const struct compare_input *input)
 {
     const struct build_parameters *build = input->parameters;
-    return build->info.geometryCount > 0 &&
-           build->geometries[0].geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;
+    return build->info.geometryCount > 0 && type_is_aabbs(build->geometries[0].geometryType);
 }
 
 /* Creates the TLAS of the job, or a TLAS of one instance for a BLAS. */

@@ -108,8 +108,8 @@ static void add_micromaps(struct hazard_recording *recording, const struct build
 static void add_geometry(struct hazard_recording *recording, const struct geometry_view *geometry)
 {
     struct hazard_entry *command = recording->command;
-    bool has_instances = geometry->geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR &&
-                         !geometry_is_empty(geometry);
+    bool has_instances =
+        type_is_instances(geometry->geometry->geometryType) && !geometry_is_empty(geometry);
     if (has_instances && command && !is_host(geometry->build)) {
         command->reads_references = true;
         recording->journal->awaits_inputs = true;

@@ -142,23 +142,13 @@ static const struct address_facts *facts_of(const struct reading *reading,
                                             struct address_facts *other)
 {
     const struct geometry_view *geometry = reading->geometry;
-    switch ((int)input->role) {
-    case INPUT_VERTEX:
-        return &geometry->vertex;
-    case INPUT_INDEX:
-        return &geometry->index_data;
-    case INPUT_MATRIX:
-        return &geometry->transform;
-    case INPUT_AABBS:
-    case INPUT_INSTANCES:
-        return &geometry->data;
-    default:
-        *other = (struct address_facts){.status = ADDRESS_UNKNOWN};
-        if (!reading->is_host)
-            resources_look_up_address(reading->recording->device->resources,
-                                      input->address.deviceAddress, other);
-        return other;
-    }
+    if (input->role <= INPUT_LAST_PLAIN)
+        return input_facts(geometry, input->role);
+    *other = (struct address_facts){.status = ADDRESS_UNKNOWN};
+    if (!reading->is_host)
+        resources_look_up_address(reading->recording->device->resources,
+                                  input->address.deviceAddress, other);
+    return other;
 }
 
 /* Indices may skip any vertex, and maxVertex is an upper bound: without the indices no vertex of an

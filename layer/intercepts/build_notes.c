@@ -4,7 +4,7 @@
 #include "layer/intercepts/intercepts.h"
 
 #include "src/base/recording_path.h"
-#include "src/state/builds/build_info.h"
+#include "src/model/geometry.h"
 #include "src/state/builds/structures.h"
 
 static uint32_t position_of(const struct build_call *call, const struct build_view *build)
@@ -52,18 +52,13 @@ static inline void note_input(struct noting *noting, enum input_role role,
 
 static inline void note_geometry(struct noting *noting, const struct geometry_view *geometry)
 {
-    switch (geometry->geometry->geometryType) {
-    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
-        note_input(noting, INPUT_VERTEX, &geometry->vertex);
-        note_input(noting, INPUT_INDEX, &geometry->index_data);
-        note_input(noting, INPUT_MATRIX, &geometry->transform);
-        break;
-    case VK_GEOMETRY_TYPE_AABBS_KHR:
-        note_input(noting, INPUT_AABBS, &geometry->data);
-        break;
-    default:
-        note_input(noting, INPUT_INSTANCES, &geometry->data);
+    if (!type_is_triangles(geometry->geometry->geometryType)) {
+        note_input(noting, data_role(geometry), &geometry->data);
+        return;
     }
+    note_input(noting, INPUT_VERTEX, &geometry->vertex);
+    note_input(noting, INPUT_INDEX, &geometry->index_data);
+    note_input(noting, INPUT_MATRIX, &geometry->transform);
 }
 
 /* Records an address of a build or of one of its geometries. */
@@ -219,7 +214,7 @@ static bool count_primitives(const struct build_view *build, VkDeviceSize *count
     if (!has_all_geometries(build) || (build->geometry_count && !build->ranges))
         return false;
     for (uint32_t i = 0; i < build->geometry_count; i++) {
-        if (geometry_is_dense(geometry_of(build, i)))
+        if (type_is_dense(geometry_of(build, i)->geometryType))
             return false;
         *count += build->ranges[i].primitiveCount;
     }

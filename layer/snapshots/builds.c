@@ -59,7 +59,7 @@ static void gather_instances(struct recorder *recorder, struct recorded_build *b
 {
     const struct build_parameters *parameters = &build->parameters;
     if (parameters->info.geometryCount != 1 ||
-        parameters->geometries[0].geometryType != VK_GEOMETRY_TYPE_INSTANCES_KHR ||
+        !type_is_instances(parameters->geometries[0].geometryType) ||
         !parameters->geometries[0].geometry.instances.arrayOfPointers)
         return;
     const struct snapshot *addresses =
@@ -215,7 +215,7 @@ static bool copy_counts(const uint32_t *counts, struct recorded_build *build)
     if (!readable(readable_cache_of_thread(), counts, count * sizeof(*counts)))
         return false;
     for (uint32_t i = 0; i < count; i++)
-        if (!geometry_is_dense(&build->parameters.geometries[i]))
+        if (!type_is_dense(build->parameters.geometries[i].geometryType))
             memcpy(&build->parameters.ranges[i].primitiveCount, &counts[i], sizeof(*counts));
     return true;
 }

@@ -26,9 +26,9 @@ enum { PADDING = 4096 };
 static uint64_t *address_of(VkAccelerationStructureGeometryKHR *geometry, unsigned extent)
 {
     VkAccelerationStructureGeometryTrianglesDataKHR *triangles = &geometry->geometry.triangles;
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR)
+    if (type_is_aabbs(geometry->geometryType))
         return extent == 0 ? &geometry->geometry.aabbs.data.deviceAddress : NULL;
-    if (geometry->geometryType != VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+    if (!type_is_triangles(geometry->geometryType))
         return NULL;
     return extent == 0   ? &triangles->vertexData.deviceAddress
            : extent == 1 ? &triangles->indexData.deviceAddress
@@ -183,17 +183,16 @@ static void *allocate_input(uint64_t size)
 
 bool reference_supports(const struct build_parameters *build)
 {
-    VkGeometryTypeKHR type = VK_GEOMETRY_TYPE_TRIANGLES_KHR;
     if (build->info.type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR ||
         build->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV)
         return false;
     for (uint32_t i = 0; i < build->info.geometryCount; i++) {
-        if (i == 0)
-            type = build->geometries[i].geometryType;
-        if (build->geometries[i].geometryType != type)
+        const VkGeometryTypeKHR type = build->geometries[i].geometryType;
+        if ((!type_is_triangles(type) && !type_is_aabbs(type)) ||
+            type != build->geometries[0].geometryType)
             return false;
     }
-    return type == VK_GEOMETRY_TYPE_TRIANGLES_KHR || type == VK_GEOMETRY_TYPE_AABBS_KHR;
+    return true;
 }
 
 /* maxVertex counts from vertexData; the builder's max_vertex counts from the first vertex. */
@@ -202,7 +201,7 @@ static void limit_vertices(const struct build_parameters *build, struct build_in
     for (uint32_t i = 0; i < build->info.geometryCount; i++) {
         struct builder_triangles *triangles = &input->geometries[i].triangles;
         uint32_t first = build->ranges[i].firstVertex;
-        if (build->geometries[i].geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+        if (type_is_triangles(build->geometries[i].geometryType))
             triangles->max_vertex -= first < triangles->max_vertex ? first : triangles->max_vertex;
     }
 }
@@ -252,8 +251,8 @@ VkResult reference_open(const struct input_copy *copy, struct reference *referen
     *reference = (struct reference){.geometry_count = parameters->info.geometryCount};
     if (!reference_supports(parameters))
         return VK_ERROR_FORMAT_NOT_SUPPORTED;
-    reference->is_aabbs = parameters->info.geometryCount > 0 &&
-                          parameters->geometries[0].geometryType == VK_GEOMETRY_TYPE_AABBS_KHR;
+    reference->is_aabbs =
+        parameters->info.geometryCount > 0 && type_is_aabbs(parameters->geometries[0].geometryType);
     VkResult result = build_input_open(parameters, &copy->memory, &reference->input);
     if (result != VK_SUCCESS)
         return result;

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "src/model/geometry.h"
+
 /* Longer chains are considered cyclic or corrupt. */
 enum { CHAIN_MAX = 64 };
 
@@ -246,7 +248,7 @@ static VkResult copy_of_geometry(struct readable_cache *cache,
 {
     if (!chained_input_read(cache, info->flags, geometry, copy))
         return VK_ERROR_VALIDATION_FAILED;
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR)
+    if (type_is_micromap(geometry->geometryType))
         return copy_micromap(cache, geometry->pNext, copy);
     return copy->has_displacement ? copy_displacement_usages(cache, copy) : VK_SUCCESS;
 }

@@ -3,6 +3,7 @@
 
 #include "src/bvh/input/formats.h"
 #include "src/model/formats.h"
+#include "src/model/geometry.h"
 
 /* The inputs of one geometry, as far as they are found. */
 struct found_inputs {
@@ -279,7 +280,7 @@ uint32_t inputs_of_geometry(VkBuildAccelerationStructureFlagsKHR flags,
     case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
         if (!is_empty && chained && chained->spheres.sType)
             add_spheres(&found, &chained->spheres, range,
-                        (int)geometry->geometryType == VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV);
+                        type_is_swept_spheres(geometry->geometryType));
         break;
     case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
         if (chained)

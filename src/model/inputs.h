@@ -20,6 +20,7 @@ enum input_role {
     INPUT_MATRIX,
     INPUT_AABBS,
     INPUT_INSTANCES,
+    INPUT_LAST_PLAIN = INPUT_INSTANCES, /* those behind it are in chains, or of no geometry */
     INPUT_MOTION_VERTEX,
     INPUT_SPHERE_VERTEX,
     INPUT_SPHERE_RADIUS,

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about one VkAccelerationStructureBuildGeometryInfoKHR of a call. */
+#include "src/model/geometry.h"
 #include "src/rules/predicates.h"
-#include "src/state/builds/build_info.h"
 #include "src/view/enabled.h"
 #include "src/view/names.h"
 

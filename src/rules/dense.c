@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules of VK_AMDX_dense_geometry_format: builds and updates of compressed triangles. */
+#include "src/model/geometry.h"
 #include "src/rules/predicates.h"
 #include "src/rules/shared.h"
-#include "src/state/builds/build_info.h"
 #include "src/view/names.h"
 #include "src/view/phrases.h"
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about the structures of one geometry. Rules about its addresses are in input.c. */
+#include "src/model/geometry.h"
 #include "src/model/formats.h"
 #include "src/rules/predicates.h"
 #include "src/rules/shared.h"
 #include "src/view/enabled.h"
-#include "src/view/geometry_data.h"
 #include "src/view/names.h"
 #include "src/view/phrases.h"
 

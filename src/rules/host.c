@@ -2,10 +2,9 @@
 /* Rules that apply to vkBuildAccelerationStructuresKHR only. */
 #include "src/view/view.h"
 
+#include "src/model/geometry.h"
 #include "src/model/input_names.h"
 #include "src/rules/predicates.h"
-#include "src/state/builds/build_info.h"
-#include "src/view/geometry_data.h"
 #include "src/view/phrases.h"
 
 /* ---- the call */

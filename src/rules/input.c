@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about the addresses of a geometry's inputs. */
 #include "src/model/formats.h"
+#include "src/model/geometry.h"
 #include "src/rules/predicates.h"
 #include "src/rules/shared.h"
-#include "src/view/geometry_data.h"
 #include "src/view/phrases.h"
 
 const char *input_field(enum input_role role)

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules of VK_NV_ray_tracing_motion_blur: builds with motion, and the vertex positions of moving
  * triangles at the end of the motion. */
+#include "src/model/geometry.h"
 #include "src/rules/predicates.h"
 #include "src/rules/shared.h"
-#include "src/view/geometry_data.h"
 #include "src/view/names.h"
 #include "src/view/phrases.h"
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about build ranges. */
 #include "src/model/formats.h"
+#include "src/model/geometry.h"
 #include "src/rules/predicates.h"
 #include "src/rules/shared.h"
-#include "src/view/geometry_data.h"
 
 /* Returns the triangles of a range. Returns NULL if its offsets are unknown or its geometry has
  * another type. */
@@ -123,15 +123,6 @@ static bool is_within_buffer(const struct range_view *range, const struct addres
                     object(VK_OBJECT_TYPE_BUFFER, handle_number(facts->buffer)));
 }
 
-static const struct address_facts *facts_of(const struct geometry_view *geometry,
-                                            enum input_role role)
-{
-    return role == INPUT_VERTEX   ? &geometry->vertex
-           : role == INPUT_INDEX  ? &geometry->index_data
-           : role == INPUT_MATRIX ? &geometry->transform
-                                  : &geometry->data;
-}
-
 enum { VERTEX_SIZE_MAX = 32 }; /* bytes, of any format */
 
 /* Whether there is room for the largest indices and vertices: most often so, and seen in two thirds
@@ -157,7 +148,7 @@ __attribute__((noinline)) static bool all_are_within_buffers(const struct range_
     const uint32_t count =
         inputs_of_geometry(0, range->geometry->geometry, NULL, range->range, inputs);
     for (uint32_t i = 0; i < count; i++)
-        if (!is_within_buffer(range, facts_of(range->geometry, inputs[i].role), &inputs[i],
+        if (!is_within_buffer(range, input_facts(range->geometry, inputs[i].role), &inputs[i],
                               finding))
             return false;
     return true;
@@ -180,7 +171,7 @@ bool inputs_are_read_within_their_buffers(const struct range_view *range, struct
 bool instance_count_is_within_limit(const struct range_view *range, struct finding *finding)
 {
     uint64_t limit = range->geometry->build->call->device->limits.maxInstanceCount;
-    if (range->geometry->geometry->geometryType != VK_GEOMETRY_TYPE_INSTANCES_KHR)
+    if (!type_is_instances(range->geometry->geometry->geometryType))
         return true;
     return range->primitive_count <= limit ||
            violated(finding, range->range ? "primitiveCount" : "",

@@ -2,9 +2,9 @@
 /* Rules of VK_NV_ray_tracing_linear_swept_spheres: spheres and linear swept spheres, whose
  * structures share most members. They apply to geometries of these types only. */
 #include "src/model/formats.h"
+#include "src/model/geometry.h"
 #include "src/rules/predicates.h"
 #include "src/rules/shared.h"
-#include "src/view/geometry_data.h"
 #include "src/view/names.h"
 #include "src/view/phrases.h"
 

@@ -2,9 +2,9 @@
 /* Rules about the sType of structures that extensions chain. A structure in a chain is identified
  * by its sType alone, so an invalid sType is a guess at the structure that was meant: one of the
  * same extension, or the motion data that a build with motion lacks. */
+#include "src/model/geometry.h"
 #include "src/rules/predicates.h"
 #include "src/rules/shared.h"
-#include "src/view/geometry_data.h"
 #include "src/view/names.h"
 
 enum { CHAIN_BOUND = 64 };
@@ -109,9 +109,8 @@ enum rule rule_of_stray(const struct geometry_view *geometry)
 /* The geometry lacks the data if the stray takes its place. */
 static bool names_missing_data(const struct micromap_geometry_view *view, struct finding *finding)
 {
-    return view->geometry->geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR &&
-           !view->has_data && !view->geometry->chain.unreadable &&
-           !view->geometry->chain.has_duplicate &&
+    return type_is_micromap(view->geometry->geometry->geometryType) && !view->has_data &&
+           !view->geometry->chain.unreadable && !view->geometry->chain.has_duplicate &&
            also_violates(finding, RULE_micromap_geometry_has_micromap_data);
 }
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about the acceleration structures and the scratch memory of one build. */
+#include "src/model/geometry.h"
 #include "src/rules/predicates.h"
 #include "src/rules/shared.h"
-#include "src/state/builds/build_info.h"
 #include "src/view/names.h"
 
 static bool is_build(const struct build_view *build)

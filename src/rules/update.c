@@ -99,8 +99,7 @@ bool geometry_flags_match_source(const struct updated_geometry_view *updated_geo
 
 static bool both_are_triangles(const struct updated_geometry_view *geometry)
 {
-    return geometry->asked->type == VK_GEOMETRY_TYPE_TRIANGLES_KHR &&
-           geometry->source->type == VK_GEOMETRY_TYPE_TRIANGLES_KHR;
+    return type_is_triangles(geometry->asked->type) && type_is_triangles(geometry->source->type);
 }
 
 bool vertex_format_matches_source(const struct updated_geometry_view *updated_geometry,

@@ -167,8 +167,8 @@ static void find_data(const struct input_memory *memory, const struct build_para
 {
     const struct chained_input *chained = build->chained ? &build->chained[geometry] : NULL;
     struct builder_geometry *to = &input->geometries[geometry];
-    const bool is_swept = (int)to->type == VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV,
-               is_sphere = is_swept || (int)to->type == VK_GEOMETRY_TYPE_SPHERES_NV;
+    const bool is_swept = type_is_swept_spheres(to->type),
+               is_sphere = is_swept || type_is_spheres(to->type);
     struct geometry_input inputs[GEOMETRY_INPUTS];
     const uint32_t count = inputs_of_geometry(build->info.flags, &build->geometries[geometry],
                                               chained, &build->ranges[geometry], inputs);

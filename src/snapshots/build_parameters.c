@@ -7,12 +7,6 @@
 
 #include "src/state/builds/built.h"
 
-bool geometry_takes_range(const VkAccelerationStructureGeometryKHR *geometry)
-{
-    return !geometry_is_dense(geometry) &&
-           (int)geometry->geometryType != VK_GEOMETRY_TYPE_MICROMAP_KHR;
-}
-
 /* ---- copies */
 
 /* Probes the arrays before memory is allocated for them, because a count may be wrong. */
@@ -67,7 +61,7 @@ static bool copy_arrays(struct readable_cache *cache,
 static void count_dense_triangles(struct build_parameters *copy)
 {
     for (uint32_t i = 0; copy->chained && i < copy->info.geometryCount; i++)
-        if (geometry_is_dense(&copy->geometries[i]))
+        if (type_is_dense(copy->geometries[i].geometryType))
             copy->ranges[i] = (VkAccelerationStructureBuildRangeInfoKHR){
                 .primitiveCount = copy->chained[i].dense.numTriangles};
 }
@@ -123,7 +117,7 @@ void build_parameters_release(struct build_parameters *copy)
 bool build_parameters_take_ranges(const struct build_parameters *build)
 {
     for (uint32_t i = 0; i < build->info.geometryCount; i++)
-        if (geometry_takes_range(&build->geometries[i]))
+        if (type_takes_range(build->geometries[i].geometryType))
             return true;
     return false;
 }

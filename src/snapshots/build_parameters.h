@@ -8,7 +8,7 @@
 #include "src/base/readable.h"
 #include "src/bvh/bvh.h"
 #include "src/model/chained_input.h"
-#include "src/state/builds/build_info.h"
+#include "src/model/geometry.h"
 
 /* pNext of info, geometries and their data is NULL; `chained` has the contents of the chains.
  * ppGeometries is resolved to pGeometries. */
@@ -22,9 +22,6 @@ struct build_parameters {
 
 /* Whether any geometry takes a range, and a size query a primitive count. */
 bool build_parameters_take_ranges(const struct build_parameters *build);
-
-/* Whether a geometry takes a range: all but those whose data give the number of primitives. */
-bool geometry_takes_range(const VkAccelerationStructureGeometryKHR *geometry);
 
 /* Returns VK_ERROR_VALIDATION_FAILED if a parameter can't be read. If `ranges` is NULL, the ranges
  * are zeros that the caller fills in. */

@@ -54,7 +54,8 @@ static void describe_opacities(const struct build_parameters *build, struct buil
             .stride = from->indexStride,
             .micromap = (uint64_t)from->micromap,
         };
-        *(geometry_is_dense(&build->geometries[i]) ? &to->dense.opacity : &to->triangles.opacity) =
+        *(type_is_dense(build->geometries[i].geometryType) ? &to->dense.opacity
+                                                           : &to->triangles.opacity) =
             &input->opacities[i];
     }
 }

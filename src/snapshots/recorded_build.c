@@ -97,11 +97,11 @@ bool recorded_build_normalize(struct recorded_build *build)
         VkAccelerationStructureBuildRangeInfoKHR *range = &build->parameters.ranges[i];
         struct chained_input *chained =
             build->parameters.chained ? &build->parameters.chained[i] : NULL;
-        if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+        if (type_is_triangles(geometry->geometryType))
             normalize_triangles(&geometry->geometry.triangles, chained, range);
-        if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR)
+        if (type_is_aabbs(geometry->geometryType))
             geometry->geometry.aabbs.data.deviceAddress += range->primitiveOffset;
-        if (geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR)
+        if (type_is_instances(geometry->geometryType))
             geometry->geometry.instances.data.deviceAddress += range->primitiveOffset;
         if (chained && chained->spheres.sType)
             normalize_spheres(&chained->spheres, range);
@@ -117,7 +117,7 @@ bool recorded_build_read_range(const struct recorded_build *build,
 {
     const void *bytes;
     uint64_t address = build->indirect_address + geometry * build->indirect_stride;
-    if (!geometry_takes_range(&build->parameters.geometries[geometry])) {
+    if (!type_takes_range(build->parameters.geometries[geometry].geometryType)) {
         *range = build->parameters.ranges[geometry];
         return true;
     }

@@ -7,7 +7,7 @@
 #ifndef ASSAY_VIEW_VIEW_H
 #define ASSAY_VIEW_VIEW_H
 
-#include "src/state/builds/build_info.h"
+#include "src/model/geometry.h"
 #include "src/state/builds/built.h"
 #include "src/state/commands/journal.h"
 #include "src/state/commands/used_range.h"
@@ -115,6 +115,22 @@ struct geometry_view {
     struct address_facts vertex, index_data, transform, data; /* data: AABBs or instances */
     enum tristate vertex_format_supported;
 };
+
+/* Returns the role that the address in `data` has in its build. */
+static inline enum input_role data_role(const struct geometry_view *geometry)
+{
+    return type_is_aabbs(geometry->geometry->geometryType) ? INPUT_AABBS : INPUT_INSTANCES;
+}
+
+/* Returns the facts of the address of a role, which is in no chain. */
+static inline const struct address_facts *input_facts(const struct geometry_view *geometry,
+                                                      enum input_role role)
+{
+    return role == INPUT_VERTEX   ? &geometry->vertex
+           : role == INPUT_INDEX  ? &geometry->index_data
+           : role == INPUT_MATRIX ? &geometry->transform
+                                  : &geometry->data;
+}
 
 /* Returns whether a build certainly reads no data of a geometry: its primitive count, or the
  * maximum count of an indirect build, is 0. Such geometries are common (translation layers build an

@@ -63,7 +63,7 @@ instances_of(const struct build_parameters *parameters)
 {
     return parameters->info.type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR &&
                    parameters->info.geometryCount == 1 &&
-                   parameters->geometries[0].geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR &&
+                   type_is_instances(parameters->geometries[0].geometryType) &&
                    parameters->ranges[0].primitiveCount
                ? &parameters->geometries[0].geometry.instances
                : NULL;

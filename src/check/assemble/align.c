@@ -6,7 +6,7 @@
 
 #include <vulkan/vulkan.h>
 
-#include "src/view/geometry_data.h"
+#include "src/model/geometry.h"
 
 typedef VkAccelerationStructureGeometryKHR geometry_data;
 

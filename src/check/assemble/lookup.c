@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Looks up the handles and addresses of views in the state, in batches. */
 #include "src/check/assemble/views.h"
-#include "src/view/geometry_data.h"
+#include "src/model/geometry.h"
 
 enum { ACCELS_OF_BUILD = 2, ADDRESSES_OF_BUILD = 1, ADDRESSES_OF_GEOMETRY = 3 };
 _Static_assert(VIEWS_MAX *ACCELS_OF_BUILD <= RESOURCE_ACCEL_QUERIES &&

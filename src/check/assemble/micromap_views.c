@@ -4,10 +4,9 @@
 
 #include "src/base/chain.h"
 #include "src/check/assemble/extended.h"
+#include "src/model/geometry.h"
 #include "src/rules/micromap/shared.h"
 #include "src/rules/shared.h"
-#include "src/state/builds/build_info.h"
-#include "src/view/geometry_data.h"
 
 static const void *find_in_triangles_chain(const struct geometry_view *geometry,
                                            VkStructureType type)
@@ -97,7 +96,7 @@ bool is_micromap_build_for_device(const struct build_view *build)
     return build->info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR &&
            call->command == COMMAND_DEVICE && call->device->micromap.khr &&
            call->device->extension.opacity_micromap_khr && build->geometry_count == 1 &&
-           build_geometry(build->info, 0)->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR;
+           type_is_micromap(build_geometry(build->info, 0)->geometryType);
 }
 
 /* ---- state */

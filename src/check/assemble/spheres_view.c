@@ -5,8 +5,7 @@
 #include "src/check/assemble/extended.h"
 #include "src/check/assemble/views.h"
 #include "src/model/formats.h"
-#include "src/state/builds/build_info.h"
-#include "src/view/geometry_data.h"
+#include "src/model/geometry.h"
 
 static const VkStructureType spheres_type =
     VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV;
@@ -64,12 +63,12 @@ void view_spheres(const struct geometry_view *geometry, struct swept_spheres_vie
 {
     const void *chain = geometry->geometry->pNext;
     *view = (struct swept_spheres_view){.data.missing = extended_data_is_missing(geometry)};
-    if (geometry->geometry->geometryType == VK_GEOMETRY_TYPE_SPHERES_NV) {
+    if (type_is_spheres(geometry->geometry->geometryType)) {
         const VkAccelerationStructureGeometrySpheresDataNV *s =
             chain_member(chain, &geometry->chain, spheres_type);
         if (s)
             view->data = (struct sphere_data){COMMON_MEMBERS(s)};
-    } else if (geometry->geometry->geometryType == VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV) {
+    } else if (type_is_swept_spheres(geometry->geometry->geometryType)) {
         const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *s =
             chain_member(chain, &geometry->chain, swept_type);
         if (s)
@@ -88,7 +87,7 @@ static bool members_are_well_formed(const struct sphere_data *data)
 
 bool spheres_are_well_formed(const VkAccelerationStructureGeometryKHR *geometry)
 {
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_SPHERES_NV) {
+    if (type_is_spheres(geometry->geometryType)) {
         const VkAccelerationStructureGeometrySpheresDataNV *s =
             chain_find(geometry->pNext, spheres_type);
         return s && members_are_well_formed(&(struct sphere_data){COMMON_MEMBERS(s)});
@@ -102,17 +101,12 @@ bool spheres_are_well_formed(const VkAccelerationStructureGeometryKHR *geometry)
 
 bool extended_geometry_is_well_formed(const VkAccelerationStructureGeometryKHR *geometry)
 {
-    switch ((int)geometry->geometryType) {
-    case VK_GEOMETRY_TYPE_SPHERES_NV:
-    case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
+    const VkGeometryTypeKHR type = geometry->geometryType;
+    if (type_is_spheres(type) || type_is_swept_spheres(type))
         return spheres_are_well_formed(geometry);
-    case VK_GEOMETRY_TYPE_MICROMAP_KHR:
+    if (type_is_micromap(type))
         return micromap_is_well_formed(geometry);
-    case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
-        return dense_is_well_formed(geometry);
-    default:
-        return false;
-    }
+    return type_is_dense(type) && dense_is_well_formed(geometry);
 }
 
 bool extended_data_is_missing(const struct geometry_view *geometry)
@@ -150,7 +144,7 @@ bool dense_is_well_formed(const VkAccelerationStructureGeometryKHR *geometry)
 bool dense_triangle_count(const VkAccelerationStructureGeometryKHR *geometry, uint32_t *count)
 {
     const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data =
-        geometry_is_dense(geometry) ? chain_find(geometry->pNext, dense_type) : NULL;
+        type_is_dense(geometry->geometryType) ? chain_find(geometry->pNext, dense_type) : NULL;
     if (data)
         *count = data->numTriangles;
     return data != NULL;

@@ -10,9 +10,8 @@
 #include "src/base/recording_path.h"
 #include "src/check/assemble/extended.h"
 #include "src/model/formats.h"
-#include "src/state/builds/build_info.h"
+#include "src/model/geometry.h"
 #include "src/state/builds/size_cache.h"
-#include "src/view/geometry_data.h"
 
 enum { INLINE_COUNTS = 16 };
 
@@ -152,13 +151,12 @@ static void clear_counts(struct build_view *build)
 static inline bool sum_geometry(struct build_view *build, uint32_t index, VkGeometryTypeKHR type)
 {
     uint32_t count = build->ranges ? build->ranges[index].primitiveCount : 0;
-    if (type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+    if (type_is_triangles(type))
         build->triangle_count += count;
-    else if (type == VK_GEOMETRY_TYPE_AABBS_KHR)
+    else if (type_is_aabbs(type))
         build->aabb_count += count;
     else
-        return (int)type != VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX &&
-               (int)type != VK_GEOMETRY_TYPE_MICROMAP_KHR;
+        return type_takes_range(type);
     return true;
 }
 
@@ -240,8 +238,8 @@ __attribute__((noinline)) void view_sized_build(struct check_context *context,
     for (uint32_t i = 0; build->max_primitive_counts && i < build->geometry_count; i++) {
         const VkGeometryTypeKHR type = build_geometry(build->info, i)->geometryType;
         const uint32_t count = build->max_primitive_counts[i];
-        build->triangle_count += type == VK_GEOMETRY_TYPE_TRIANGLES_KHR ? count : 0;
-        build->aabb_count += type == VK_GEOMETRY_TYPE_AABBS_KHR ? count : 0;
+        build->triangle_count += type_is_triangles(type) ? count : 0;
+        build->aabb_count += type_is_aabbs(type) ? count : 0;
     }
 }
 

@@ -15,7 +15,7 @@
 #include "src/check/overlap/pairs.h"
 #include "src/check/walk/fast_path.h"
 #include "src/check/walk/walk.h"
-#include "src/view/geometry_data.h"
+#include "src/model/geometry.h"
 
 /* Evaluates the rows of a geometry and, if its count is known, of its range. */
 static void walk_geometry_and_range(struct walk *walk, const struct range_view *range,

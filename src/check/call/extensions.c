@@ -6,8 +6,7 @@
 #include "src/base/recording_path.h"
 #include "src/check/assemble/extended.h"
 #include "src/check/assemble/views.h"
-#include "src/state/builds/build_info.h"
-#include "src/view/geometry_data.h"
+#include "src/model/geometry.h"
 
 /* The rows of extensions don't state whether they affect the sizes of a build, so every finding
  * counts. */
@@ -122,7 +121,7 @@ void check_dense_build(struct walk *walk, struct build_view *build)
     bool any = false, readable = true;
     for (uint32_t i = 0; i < build->geometry_count; i++) {
         const VkAccelerationStructureGeometryKHR *geometry = build_geometry(build->info, i);
-        if (!geometry_is_dense(geometry))
+        if (!type_is_dense(geometry->geometryType))
             continue;
         any = true;
         readable = readable && chain_is_readable(walk->context, geometry->pNext);
@@ -134,7 +133,7 @@ void check_dense_build(struct walk *walk, struct build_view *build)
 
 void check_dense(struct walk *walk, struct geometry_view *geometry, bool with_state)
 {
-    if (!geometry_is_dense(geometry->geometry))
+    if (!type_is_dense(geometry->geometry->geometryType))
         return;
     struct dense_view view = {
         .geometry = geometry,
@@ -184,8 +183,8 @@ static void check_swept_spheres(struct walk *walk, struct geometry_view *geometr
 
 void check_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state)
 {
-    if (geometry->geometry->geometryType == VK_GEOMETRY_TYPE_SPHERES_NV)
+    if (type_is_spheres(geometry->geometry->geometryType))
         check_plain_spheres(walk, geometry, with_state);
-    else if (geometry->geometry->geometryType == VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV)
+    else if (type_is_swept_spheres(geometry->geometry->geometryType))
         check_swept_spheres(walk, geometry, with_state);
 }

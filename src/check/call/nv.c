@@ -12,10 +12,10 @@ static bool has_index_data(const VkGeometryTrianglesNV *triangles)
     return triangles->indexType != VK_INDEX_TYPE_NONE_NV;
 }
 
-static uint64_t triangles_in(const VkGeometryNV *geometry)
+static uint64_t count_triangles(const VkGeometryNV *geometry)
 {
     const VkGeometryTrianglesNV *triangles = &geometry->geometry.triangles;
-    if (geometry->geometryType != VK_GEOMETRY_TYPE_TRIANGLES_NV)
+    if (!type_is_triangles(geometry->geometryType))
         return 0;
     return (has_index_data(triangles) ? triangles->indexCount : triangles->vertexCount) / 3;
 }
@@ -42,7 +42,7 @@ static struct nv_info_view view_info(const struct nv_call_view *call)
     struct nv_info_view view = {
         .call = call, .info = call->info, .first_other_type = call->geometry_count};
     for (uint32_t i = call->geometry_count; i-- > 0;) {
-        view.triangle_count += triangles_in(&call->geometries[i]);
+        view.triangle_count += count_triangles(&call->geometries[i]);
         if (call->geometries[i].geometryType != call->geometries[0].geometryType)
             view.first_other_type = i;
     }
@@ -53,10 +53,10 @@ static struct nv_geometry_view view_nv_geometry(const struct nv_call_view *call,
 {
     const VkGeometryNV *geometry = &call->geometries[index];
     struct nv_geometry_view view = {.call = call, .index = index, .geometry = geometry};
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_NV &&
+    if (type_is_triangles(geometry->geometryType) &&
         geometry->geometry.triangles.sType == VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV)
         view.triangles = &geometry->geometry.triangles;
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_NV &&
+    if (type_is_aabbs(geometry->geometryType) &&
         geometry->geometry.aabbs.sType == VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV)
         view.aabbs = &geometry->geometry.aabbs;
     return view;

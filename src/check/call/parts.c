@@ -4,8 +4,8 @@
 
 #include "src/check/assemble/views.h"
 #include "src/check/walk/rows.h"
+#include "src/model/geometry.h"
 #include "src/model/inputs.h"
-#include "src/view/geometry_data.h"
 #include "src/view/view.h"
 
 static void check_input(struct walk *walk, const struct geometry_view *geometry,

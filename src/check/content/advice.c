@@ -8,9 +8,8 @@
 #include "src/bvh/input/source.h"
 #include "src/figures/refits.h"
 #include "src/model/formats.h"
+#include "src/model/geometry.h"
 #include "src/rules/advice.h"
-#include "src/state/builds/build_info.h"
-#include "src/view/geometry_data.h"
 
 /* ---- rows */
 
@@ -269,7 +268,7 @@ content_advise_instance(struct content *content, const VkAccelerationStructureIn
 static bool is_of_micromap(const struct content *content)
 {
     const struct geometry_view *geometry = content->range->geometry;
-    return (int)geometry->geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR;
+    return type_is_micromap(geometry->geometry->geometryType);
 }
 
 void content_advise(struct content *content)

@@ -6,9 +6,8 @@
 #include <xxhash.h>
 
 #include "src/check/content/content.h"
+#include "src/model/geometry.h"
 #include "src/model/inputs.h"
-#include "src/state/builds/build_info.h"
-#include "src/view/geometry_data.h"
 
 /* ---- the hash: each step is one of the hash before it, with a hash of the bytes. */
 

@@ -150,9 +150,9 @@ static void read_indirect_geometry(struct executed_call *call,
     walk_range(&call->walk, &ranged, LEVEL_PARAMETERS);
     const struct location location = walk_location(indirect.geometry, SUBJECT_RANGE);
     walk_indirect_range(&call->walk, &indirect, &location);
-    if (geometry.geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+    if (type_is_triangles(geometry.geometry->geometryType))
         build->triangle_count += range.primitiveCount;
-    if (geometry.geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR)
+    if (type_is_aabbs(geometry.geometry->geometryType))
         build->aabb_count += range.primitiveCount;
     if (range.primitiveCount > max_count)
         range.primitiveCount = max_count;

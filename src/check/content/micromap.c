@@ -5,9 +5,9 @@
 #include <string.h>
 
 #include "src/check/assemble/views.h"
+#include "src/model/geometry.h"
 #include "src/rules/micromap/shared.h"
 #include "src/state/builds/built.h"
-#include "src/view/geometry_data.h"
 
 static void read_triangles(struct content *content, VkDeviceOrHostAddressConstKHR triangles,
                            uint64_t count, uint64_t stride, uint64_t data_left)
@@ -66,7 +66,7 @@ void content_check_micromaps(struct walk *walk, const struct range_view *range,
 {
     const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
     struct content content = {.walk = walk, .range = range, .memory = memory};
-    if ((int)geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR)
+    if (type_is_micromap(geometry->geometryType))
         read_triangles(&content, chained->micromap.triangles,
                        micromap_parameters_count(&chained->micromap), chained->micromap.stride,
                        data_left(memory, &chained->micromap));

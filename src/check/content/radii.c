@@ -3,14 +3,13 @@
  * evaluates their rules. Inactive primitives have no valid radius to check. */
 #include "src/bvh/input/source.h"
 #include "src/check/content/content.h"
+#include "src/model/geometry.h"
 #include "src/rules/predicates.h"
 #include "src/rules/shared.h"
-#include "src/view/geometry_data.h"
 
 static bool is_swept(const struct content *content)
 {
-    return content->range->geometry->geometry->geometryType ==
-           VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV;
+    return type_is_swept_spheres(content->range->geometry->geometry->geometryType);
 }
 
 /* If there are indices, they determine the number of vertices and radii. */

@@ -14,8 +14,8 @@
 #include "src/check/content/micromap.h"
 #include "src/check/walk/rows.h"
 #include "src/model/formats.h"
+#include "src/model/geometry.h"
 #include "src/rules/shared.h"
-#include "src/view/geometry_data.h"
 
 uint64_t content_find_some(const struct content *content, VkDeviceOrHostAddressConstKHR address,
                            uint64_t offset, uint64_t count, uint64_t stride, uint64_t size,
@@ -385,7 +385,7 @@ OFF_RECORDING_PATH void check_host_inputs(struct walk *walk, const struct range_
                            range->geometry->geometry, &chained);
     if (range->range)
         content_check_geometry(walk, range, &memory, has_chain ? &chained : NULL);
-    if ((int)range->geometry->geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR)
+    if (type_is_micromap(range->geometry->geometry->geometryType))
         check_host_micromap(walk, range->geometry);
     walk->findings = findings;
 }

@@ -6,8 +6,7 @@
 #include "src/bvh/input/source.h"
 #include "src/check/content/content.h"
 #include "src/figures/refits.h"
-#include "src/state/builds/build_info.h"
-#include "src/view/geometry_data.h"
+#include "src/model/geometry.h"
 
 bool content_open_source(const struct content *content, const struct builder_geometry *described,
                          struct source *source)
@@ -57,8 +56,8 @@ static enum source_state read_state(const struct source *source, uint32_t primit
 {
     struct triangle_record triangle;
     struct aabb_record box;
-    return type == VK_GEOMETRY_TYPE_AABBS_KHR ? source_aabb(source, primitive, &box)
-                                              : source_triangle(source, primitive, &triangle);
+    return type_is_aabbs(type) ? source_aabb(source, primitive, &box)
+                               : source_triangle(source, primitive, &triangle);
 }
 
 static uint64_t *make_bits(uint32_t count)

@@ -2,7 +2,7 @@
 /* Collects the ranges of a call and evaluates the rules for pairs of them. */
 #include "src/check/overlap/pairs.h"
 #include "src/base/recording_path.h"
-#include "src/state/builds/build_info.h"
+#include "src/model/geometry.h"
 
 /* Returns room for a range of a build with every member but the span filled in. Returns NULL if
  * there is no memory. */

@@ -117,10 +117,9 @@ void judge_updated_geometries(struct judge *judge, const struct update_view *upd
         struct updated_geometry_view geometry = {
             .update = update, .index = i, .asked = &asked->items[i], .source = &source->items[i]};
         location.geometry = i;
-        location.subject =
-            location.command == COMMAND_NV && asked->items[i].type == VK_GEOMETRY_TYPE_INSTANCES_KHR
-                ? SUBJECT_PARAMETER
-                : SUBJECT_GEOMETRY;
+        location.subject = location.command == COMMAND_NV && type_is_instances(asked->items[i].type)
+                               ? SUBJECT_PARAMETER
+                               : SUBJECT_GEOMETRY;
         walk_updated_geometry(&judge->walk, &geometry, &location);
         judge_updated_micromap(&judge->walk, &geometry, &location);
     }

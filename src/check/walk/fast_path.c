@@ -4,8 +4,8 @@
 
 #include "rows_by_subject.h"
 #include "src/base/recording_path.h"
+#include "src/model/geometry.h"
 #include "src/rules/predicates.h"
-#include "src/view/geometry_data.h"
 
 /* Leaves the chain if a row of the level and the command is violated. */
 #define PASS(name, row_level, view)                                                                \

@@ -3,7 +3,7 @@
  * sentence. */
 #include "src/rules/advice.h"
 #include "src/model/formats.h"
-#include "src/view/geometry_data.h"
+#include "src/model/geometry.h"
 #include "src/view/names.h"
 
 static uint32_t limit_of(const struct advice_limits *limits, enum advice_limit limit)

@@ -4,9 +4,9 @@
 
 #include "src/bvh/bvh.h"
 #include "src/model/formats.h"
+#include "src/model/geometry.h"
 #include "src/rules/predicates.h"
 #include "src/rules/shared.h"
-#include "src/view/geometry_data.h"
 
 /* ---- vertices */
 

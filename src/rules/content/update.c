@@ -34,7 +34,7 @@ static bool changed(const struct updated_geometry_view *geometry, struct finding
 {
     const struct update_view *update = geometry->update;
     bool is_nv = update->command == COMMAND_NV;
-    bool is_parameter = is_nv && geometry->asked->type == VK_GEOMETRY_TYPE_INSTANCES_KHR;
+    bool is_parameter = is_nv && type_is_instances(geometry->asked->type);
     return violated(finding, is_parameter ? "instanceData" : "", says, number(primitive),
                     object(is_nv ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
                                  : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,

@@ -52,8 +52,7 @@ bool size_query_instance_counts_are_within_limit(const struct size_query_view *s
     const uint64_t limit = size_query->call->device->limits.maxInstanceCount;
     for (uint32_t i = 0; size_query->counts && i < size_query->info->geometryCount; i++) {
         const VkAccelerationStructureGeometryKHR *geometry = geometry_of(size_query, i);
-        if (geometry && geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR &&
-            size_query->counts[i] > limit)
+        if (geometry && type_is_instances(geometry->geometryType) && size_query->counts[i] > limit)
             return violated(finding, "pMaxPrimitiveCounts",
                             "has {} at index {}, more than maxInstanceCount ({})",
                             count_of(size_query->counts[i], "instance"), number(i), number(limit));

@@ -149,7 +149,7 @@ bool micromap_build_has_no_build_ranges(const struct micromap_build_view *microm
     if (!call->build_ranges_readable || !call->build_ranges[build->index])
         return true;
     for (uint32_t i = 0; i < build->geometry_count; i++)
-        if (geometry_of(build, i)->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR)
+        if (type_is_micromap(geometry_of(build, i)->geometryType))
             return violated(finding, "",
                             "has a geometry of type VK_GEOMETRY_TYPE_MICROMAP_KHR at index {}, but "
                             "ppBuildRangeInfos[{}] is not NULL",
@@ -185,7 +185,7 @@ bool micromap_dst_is_micromap_or_generic(const struct micromap_build_view *micro
 
 static bool is_micromap_geometry(const struct micromap_geometry_view *view)
 {
-    return view->geometry->geometry->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR;
+    return type_is_micromap(view->geometry->geometry->geometryType);
 }
 
 bool micromap_build_geometry_is_a_micromap(const struct micromap_geometry_view *micromap_geometry,

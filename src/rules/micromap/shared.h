@@ -4,8 +4,8 @@
 #ifndef ASSAY_RULES_MICROMAP_SHARED_H
 #define ASSAY_RULES_MICROMAP_SHARED_H
 
+#include "src/model/geometry.h"
 #include "src/view/finding.h"
-#include "src/view/geometry_data.h"
 #include "src/view/micromap_view.h"
 #include "src/view/names.h"
 #include "src/view/phrases.h"

@@ -91,8 +91,8 @@ static bool differs(const struct updated_micromap_view *view, struct finding *fi
 
 static bool are_triangles(const struct updated_micromap_view *view)
 {
-    return view->geometry->asked->type == VK_GEOMETRY_TYPE_TRIANGLES_KHR &&
-           view->geometry->source->type == VK_GEOMETRY_TYPE_TRIANGLES_KHR;
+    return type_is_triangles(view->geometry->asked->type) &&
+           type_is_triangles(view->geometry->source->type);
 }
 
 bool opacity_micromap_is_kept_where_source_had_one(

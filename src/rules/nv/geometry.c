@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about VkGeometryNV and the structures in it. */
+#include "src/model/geometry.h"
 #include "src/model/formats.h"
 #include "src/rules/nv/objects.h"
 #include "src/rules/predicates.h"
 #include "src/view/enabled.h"
-#include "src/view/geometry_data.h"
 #include "src/view/names.h"
 
 #define TRIANGLES "geometry.triangles."
@@ -37,7 +37,7 @@ bool nv_geometry_has_no_chain(const struct nv_geometry_view *nv_geometry, struct
 
 static bool is_nv_type(VkGeometryTypeKHR type)
 {
-    return type == VK_GEOMETRY_TYPE_TRIANGLES_NV || type == VK_GEOMETRY_TYPE_AABBS_NV;
+    return type_is_triangles(type) || type_is_aabbs(type);
 }
 
 bool nv_geometry_type_is_valid(const struct nv_geometry_view *nv_geometry, struct finding *finding)

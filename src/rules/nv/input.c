@@ -2,9 +2,9 @@
 /* Rules about the buffers of one VkGeometryNV. The facts of a buffer that isn't given, or that the
  * geometry doesn't use, are all unknown. */
 #include "src/model/formats.h"
+#include "src/model/geometry.h"
 #include "src/rules/nv/objects.h"
 #include "src/rules/predicates.h"
-#include "src/view/geometry_data.h"
 
 #define TRIANGLES "geometry.triangles."
 #define BOXES "geometry.aabbs."

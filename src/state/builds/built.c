@@ -141,7 +141,7 @@ describe_geometry(const VkAccelerationStructureGeometryKHR *geometry,
         shape.count_known = true;
         shape.primitive_count = range->primitiveCount;
     }
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR) {
+    if (type_is_triangles(geometry->geometryType)) {
         const VkAccelerationStructureGeometryTrianglesDataKHR *t = &geometry->geometry.triangles;
         shape.vertex_format = t->vertexFormat;
         shape.max_vertex = t->maxVertex;
@@ -184,7 +184,7 @@ static bool describe_all_dense(const struct build_description *description,
     struct dense_shape *next = (void *)((char *)shapes + dense_offset(shapes->count));
     for (uint32_t i = 0; i < shapes->count; i++) {
         const VkAccelerationStructureGeometryKHR *geometry = build_geometry(description->info, i);
-        if (!geometry_is_dense(geometry))
+        if (!type_is_dense(geometry->geometryType))
             continue;
         const void *data = chain_find(
             geometry->pNext,
@@ -200,7 +200,7 @@ static uint32_t count_dense(const struct build_description *description)
 {
     uint32_t count = 0;
     for (uint32_t i = 0; i < description->info->geometryCount; i++)
-        if (geometry_is_dense(build_geometry(description->info, i)))
+        if (type_is_dense(build_geometry(description->info, i)->geometryType))
             count++;
     return count;
 }
@@ -324,7 +324,7 @@ uint32_t nv_primitive_count(const VkGeometryNV *geometry)
 {
     const VkGeometryTrianglesNV *triangles = &geometry->geometry.triangles;
     bool is_indexed = triangles->indexType != VK_INDEX_TYPE_NONE_NV && triangles->vertexCount;
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_NV)
+    if (type_is_aabbs(geometry->geometryType))
         return geometry->geometry.aabbs.numAABBs;
     return (is_indexed ? triangles->indexCount : triangles->vertexCount) / 3;
 }

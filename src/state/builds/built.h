@@ -14,7 +14,7 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
-#include "src/state/builds/build_info.h"
+#include "src/model/geometry.h"
 #include "src/state/facts.h"
 
 /* The indices of a geometry. An update with the same indices shares those of its source. */

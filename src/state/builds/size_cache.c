@@ -8,8 +8,8 @@
 #include <string.h>
 
 #include "src/base/recording_path.h"
+#include "src/model/geometry.h"
 #include "src/platform/aligned.h"
-#include "src/state/builds/build_info.h"
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -62,7 +62,7 @@ static bool shape_of_geometry(const VkAccelerationStructureGeometryKHR *geometry
                                      .primitive_count = primitive_count};
     if (geometry->pNext)
         return false;
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR) {
+    if (type_is_triangles(geometry->geometryType)) {
         const VkAccelerationStructureGeometryTrianglesDataKHR *t = &geometry->geometry.triangles;
         shape->stride = t->vertexStride;
         shape->vertex_format = (uint32_t)t->vertexFormat;
@@ -71,11 +71,11 @@ static bool shape_of_geometry(const VkAccelerationStructureGeometryKHR *geometry
         shape->has_transform = t->transformData.deviceAddress != 0;
         return !t->pNext;
     }
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR) {
+    if (type_is_aabbs(geometry->geometryType)) {
         shape->stride = geometry->geometry.aabbs.stride;
         return !geometry->geometry.aabbs.pNext;
     }
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR) {
+    if (type_is_instances(geometry->geometryType)) {
         shape->array_of_pointers = geometry->geometry.instances.arrayOfPointers != 0;
         return !geometry->geometry.instances.pNext;
     }

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "src/model/geometry.h"
 #include "src/platform/threads.h"
-#include "src/state/builds/build_info.h"
 #include "src/state/facts.h"
 
 #define XXH_INLINE_ALL
@@ -62,9 +62,9 @@ static void describe_geometry(const VkAccelerationStructureGeometryKHR *geometry
     set(members, SIZED_GEOMETRY_TYPE, (uint64_t)geometry->geometryType);
     set(members, SIZED_GEOMETRY_FLAGS, geometry->flags);
     set(members, SIZED_PRIMITIVE_COUNT, count);
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR)
+    if (type_is_aabbs(geometry->geometryType))
         set(members, SIZED_STRIDE, geometry->geometry.aabbs.stride);
-    if (geometry->geometryType != VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+    if (!type_is_triangles(geometry->geometryType))
         return;
     set(members, SIZED_VERTEX_FORMAT, (uint64_t)triangles->vertexFormat);
     set(members, SIZED_MAX_VERTEX, triangles->maxVertex);

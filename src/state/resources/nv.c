@@ -5,16 +5,17 @@
 #include <string.h>
 
 #include "src/base/readable.h"
+#include "src/model/geometry.h"
 #include "src/state/resources/nv_shape.h"
 #include "src/state/resources/records.h"
 
 struct nv_counts nv_counts_of(const VkGeometryNV *geometry)
 {
     const VkGeometryTrianglesNV *triangles = &geometry->geometry.triangles;
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_NV)
+    if (type_is_triangles(geometry->geometryType))
         return (struct nv_counts){.vertices = triangles->vertexCount,
                                   .indices = triangles->indexCount};
-    if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_NV)
+    if (type_is_aabbs(geometry->geometryType))
         return (struct nv_counts){.aabbs = geometry->geometry.aabbs.numAABBs};
     return (struct nv_counts){0};
 }
