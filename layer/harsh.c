@@ -6,6 +6,8 @@
 #include "layer/harsh.h"
 
 #include "src/base/readable.h"
+#include "src/model/geometry.h"
+#include "src/model/inputs.h"
 #include "src/state/builds/harsh.h"
 
 static bool structure_is_readable(const void *structure, size_t size)
@@ -78,11 +80,10 @@ void harsh_cover_instance(struct layer_instance *instance)
 static bool geometry_has_transform(const VkAccelerationStructureGeometryKHR *geometry)
 {
     return structure_is_readable(geometry, sizeof(*geometry)) &&
-           type_is_triangles(geometry->geometryType) &&
-           geometry->geometry.triangles.transformData.hostAddress;
+           type_is_triangles(geometry->geometryType) && input_address(geometry, INPUT_MATRIX);
 }
 
-/* A size may depend on whether transformData.hostAddress is NULL, and on no other address. */
+/* A size may depend on whether there is a transform, and on no other address. */
 static bool has_transform(const VkAccelerationStructureBuildGeometryInfoKHR *info)
 {
     bool has = false;

@@ -7,6 +7,7 @@
 
 #include "src/compare/summary.h"
 #include "src/compare/top.h"
+#include "src/model/inputs.h"
 
 void retained_free_top(struct retained_top *top); /* `top` may be NULL */
 
@@ -151,22 +152,22 @@ static bool fill_retained(struct comparer *comparer, const struct build_paramete
                           const struct input_memory *memory, uint64_t destroy_count,
                           struct retained_top *top)
 {
-    const VkAccelerationStructureGeometryInstancesDataKHR *data =
-        &parameters->geometries[0].geometry.instances;
-    const VkAccelerationStructureBuildRangeInfoKHR *range = &parameters->ranges[0];
-    uint64_t stride =
-        data->arrayOfPointers ? sizeof(uint64_t) : sizeof(VkAccelerationStructureInstanceKHR);
-    for (uint32_t i = 0; i < range->primitiveCount; i++) {
+    const VkAccelerationStructureGeometryKHR *geometry = &parameters->geometries[0];
+    const uint32_t count = parameters->ranges[0].primitiveCount;
+    struct geometry_input inputs[GEOMETRY_INPUTS];
+    inputs_of_geometry(0, geometry, NULL, &parameters->ranges[0], inputs);
+    top->input.array_of_pointers = has_instance_pointers(geometry);
+    for (uint32_t i = 0; i < count; i++) {
+        const uint64_t address =
+            inputs[0].address.deviceAddress + inputs[0].offset + i * inputs[0].stride;
         struct top_instance *instance = &top->instances[i];
-        if (!read_instance(memory, data->data.deviceAddress + range->primitiveOffset + i * stride,
-                           data->arrayOfPointers, &instance->given) ||
+        if (!read_instance(memory, address, top->input.array_of_pointers, &instance->given) ||
             !resolve(comparer, destroy_count, top, instance))
             return false;
     }
-    top->input.count = range->primitiveCount;
-    top->input.array_of_pointers = data->arrayOfPointers;
+    top->input.count = count;
     top->input.flags = parameters->info.flags;
-    top->input.geometry_flags = parameters->geometries[0].flags;
+    top->input.geometry_flags = geometry->flags;
     top->input.instances = top->instances;
     top->input.bottoms = top->copies;
     return true;

@@ -11,6 +11,7 @@
 #include "layer/snapshots/recorder.h"
 #include "observers.h"
 #include "src/base/readable.h"
+#include "src/model/inputs.h"
 #include "src/snapshots/build_input.h"
 #include "src/snapshots/build_parameters.h"
 
@@ -58,13 +59,11 @@ static uint64_t copy(void *context, uint64_t address, uint64_t size, const void 
 static void gather_instances(struct recorder *recorder, struct recorded_build *build)
 {
     const struct build_parameters *parameters = &build->parameters;
-    if (parameters->info.geometryCount != 1 ||
-        !type_is_instances(parameters->geometries[0].geometryType) ||
-        !parameters->geometries[0].geometry.instances.arrayOfPointers)
+    if (parameters->info.geometryCount != 1 || !has_instance_pointers(&parameters->geometries[0]))
         return;
     const struct snapshot *addresses =
         snapshot_find(build->snapshots, build->snapshot_count,
-                      parameters->geometries[0].geometry.instances.data.deviceAddress);
+                      input_address(&parameters->geometries[0], INPUT_INSTANCES));
     struct gathering gathering = {.is_typed = parameters->info.flags &
                                               VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV};
     if (addresses && recorder_gather(recorder, addresses, &gathering))

@@ -22,17 +22,16 @@ enum { EXTENTS = 3 /* per geometry: vertices or boxes, indices, transform */ };
  * zeros. */
 enum { PADDING = 4096 };
 
+_Static_assert(INPUT_VERTEX == 0 && INPUT_INDEX == 1 && INPUT_MATRIX == 2, "numbers of extents");
+
 /* The address of an input in the geometry; NULL if it has another type. */
 static uint64_t *address_of(VkAccelerationStructureGeometryKHR *geometry, unsigned extent)
 {
-    VkAccelerationStructureGeometryTrianglesDataKHR *triangles = &geometry->geometry.triangles;
-    if (type_is_aabbs(geometry->geometryType))
-        return extent == 0 ? &geometry->geometry.aabbs.data.deviceAddress : NULL;
-    if (!type_is_triangles(geometry->geometryType))
+    const bool is_triangles = type_is_triangles(geometry->geometryType);
+    if (!is_triangles && (extent || !type_is_aabbs(geometry->geometryType)))
         return NULL;
-    return extent == 0   ? &triangles->vertexData.deviceAddress
-           : extent == 1 ? &triangles->indexData.deviceAddress
-                         : &triangles->transformData.deviceAddress;
+    return &input_place(geometry, NULL, is_triangles ? (enum input_role)extent : INPUT_AABBS)
+                ->deviceAddress;
 }
 
 /* Returns pointers to the array addresses of a geometry, and the extents of the arrays. */
@@ -46,9 +45,7 @@ static void find_arrays(VkAccelerationStructureGeometryKHR *geometry,
     for (unsigned i = 0; i < EXTENTS; i++)
         addresses[i] = address_of(geometry, i);
     for (uint32_t i = 0; i < count; i++) {
-        const unsigned at = inputs[i].role == INPUT_INDEX    ? 1
-                            : inputs[i].role == INPUT_MATRIX ? 2
-                                                             : 0;
+        const unsigned at = inputs[i].role <= INPUT_MATRIX ? inputs[i].role : 0;
         const uint64_t end = input_end(&inputs[i]);
         if (inputs[i].size && addresses[at])
             extents[at] = (struct extent){inputs[i].offset,
@@ -195,7 +192,7 @@ bool reference_supports(const struct build_parameters *build)
     return true;
 }
 
-/* maxVertex counts from vertexData; the builder's max_vertex counts from the first vertex. */
+/* maxVertex counts from the array on; the builder's max_vertex counts from the first vertex. */
 static void limit_vertices(const struct build_parameters *build, struct build_input *input)
 {
     for (uint32_t i = 0; i < build->info.geometryCount; i++) {

@@ -74,6 +74,23 @@ static bool copy_opacity(struct readable_cache *cache, const void *chain,
     return true;
 }
 
+VkAccelerationStructureGeometryLinearSweptSpheresDataNV
+spheres_as_swept(const VkAccelerationStructureGeometrySpheresDataNV *spheres)
+{
+    return (VkAccelerationStructureGeometryLinearSweptSpheresDataNV){
+        .sType = spheres->sType,
+        .vertexFormat = spheres->vertexFormat,
+        .vertexData = spheres->vertexData,
+        .vertexStride = spheres->vertexStride,
+        .radiusFormat = spheres->radiusFormat,
+        .radiusData = spheres->radiusData,
+        .radiusStride = spheres->radiusStride,
+        .indexType = spheres->indexType,
+        .indexData = spheres->indexData,
+        .indexStride = spheres->indexStride,
+    };
+}
+
 static bool copy_spheres(struct readable_cache *cache, const void *chain,
                          struct chained_input *copy)
 {
@@ -83,18 +100,7 @@ static bool copy_spheres(struct readable_cache *cache, const void *chain,
                        &s))
         return false;
     if (s.sType)
-        copy->spheres = (VkAccelerationStructureGeometryLinearSweptSpheresDataNV){
-            .sType = s.sType,
-            .vertexFormat = s.vertexFormat,
-            .vertexData = s.vertexData,
-            .vertexStride = s.vertexStride,
-            .radiusFormat = s.radiusFormat,
-            .radiusData = s.radiusData,
-            .radiusStride = s.radiusStride,
-            .indexType = s.indexType,
-            .indexData = s.indexData,
-            .indexStride = s.indexStride,
-        };
+        copy->spheres = spheres_as_swept(&s);
     return true;
 }
 

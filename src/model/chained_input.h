@@ -37,6 +37,10 @@ struct chained_input {
     VkAccelerationStructureTrianglesDisplacementMicromapNV displacement;
 };
 
+/* Returns spheres as linear swept ones, which have all of their members, without a chain. */
+VkAccelerationStructureGeometryLinearSweptSpheresDataNV
+spheres_as_swept(const VkAccelerationStructureGeometrySpheresDataNV *spheres);
+
 /* Reads the chain of one geometry of a build with these flags into zeros. Usages of micromaps
  * remain the application's and those of a micromap's own build are left out. Returns false if the
  * chain can't be read. */

@@ -113,4 +113,12 @@ instances_in(const VkAccelerationStructureGeometryKHR *geometry)
                : NULL;
 }
 
+/* Returns whether the instances of a geometry are behind an array of pointers; false for other
+ * geometries. */
+static inline bool has_instance_pointers(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    return type_is_instances(geometry->geometryType) &&
+           geometry->geometry.instances.arrayOfPointers;
+}
+
 #endif

@@ -20,7 +20,7 @@
 
 /* Which member of the union is used. */
 enum input_form {
-    INPUT_PLAIN, /* "geometry.triangles.vertexData" */
+    INPUT_PLAIN, /* the union itself */
     INPUT_OF_DEVICE,
     INPUT_OF_HOST,
     INPUT_OF_NV, /* of vkCmdBuildAccelerationStructureNV */

@@ -7,16 +7,26 @@
 
 /* The inputs of one geometry, as far as they are found. */
 struct found_inputs {
+    const VkAccelerationStructureGeometryKHR *geometry;
+    const struct chained_input *chained;
     struct geometry_input *items;
     uint32_t count;
 };
 
 static void add(struct found_inputs *found, const struct geometry_input *input)
 {
-    found->items[found->count] = *input;
+    struct geometry_input *added = &found->items[found->count++];
+    *added = *input;
+    added->address = *input_place(found->geometry, found->chained, input->role);
     if (!input->most)
-        found->items[found->count].most = input->size;
-    found->count++;
+        added->most = input->size;
+}
+
+/* Adds an input that the geometry has only if its address is not 0. */
+static void add_if_given(struct found_inputs *found, const struct geometry_input *input)
+{
+    if (input_place(found->geometry, found->chained, input->role)->deviceAddress)
+        add(found, input);
 }
 
 /* Adds `count` indices, if the type has any. */
@@ -41,14 +51,12 @@ static uint64_t vertex_count(const VkAccelerationStructureGeometryTrianglesDataK
 
 static void add_vertices(struct found_inputs *found,
                          const VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
-                         const struct chained_input *chained,
                          const VkAccelerationStructureBuildRangeInfoKHR *range)
 {
     const bool is_indexed = triangles->indexType != VK_INDEX_TYPE_NONE_KHR;
     struct geometry_input vertices = {
         .role = INPUT_VERTEX,
         .is_chosen = is_indexed,
-        .address = triangles->vertexData,
         .offset = input_extent(is_indexed ? 0 : range->primitiveOffset, range->firstVertex,
                                triangles->vertexStride, 0),
         .count = vertex_count(triangles, range),
@@ -56,27 +64,23 @@ static void add_vertices(struct found_inputs *found,
         .size = format_position_size(triangles->vertexFormat),
     };
     add(found, &vertices);
-    if (!chained || !chained->motion_vertices.deviceAddress)
-        return;
     vertices.role = INPUT_MOTION_VERTEX;
-    vertices.address = chained->motion_vertices;
-    add(found, &vertices);
+    if (found->chained)
+        add_if_given(found, &vertices);
 }
 
 /* One index for each of `count` triangles, of which the build reads each one if there is a
  * micromap. */
-static void add_opacity(struct found_inputs *found, const struct chained_input *chained,
-                        uint64_t count, bool is_certain)
+static void add_opacity(struct found_inputs *found, uint64_t count, bool is_certain)
 {
-    const VkAccelerationStructureTrianglesOpacityMicromapEXT *opacity = &chained->opacity;
+    const VkAccelerationStructureTrianglesOpacityMicromapEXT *opacity = &found->chained->opacity;
     const bool is_ext =
         opacity->sType == VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT;
-    if (chained->has_opacity)
+    if (found->chained->has_opacity)
         add_indices(
             found, opacity->indexType,
             (struct geometry_input){.role = is_ext ? INPUT_OPACITY_EXT_INDEX : INPUT_OPACITY_INDEX,
                                     .is_chosen = !is_certain || !opacity->micromap,
-                                    .address = opacity->indexBuffer,
                                     .count = count,
                                     .stride = opacity->indexStride});
 }
@@ -90,7 +94,6 @@ static void add_displacement(struct found_inputs *found,
     const struct geometry_input vectors = {
         .role = INPUT_DISPLACEMENT_VECTOR,
         .is_chosen = true,
-        .address = from->displacementVectorBuffer,
         .offset = input_extent(0, range->firstVertex, from->displacementVectorStride, 0),
         .count = vertices,
         .stride = from->displacementVectorStride,
@@ -99,7 +102,6 @@ static void add_displacement(struct found_inputs *found,
     const struct geometry_input biases = {
         .role = INPUT_DISPLACEMENT_BIAS,
         .is_chosen = true,
-        .address = from->displacementBiasAndScaleBuffer,
         .offset = input_extent(0, range->firstVertex, from->displacementBiasAndScaleStride, 0),
         .count = vertices,
         .stride = from->displacementBiasAndScaleStride,
@@ -107,7 +109,6 @@ static void add_displacement(struct found_inputs *found,
     };
     const struct geometry_input flags = {
         .role = INPUT_DISPLACEMENT_FLAGS,
-        .address = from->displacedMicromapPrimitiveFlags,
         .count = range->primitiveCount,
         .stride = from->displacedMicromapPrimitiveFlagsStride,
         .size = 1,
@@ -115,39 +116,33 @@ static void add_displacement(struct found_inputs *found,
     if (!from->micromap)
         return;
     add(found, &vectors);
-    if (biases.address.deviceAddress)
-        add(found, &biases);
-    if (flags.address.deviceAddress)
-        add(found, &flags);
+    add_if_given(found, &biases);
+    add_if_given(found, &flags);
     add_indices(found, from->indexType,
                 (struct geometry_input){.role = INPUT_DISPLACEMENT_INDEX,
-                                        .address = from->indexBuffer,
                                         .count = range->primitiveCount,
                                         .stride = from->indexStride});
 }
 
 static void add_triangles(struct found_inputs *found,
                           const VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
-                          const struct chained_input *chained,
                           const VkAccelerationStructureBuildRangeInfoKHR *range)
 {
+    const struct chained_input *chained = found->chained;
     const uint32_t index_size = index_type_size(triangles->indexType);
-    add_vertices(found, triangles, chained, range);
+    add_vertices(found, triangles, range);
     add_indices(found, triangles->indexType,
                 (struct geometry_input){.role = INPUT_INDEX,
-                                        .address = triangles->indexData,
                                         .offset = range->primitiveOffset,
                                         .count = (uint64_t)range->primitiveCount * 3,
                                         .stride = index_size});
-    if (triangles->transformData.deviceAddress)
-        add(found, &(struct geometry_input){.role = INPUT_MATRIX,
-                                            .address = triangles->transformData,
-                                            .offset = range->transformOffset,
-                                            .count = 1,
-                                            .size = sizeof(VkTransformMatrixKHR)});
+    add_if_given(found, &(struct geometry_input){.role = INPUT_MATRIX,
+                                                 .offset = range->transformOffset,
+                                                 .count = 1,
+                                                 .size = sizeof(VkTransformMatrixKHR)});
     if (!chained)
         return;
-    add_opacity(found, chained, range->primitiveCount, true);
+    add_opacity(found, range->primitiveCount, true);
     if (chained->has_displacement)
         add_displacement(found, &chained->displacement, range, vertex_count(triangles, range));
 }
@@ -171,7 +166,6 @@ static void add_spheres(struct found_inputs *found,
     const struct geometry_input vertices = {
         .role = is_swept ? INPUT_SWEPT_VERTEX : INPUT_SPHERE_VERTEX,
         .is_chosen = is_indexed,
-        .address = spheres->vertexData,
         .offset = input_extent(offset, range->firstVertex, spheres->vertexStride, 0),
         .count = is_indexed ? 0 : count,
         .stride = spheres->vertexStride,
@@ -180,7 +174,6 @@ static void add_spheres(struct found_inputs *found,
     const struct geometry_input radii = {
         .role = is_swept ? INPUT_SWEPT_RADIUS : INPUT_SPHERE_RADIUS,
         .is_chosen = is_indexed || range->firstVertex || offset,
-        .address = spheres->radiusData,
         .offset = input_extent(offset, range->firstVertex, spheres->radiusStride, 0),
         .count = is_indexed ? 0 : count,
         .stride = spheres->radiusStride,
@@ -189,7 +182,6 @@ static void add_spheres(struct found_inputs *found,
     add_indices(found, spheres->indexType,
                 (struct geometry_input){.role = is_swept ? INPUT_SWEPT_INDEX : INPUT_SPHERE_INDEX,
                                         .is_chosen = !is_known_mode,
-                                        .address = spheres->indexData,
                                         .offset = range->primitiveOffset,
                                         .count = count,
                                         .stride = spheres->indexStride});
@@ -202,16 +194,14 @@ static void add_spheres(struct found_inputs *found,
 enum { MOTION_INSTANCE_STRIDE = 160, MOTION_INSTANCE_HEADER = 8 };
 
 static void add_instances(struct found_inputs *found,
-                          const VkAccelerationStructureGeometryInstancesDataKHR *instances,
                           const VkAccelerationStructureBuildRangeInfoKHR *range, bool has_motion)
 {
     struct geometry_input input = {.role = INPUT_INSTANCES,
-                                   .address = instances->data,
                                    .offset = range->primitiveOffset,
                                    .count = range->primitiveCount,
                                    .stride = sizeof(VkAccelerationStructureInstanceKHR),
                                    .size = sizeof(VkAccelerationStructureInstanceKHR)};
-    if (instances->arrayOfPointers) {
+    if (has_instance_pointers(found->geometry)) {
         input.stride = input.size = sizeof(VkDeviceAddress);
     } else if (has_motion) {
         input.stride = MOTION_INSTANCE_STRIDE;
@@ -222,16 +212,15 @@ static void add_instances(struct found_inputs *found,
 }
 
 /* Its primitive count is in the data. */
-static void add_dense(struct found_inputs *found, const struct chained_input *chained)
+static void add_dense(struct found_inputs *found)
 {
-    const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *dense = &chained->dense;
+    const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *dense =
+        &found->chained->dense;
     if (!dense->numTriangles || !dense->dataSize)
         return;
-    add(found, &(struct geometry_input){.role = INPUT_DENSE_DATA,
-                                        .address = dense->compressedData,
-                                        .count = 1,
-                                        .size = dense->dataSize});
-    add_opacity(found, chained, (uint64_t)dense->maxPrimitiveIndex + 1, false);
+    add(found,
+        &(struct geometry_input){.role = INPUT_DENSE_DATA, .count = 1, .size = dense->dataSize});
+    add_opacity(found, (uint64_t)dense->maxPrimitiveIndex + 1, false);
 }
 
 /* How much data the triangles of a micromap have is known only from them. */
@@ -241,12 +230,10 @@ static void add_micromap(struct found_inputs *found, const struct micromap_param
     if (!count)
         return;
     add(found, &(struct geometry_input){.role = INPUT_MICROMAP_TRIANGLES,
-                                        .address = micromap->triangles,
                                         .count = count,
                                         .stride = micromap->stride,
                                         .size = sizeof(VkMicromapTriangleEXT)});
-    add(found, &(struct geometry_input){
-                   .role = INPUT_MICROMAP_DATA, .is_chosen = true, .address = micromap->data});
+    add(found, &(struct geometry_input){.role = INPUT_MICROMAP_DATA, .is_chosen = true});
 }
 
 uint32_t inputs_of_geometry(VkBuildAccelerationStructureFlagsKHR flags,
@@ -255,18 +242,17 @@ uint32_t inputs_of_geometry(VkBuildAccelerationStructureFlagsKHR flags,
                             const VkAccelerationStructureBuildRangeInfoKHR *range,
                             struct geometry_input inputs[GEOMETRY_INPUTS])
 {
-    struct found_inputs found = {.items = inputs};
+    struct found_inputs found = {.geometry = geometry, .chained = chained, .items = inputs};
     const bool has_motion = flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
     const bool is_empty = !range || !range->primitiveCount;
     switch ((int)geometry->geometryType) {
     case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
         if (!is_empty)
-            add_triangles(&found, &geometry->geometry.triangles, chained, range);
+            add_triangles(&found, &geometry->geometry.triangles, range);
         break;
     case VK_GEOMETRY_TYPE_AABBS_KHR:
         if (!is_empty)
             add(&found, &(struct geometry_input){.role = INPUT_AABBS,
-                                                 .address = geometry->geometry.aabbs.data,
                                                  .offset = range->primitiveOffset,
                                                  .count = range->primitiveCount,
                                                  .stride = geometry->geometry.aabbs.stride,
@@ -274,7 +260,7 @@ uint32_t inputs_of_geometry(VkBuildAccelerationStructureFlagsKHR flags,
         break;
     case VK_GEOMETRY_TYPE_INSTANCES_KHR:
         if (!is_empty)
-            add_instances(&found, &geometry->geometry.instances, range, has_motion);
+            add_instances(&found, range, has_motion);
         break;
     case VK_GEOMETRY_TYPE_SPHERES_NV:
     case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
@@ -284,7 +270,7 @@ uint32_t inputs_of_geometry(VkBuildAccelerationStructureFlagsKHR flags,
         break;
     case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
         if (chained)
-            add_dense(&found, chained);
+            add_dense(&found);
         break;
     case VK_GEOMETRY_TYPE_MICROMAP_KHR:
         if (chained)

@@ -48,11 +48,71 @@ enum input_role {
 struct geometry_input {
     enum input_role role;
     bool is_chosen; /* indices or other data choose; otherwise the build reads each element */
-    VkDeviceOrHostAddressConstKHR address; /* as the application gave it; may be 0 */
+    VkDeviceOrHostAddressConstKHR address; /* as input_place() holds it; may be 0 */
     uint64_t offset;                       /* UINT64_MAX: beyond all addresses */
     uint64_t count, stride, size;          /* size 0: the format is unknown */
     uint64_t most; /* bytes that an element may have; the first `size` of them are read */
 };
+
+/* Returns the member that holds the address of an input. `geometry` has the type that reads the
+ * input; `chained` may be NULL for a role up to INPUT_LAST_PLAIN. Write to it only if both are the
+ * caller's own. Returns NULL for roles of no geometry. */
+static inline VkDeviceOrHostAddressConstKHR *
+input_place(const VkAccelerationStructureGeometryKHR *geometry, const struct chained_input *chained,
+            enum input_role role)
+{
+    VkAccelerationStructureGeometryKHR *in = (VkAccelerationStructureGeometryKHR *)geometry;
+    struct chained_input *more = (struct chained_input *)chained;
+    switch ((int)role) {
+    case INPUT_VERTEX:
+        return &in->geometry.triangles.vertexData;
+    case INPUT_INDEX:
+        return &in->geometry.triangles.indexData;
+    case INPUT_MATRIX:
+        return &in->geometry.triangles.transformData;
+    case INPUT_AABBS:
+        return &in->geometry.aabbs.data;
+    case INPUT_INSTANCES:
+        return &in->geometry.instances.data;
+    case INPUT_MOTION_VERTEX:
+        return &more->motion_vertices;
+    case INPUT_SPHERE_VERTEX:
+    case INPUT_SWEPT_VERTEX:
+        return &more->spheres.vertexData;
+    case INPUT_SPHERE_RADIUS:
+    case INPUT_SWEPT_RADIUS:
+        return &more->spheres.radiusData;
+    case INPUT_SPHERE_INDEX:
+    case INPUT_SWEPT_INDEX:
+        return &more->spheres.indexData;
+    case INPUT_MICROMAP_DATA:
+        return &more->micromap.data;
+    case INPUT_MICROMAP_TRIANGLES:
+        return &more->micromap.triangles;
+    case INPUT_OPACITY_INDEX:
+    case INPUT_OPACITY_EXT_INDEX:
+        return &more->opacity.indexBuffer;
+    case INPUT_DENSE_DATA:
+        return &more->dense.compressedData;
+    case INPUT_DISPLACEMENT_INDEX:
+        return &more->displacement.indexBuffer;
+    case INPUT_DISPLACEMENT_VECTOR:
+        return &more->displacement.displacementVectorBuffer;
+    case INPUT_DISPLACEMENT_BIAS:
+        return &more->displacement.displacementBiasAndScaleBuffer;
+    case INPUT_DISPLACEMENT_FLAGS:
+        return &more->displacement.displacedMicromapPrimitiveFlags;
+    default:
+        return NULL;
+    }
+}
+
+/* Returns the device address of an input that is in no chain. */
+static inline VkDeviceAddress input_address(const VkAccelerationStructureGeometryKHR *geometry,
+                                            enum input_role role)
+{
+    return input_place(geometry, NULL, role)->deviceAddress;
+}
 
 /* Triangles with motion, opacity and displacement have as many. */
 enum { GEOMETRY_INPUTS = 9 };

@@ -11,21 +11,33 @@ const char *input_field(enum input_role role)
     return input_name(role, INPUT_OF_DEVICE);
 }
 
+/* These two are about an input that the geometry has. */
+
+static bool role_is_given(const struct geometry_view *geometry, struct finding *finding,
+                          enum input_role role)
+{
+    return input_is_given(geometry, finding, input_field(role),
+                          input_address(geometry->geometry, role));
+}
+
+static bool role_is_aligned(const struct geometry_view *geometry, struct finding *finding,
+                            enum input_role role, uint32_t alignment)
+{
+    return address_is_aligned(finding, input_field(role), input_address(geometry->geometry, role),
+                              alignment);
+}
+
 bool vertex_address_is_given(const struct geometry_view *geometry, struct finding *finding)
 {
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
-        triangles_in(geometry->geometry);
-    return !triangles || input_is_given(geometry, finding, input_field(INPUT_VERTEX),
-                                        triangles->vertexData.deviceAddress);
+    return !triangles_in(geometry->geometry) || role_is_given(geometry, finding, INPUT_VERTEX);
 }
 
 bool vertex_address_is_aligned(const struct geometry_view *geometry, struct finding *finding)
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
-    return !triangles || address_is_aligned(finding, input_field(INPUT_VERTEX),
-                                            triangles->vertexData.deviceAddress,
-                                            format_alignment(triangles->vertexFormat));
+    return !triangles || role_is_aligned(geometry, finding, INPUT_VERTEX,
+                                         format_alignment(triangles->vertexFormat));
 }
 
 bool index_address_is_given(const struct geometry_view *geometry, struct finding *finding)
@@ -33,8 +45,7 @@ bool index_address_is_given(const struct geometry_view *geometry, struct finding
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
     return !triangles || !index_type_size(triangles->indexType) ||
-           input_is_given(geometry, finding, input_field(INPUT_INDEX),
-                          triangles->indexData.deviceAddress);
+           role_is_given(geometry, finding, INPUT_INDEX);
 }
 
 bool index_address_is_aligned(const struct geometry_view *geometry, struct finding *finding)
@@ -42,8 +53,7 @@ bool index_address_is_aligned(const struct geometry_view *geometry, struct findi
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(geometry->geometry);
     return !triangles ||
-           address_is_aligned(finding, input_field(INPUT_INDEX), triangles->indexData.deviceAddress,
-                              index_type_size(triangles->indexType));
+           role_is_aligned(geometry, finding, INPUT_INDEX, index_type_size(triangles->indexType));
 }
 
 bool transform_address_is_valid(const struct geometry_view *geometry, struct finding *finding)
@@ -56,50 +66,35 @@ bool transform_address_is_valid(const struct geometry_view *geometry, struct fin
 
 bool transform_address_is_aligned(const struct geometry_view *geometry, struct finding *finding)
 {
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
-        triangles_in(geometry->geometry);
-    return !triangles || address_is_aligned(finding, input_field(INPUT_MATRIX),
-                                            triangles->transformData.deviceAddress, 16);
+    return !triangles_in(geometry->geometry) ||
+           role_is_aligned(geometry, finding, INPUT_MATRIX, 16);
 }
 
 bool aabb_address_is_given(const struct geometry_view *geometry, struct finding *finding)
 {
-    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry->geometry);
-    return !aabbs ||
-           input_is_given(geometry, finding, input_field(INPUT_AABBS), aabbs->data.deviceAddress);
+    return !aabbs_in(geometry->geometry) || role_is_given(geometry, finding, INPUT_AABBS);
 }
 
 bool aabb_address_is_aligned(const struct geometry_view *geometry, struct finding *finding)
 {
-    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry->geometry);
-    return !aabbs ||
-           address_is_aligned(finding, input_field(INPUT_AABBS), aabbs->data.deviceAddress, 8);
+    return !aabbs_in(geometry->geometry) || role_is_aligned(geometry, finding, INPUT_AABBS, 8);
 }
 
 bool instance_address_is_given(const struct geometry_view *geometry, struct finding *finding)
 {
-    const VkAccelerationStructureGeometryInstancesDataKHR *instances =
-        instances_in(geometry->geometry);
-    return !instances || input_is_given(geometry, finding, input_field(INPUT_INSTANCES),
-                                        instances->data.deviceAddress);
+    return !instances_in(geometry->geometry) || role_is_given(geometry, finding, INPUT_INSTANCES);
 }
 
 bool instance_array_is_aligned(const struct geometry_view *geometry, struct finding *finding)
 {
-    const VkAccelerationStructureGeometryInstancesDataKHR *instances =
-        instances_in(geometry->geometry);
-    return !instances || instances->arrayOfPointers ||
-           address_is_aligned(finding, input_field(INPUT_INSTANCES), instances->data.deviceAddress,
-                              16);
+    return !instances_in(geometry->geometry) || has_instance_pointers(geometry->geometry) ||
+           role_is_aligned(geometry, finding, INPUT_INSTANCES, 16);
 }
 
 bool instance_pointers_are_aligned(const struct geometry_view *geometry, struct finding *finding)
 {
-    const VkAccelerationStructureGeometryInstancesDataKHR *instances =
-        instances_in(geometry->geometry);
-    return !instances || !instances->arrayOfPointers ||
-           address_is_aligned(finding, input_field(INPUT_INSTANCES), instances->data.deviceAddress,
-                              8);
+    return !instances_in(geometry->geometry) || !has_instance_pointers(geometry->geometry) ||
+           role_is_aligned(geometry, finding, INPUT_INSTANCES, 8);
 }
 
 const char *content_field(const struct geometry_view *geometry, enum input_role role)

@@ -105,13 +105,8 @@ bool motion_build_is_not_generic(const struct motion_build_view *motion_build,
 bool motion_vertex_address_is_given(const struct motion_triangles_view *motion_triangles,
                                     struct finding *finding)
 {
-    const VkAccelerationStructureGeometryMotionTrianglesDataNV *data = motion_triangles->data;
-    if (!data)
-        return true;
     const struct geometry_view *geometry = motion_triangles->geometry;
-    if (geometry->build->call->command == COMMAND_HOST)
-        return host_input_is_given(geometry, finding, MOTION_DATA "vertexData.hostAddress",
-                                   data->vertexData.hostAddress);
-    return input_is_given(geometry, finding, MOTION_DATA "vertexData.deviceAddress",
-                          data->vertexData.deviceAddress);
+    return !motion_triangles->vertices ||
+           chained_address_is_given(geometry, finding, content_field(geometry, INPUT_MOTION_VERTEX),
+                                    *motion_triangles->vertices);
 }

@@ -136,7 +136,7 @@ triangles_have_room(const struct range_view *range,
     const uint64_t corners = (uint64_t)given->primitiveCount * 3,
                    indices = given->primitiveOffset + corners * sizeof(uint32_t),
                    vertices = given->firstVertex * triangles->vertexStride + VERTEX_SIZE_MAX;
-    return has_indices && !triangles->transformData.deviceAddress &&
+    return has_indices && !input_address(range->geometry->geometry, INPUT_MATRIX) &&
            indices <= range->geometry->index_data.bytes_left &&
            vertices <= range->geometry->vertex.bytes_left;
 }

@@ -15,7 +15,7 @@ static const struct device_facts *device_of(const struct sphere_data *data)
 
 static bool has_indices(const struct sphere_data *data)
 {
-    return index_type_size(data->index_type) != 0;
+    return index_type_size(data->chained.spheres.indexType) != 0;
 }
 
 static bool is_host(const struct sphere_data *data)
@@ -25,7 +25,7 @@ static bool is_host(const struct sphere_data *data)
 
 bool spheres_feature_is_enabled(const struct spheres_view *spheres, struct finding *finding)
 {
-    return device_of(&spheres->data)->spheres ||
+    return device_of(spheres->data)->spheres ||
            violated_plainly(finding, "geometryType",
                             "is VK_GEOMETRY_TYPE_SPHERES_NV, but "
                             "VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV::spheres is "
@@ -35,7 +35,7 @@ bool spheres_feature_is_enabled(const struct spheres_view *spheres, struct findi
 bool swept_spheres_feature_is_enabled(const struct swept_spheres_view *swept_spheres,
                                       struct finding *finding)
 {
-    return device_of(&swept_spheres->data)->linear_swept_spheres ||
+    return device_of(swept_spheres->data)->linear_swept_spheres ||
            violated_plainly(finding, "geometryType",
                             "is VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV, but "
                             "VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV::"
@@ -47,29 +47,24 @@ bool swept_spheres_feature_is_enabled(const struct swept_spheres_view *swept_sph
 #define RULE_FOR_BOTH(rule, check, member)                                                         \
     bool spheres_##rule(const struct spheres_view *spheres, struct finding *finding)               \
     {                                                                                              \
-        return check(&spheres->data, finding, SPHERES_DATA member);                                \
+        return check(spheres->data, finding, SPHERES_DATA member);                                 \
     }                                                                                              \
     bool swept_spheres_##rule(const struct swept_spheres_view *swept_spheres,                      \
                               struct finding *finding)                                             \
     {                                                                                              \
-        return check(&swept_spheres->data, finding, SWEPT_DATA member);                            \
+        return check(swept_spheres->data, finding, SWEPT_DATA member);                             \
     }
 
-/* Defines the rule of an address for both structures. The path depends on whether the build is a
- * host build. */
-#define ADDRESS_RULE_FOR_BOTH(rule, check, member)                                                 \
+/* Defines the rule of an array for both structures. */
+#define ARRAY_RULE_FOR_BOTH(rule, check, array)                                                    \
     bool spheres_##rule(const struct spheres_view *spheres, struct finding *finding)               \
     {                                                                                              \
-        return check(&spheres->data, finding,                                                      \
-                     is_host(&spheres->data) ? SPHERES_DATA member ".hostAddress"                  \
-                                             : SPHERES_DATA member ".deviceAddress");              \
+        return check(spheres->data, finding, INPUT_SPHERE_##array);                                \
     }                                                                                              \
     bool swept_spheres_##rule(const struct swept_spheres_view *swept_spheres,                      \
                               struct finding *finding)                                             \
     {                                                                                              \
-        return check(&swept_spheres->data, finding,                                                \
-                     is_host(&swept_spheres->data) ? SWEPT_DATA member ".hostAddress"              \
-                                                   : SWEPT_DATA member ".deviceAddress");          \
+        return check(swept_spheres->data, finding, INPUT_SWEPT_##array);                           \
     }
 
 /* A structure is identified by its sType: with a wrong sType it counts as missing. */
@@ -94,13 +89,13 @@ static bool format_is_valid(const struct sphere_data *data, struct finding *find
 static bool vertex_format_is_a_format(const struct sphere_data *data, struct finding *finding,
                                       const char *path)
 {
-    return format_is_valid(data, finding, path, data->vertex_format);
+    return format_is_valid(data, finding, path, data->chained.spheres.vertexFormat);
 }
 
 static bool radius_format_is_a_format(const struct sphere_data *data, struct finding *finding,
                                       const char *path)
 {
-    return format_is_valid(data, finding, path, data->radius_format);
+    return format_is_valid(data, finding, path, data->chained.spheres.radiusFormat);
 }
 
 static bool vertex_format_has_feature(const struct sphere_data *data, struct finding *finding,
@@ -110,7 +105,7 @@ static bool vertex_format_has_feature(const struct sphere_data *data, struct fin
            violated(finding, path,
                     "{} lacks VK_FORMAT_FEATURE_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR on "
                     "this device",
-                    format(data->vertex_format));
+                    format(data->chained.spheres.vertexFormat));
 }
 
 static bool radius_format_has_feature(const struct sphere_data *data, struct finding *finding,
@@ -120,7 +115,7 @@ static bool radius_format_has_feature(const struct sphere_data *data, struct fin
            violated(finding, path,
                     "{} lacks VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_RADIUS_BUFFER_BIT_NV on "
                     "this device",
-                    format(data->radius_format));
+                    format(data->chained.spheres.radiusFormat));
 }
 
 RULE_FOR_BOTH(vertex_format_is_valid, vertex_format_is_a_format, "vertexFormat")
@@ -131,10 +126,11 @@ RULE_FOR_BOTH(radius_format_is_supported, radius_format_has_feature, "radiusForm
 static bool vertex_stride_is_multiple(const struct sphere_data *data, struct finding *finding,
                                       const char *path)
 {
-    uint32_t size = data->given ? format_alignment(data->vertex_format) : 0;
-    return !size || data->vertex_stride % size == 0 ||
+    uint32_t size = data->given ? format_alignment(data->chained.spheres.vertexFormat) : 0;
+    return !size || data->chained.spheres.vertexStride % size == 0 ||
            violated(finding, path, "{} is not a multiple of the component size of {} ({})",
-                    number(data->vertex_stride), format(data->vertex_format), number(size));
+                    number(data->chained.spheres.vertexStride),
+                    format(data->chained.spheres.vertexFormat), number(size));
 }
 
 RULE_FOR_BOTH(vertex_stride_is_aligned, vertex_stride_is_multiple, "vertexStride")
@@ -142,114 +138,95 @@ RULE_FOR_BOTH(vertex_stride_is_aligned, vertex_stride_is_multiple, "vertexStride
 static bool strides_are_small(const struct sphere_data *data, struct finding *finding,
                               const char *vertex_path, const char *radius_path)
 {
-    if (data->vertex_stride > UINT32_MAX && data->radius_stride > UINT32_MAX)
+    if (data->chained.spheres.vertexStride > UINT32_MAX &&
+        data->chained.spheres.radiusStride > UINT32_MAX)
         return violated(finding, vertex_path, "{} and radiusStride {} exceed 2^32 - 1",
-                        number(data->vertex_stride), number(data->radius_stride));
-    return stride_fits_32_bits(finding, vertex_path, data->vertex_stride) &&
-           stride_fits_32_bits(finding, radius_path, data->radius_stride);
+                        number(data->chained.spheres.vertexStride),
+                        number(data->chained.spheres.radiusStride));
+    return stride_fits_32_bits(finding, vertex_path, data->chained.spheres.vertexStride) &&
+           stride_fits_32_bits(finding, radius_path, data->chained.spheres.radiusStride);
 }
 
 bool spheres_strides_fit_32_bits(const struct spheres_view *spheres, struct finding *finding)
 {
-    return strides_are_small(&spheres->data, finding, SPHERES_DATA "vertexStride",
+    return strides_are_small(spheres->data, finding, SPHERES_DATA "vertexStride",
                              SPHERES_DATA "radiusStride");
 }
 
 bool swept_spheres_strides_fit_32_bits(const struct swept_spheres_view *swept_spheres,
                                        struct finding *finding)
 {
-    return strides_are_small(&swept_spheres->data, finding, SWEPT_DATA "vertexStride",
+    return strides_are_small(swept_spheres->data, finding, SWEPT_DATA "vertexStride",
                              SWEPT_DATA "radiusStride");
 }
 
 /* ---- addresses: presence and host addresses. Other rules cover nonzero device addresses. */
 
-static bool union_is_given(const struct sphere_data *data, struct finding *finding,
-                           const char *path, VkDeviceOrHostAddressConstKHR address)
+static VkDeviceOrHostAddressConstKHR address_of(const struct sphere_data *data,
+                                                enum input_role role)
 {
-    if (!data->given)
-        return true;
-    return is_host(data) ? host_input_is_given(data->geometry, finding, path, address.hostAddress)
-                         : input_is_given(data->geometry, finding, path, address.deviceAddress);
+    return *input_place(data->geometry->geometry, &data->chained, role);
 }
 
-static bool vertices_are_given(const struct sphere_data *data, struct finding *finding,
-                               const char *path)
+static bool array_is_given(const struct sphere_data *data, struct finding *finding,
+                           enum input_role role)
 {
-    return union_is_given(data, finding, path, data->vertices);
-}
-
-static bool radii_are_given(const struct sphere_data *data, struct finding *finding,
-                            const char *path)
-{
-    return union_is_given(data, finding, path, data->radii);
+    return !data->given ||
+           chained_address_is_given(data->geometry, finding, content_field(data->geometry, role),
+                                    address_of(data, role));
 }
 
 static bool indices_are_given(const struct sphere_data *data, struct finding *finding,
-                              const char *path)
+                              enum input_role role)
 {
-    return !has_indices(data) || union_is_given(data, finding, path, data->indices);
+    return !has_indices(data) || array_is_given(data, finding, role);
 }
 
 static bool no_indices_are_given(const struct sphere_data *data, struct finding *finding,
-                                 const char *path)
+                                 enum input_role role)
 {
-    if (!data->given || data->index_type != VK_INDEX_TYPE_NONE_KHR)
+    const VkDeviceOrHostAddressConstKHR indices = address_of(data, role);
+    if (!data->given || data->chained.spheres.indexType != VK_INDEX_TYPE_NONE_KHR)
         return true;
-    uint64_t address = is_host(data) ? (uint64_t)(uintptr_t)data->indices.hostAddress
-                                     : data->indices.deviceAddress;
+    uint64_t address =
+        is_host(data) ? (uint64_t)(uintptr_t)indices.hostAddress : indices.deviceAddress;
     return !address ||
-           violated(finding, path, "{} is not 0, but indexType is VK_INDEX_TYPE_NONE_KHR",
-                    hex(address));
+           violated(finding, content_field(data->geometry, role),
+                    "{} is not 0, but indexType is VK_INDEX_TYPE_NONE_KHR", hex(address));
 }
 
-ADDRESS_RULE_FOR_BOTH(vertex_address_is_given, vertices_are_given, "vertexData")
-ADDRESS_RULE_FOR_BOTH(radius_address_is_given, radii_are_given, "radiusData")
-ADDRESS_RULE_FOR_BOTH(without_indices_have_no_index_address, no_indices_are_given, "indexData")
+ARRAY_RULE_FOR_BOTH(vertex_address_is_given, array_is_given, VERTEX)
+ARRAY_RULE_FOR_BOTH(radius_address_is_given, array_is_given, RADIUS)
+ARRAY_RULE_FOR_BOTH(without_indices_have_no_index_address, no_indices_are_given, INDEX)
 
-static bool host_address_is_readable(struct finding *finding, const char *path,
-                                     VkDeviceOrHostAddressConstKHR address, bool is_unreadable)
+static bool array_is_readable(const struct sphere_data *data, struct finding *finding,
+                              enum input_role role)
 {
-    return !is_unreadable || violated(finding, path, "{} is not readable",
-                                      hex((uint64_t)(uintptr_t)address.hostAddress));
+    return !(data->unreadable & 1U << role) ||
+           violated(finding, content_field(data->geometry, role), "{} is not readable",
+                    hex((uint64_t)(uintptr_t)address_of(data, role).hostAddress));
 }
 
-static bool vertices_are_readable(const struct sphere_data *data, struct finding *finding,
-                                  const char *path)
-{
-    return host_address_is_readable(finding, path, data->vertices, data->vertices_unreadable);
-}
-
-static bool radii_are_readable(const struct sphere_data *data, struct finding *finding,
-                               const char *path)
-{
-    return host_address_is_readable(finding, path, data->radii, data->radii_unreadable);
-}
-
-static bool indices_are_readable(const struct sphere_data *data, struct finding *finding,
-                                 const char *path)
-{
-    return host_address_is_readable(finding, path, data->indices, data->indices_unreadable);
-}
-
-ADDRESS_RULE_FOR_BOTH(vertex_data_is_valid, vertices_are_readable, "vertexData")
-ADDRESS_RULE_FOR_BOTH(radius_data_is_valid, radii_are_readable, "radiusData")
-ADDRESS_RULE_FOR_BOTH(index_data_is_valid, indices_are_readable, "indexData")
+ARRAY_RULE_FOR_BOTH(vertex_data_is_valid, array_is_readable, VERTEX)
+ARRAY_RULE_FOR_BOTH(radius_data_is_valid, array_is_readable, RADIUS)
+ARRAY_RULE_FOR_BOTH(index_data_is_valid, array_is_readable, INDEX)
 
 /* ---- indices. VK_INDEX_TYPE_UINT8 has its own rule. */
 
 static bool index_type_is_known(const struct sphere_data *data, struct finding *finding,
                                 const char *path)
 {
-    return !data->given || has_indices(data) || data->index_type == VK_INDEX_TYPE_NONE_KHR ||
+    return !data->given || has_indices(data) ||
+           data->chained.spheres.indexType == VK_INDEX_TYPE_NONE_KHR ||
            device_of(data)->newer_than_registry ||
-           violated(finding, path, "{} is not a VkIndexType", index_type(data->index_type));
+           violated(finding, path, "{} is not a VkIndexType",
+                    index_type(data->chained.spheres.indexType));
 }
 
 static bool index_type_is_not_8_bits(const struct sphere_data *data, struct finding *finding,
                                      const char *path)
 {
-    return !data->given || data->index_type != VK_INDEX_TYPE_UINT8 ||
+    return !data->given || data->chained.spheres.indexType != VK_INDEX_TYPE_UINT8 ||
            violated_plainly(finding, path, "is VK_INDEX_TYPE_UINT8, which a build does not accept");
 }
 
@@ -261,10 +238,10 @@ RULE_FOR_BOTH(index_type_is_16_or_32_bits_or_none, index_type_is_not_8_bits, "in
 bool swept_spheres_indexing_mode_is_valid(const struct swept_spheres_view *swept_spheres,
                                           struct finding *finding)
 {
-    VkRayTracingLssIndexingModeNV mode = swept_spheres->indexing_mode;
-    return !swept_spheres->data.given || mode == VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV ||
+    VkRayTracingLssIndexingModeNV mode = swept_spheres->data->chained.spheres.indexingMode;
+    return !swept_spheres->data->given || mode == VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV ||
            mode == VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV ||
-           device_of(&swept_spheres->data)->newer_than_registry ||
+           device_of(swept_spheres->data)->newer_than_registry ||
            violated(finding, SWEPT_DATA "indexingMode", "{} is not a VkRayTracingLssIndexingModeNV",
                     number((uint32_t)mode));
 }
@@ -272,34 +249,30 @@ bool swept_spheres_indexing_mode_is_valid(const struct swept_spheres_view *swept
 bool swept_spheres_end_caps_mode_is_valid(const struct swept_spheres_view *swept_spheres,
                                           struct finding *finding)
 {
-    VkRayTracingLssPrimitiveEndCapsModeNV mode = swept_spheres->end_caps_mode;
-    return !swept_spheres->data.given ||
+    VkRayTracingLssPrimitiveEndCapsModeNV mode = swept_spheres->data->chained.spheres.endCapsMode;
+    return !swept_spheres->data->given ||
            mode == VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_NONE_NV ||
            mode == VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_CHAINED_NV ||
-           device_of(&swept_spheres->data)->newer_than_registry ||
+           device_of(swept_spheres->data)->newer_than_registry ||
            violated(finding, SWEPT_DATA "endCapsMode",
                     "{} is not a VkRayTracingLssPrimitiveEndCapsModeNV", number((uint32_t)mode));
 }
 
 bool spheres_index_address_is_given(const struct spheres_view *spheres, struct finding *finding)
 {
-    return indices_are_given(&spheres->data, finding,
-                             is_host(&spheres->data) ? SPHERES_DATA "indexData.hostAddress"
-                                                     : SPHERES_DATA "indexData.deviceAddress");
+    return indices_are_given(spheres->data, finding, INPUT_SPHERE_INDEX);
 }
 
 static bool is_successive(const struct swept_spheres_view *swept_spheres)
 {
-    return swept_spheres->indexing_mode == VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV;
+    return swept_spheres->data->chained.spheres.indexingMode ==
+           VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV;
 }
 
 bool swept_spheres_index_address_is_given(const struct swept_spheres_view *swept_spheres,
                                           struct finding *finding)
 {
-    const struct sphere_data *data = &swept_spheres->data;
-    return indices_are_given(data, finding,
-                             is_host(data) ? SWEPT_DATA "indexData.hostAddress"
-                                           : SWEPT_DATA "indexData.deviceAddress") ||
+    return indices_are_given(swept_spheres->data, finding, INPUT_SWEPT_INDEX) ||
            (is_successive(swept_spheres) &&
             also_violates(finding, RULE_successive_swept_spheres_have_index_data));
 }
@@ -309,12 +282,13 @@ bool swept_spheres_index_address_is_given(const struct swept_spheres_view *swept
 bool successive_swept_spheres_have_index_data(const struct swept_spheres_view *swept_spheres,
                                               struct finding *finding)
 {
-    const struct sphere_data *data = &swept_spheres->data;
+    const struct sphere_data *data = swept_spheres->data;
     if (!data->given || !is_successive(swept_spheres))
         return true;
-    bool is_null = is_host(data) ? !data->indices.hostAddress : !data->indices.deviceAddress;
+    const VkDeviceOrHostAddressConstKHR indices = address_of(data, INPUT_SWEPT_INDEX);
+    bool is_null = is_host(data) ? !indices.hostAddress : !indices.deviceAddress;
     return !is_null || geometry_is_empty(data->geometry) ||
-           violated_plainly(finding, SWEPT_DATA "indexData",
+           violated_plainly(finding, input_name(INPUT_SWEPT_INDEX, INPUT_PLAIN),
                             "is NULL, but indexingMode is "
                             "VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV") ||
            (has_indices(data) &&

@@ -65,7 +65,7 @@ static void build_input_describe(const VkAccelerationStructureGeometryKHR *geome
         described->aabbs.stride = geometry->geometry.aabbs.stride;
         break;
     case VK_GEOMETRY_TYPE_INSTANCES_KHR:
-        described->instances.array_of_pointers = geometry->geometry.instances.arrayOfPointers;
+        described->instances.array_of_pointers = has_instance_pointers(geometry);
         break;
     default:
         if (chained)

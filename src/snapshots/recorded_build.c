@@ -6,53 +6,9 @@
 #include <string.h>
 
 #include "src/base/array.h"
+#include "src/model/inputs.h"
 
 /* ---- parameters */
-
-/* Displacement data has one element for each vertex, so firstVertex offsets it. */
-static void normalize_chained(struct chained_input *chained, uint64_t to_first,
-                              const VkAccelerationStructureBuildRangeInfoKHR *range)
-{
-    VkAccelerationStructureTrianglesDisplacementMicromapNV *displacement = &chained->displacement;
-    if (chained->motion_vertices.deviceAddress)
-        chained->motion_vertices.deviceAddress += to_first;
-    displacement->displacementVectorBuffer.deviceAddress +=
-        range->firstVertex * displacement->displacementVectorStride;
-    if (displacement->displacementBiasAndScaleBuffer.deviceAddress)
-        displacement->displacementBiasAndScaleBuffer.deviceAddress +=
-            range->firstVertex * displacement->displacementBiasAndScaleStride;
-}
-
-/* `chained` may be NULL. */
-static void normalize_triangles(VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
-                                struct chained_input *chained,
-                                const VkAccelerationStructureBuildRangeInfoKHR *range)
-{
-    uint64_t to_first = range->firstVertex * triangles->vertexStride;
-    if (triangles->indexType == VK_INDEX_TYPE_NONE_KHR)
-        to_first += range->primitiveOffset;
-    else
-        triangles->indexData.deviceAddress += range->primitiveOffset;
-    triangles->vertexData.deviceAddress += to_first;
-    if (chained)
-        normalize_chained(chained, to_first, range);
-    triangles->maxVertex -=
-        range->firstVertex < triangles->maxVertex ? range->firstVertex : triangles->maxVertex;
-    if (triangles->transformData.deviceAddress)
-        triangles->transformData.deviceAddress += range->transformOffset;
-}
-
-static void normalize_spheres(VkAccelerationStructureGeometryLinearSweptSpheresDataNV *spheres,
-                              const VkAccelerationStructureBuildRangeInfoKHR *range)
-{
-    uint64_t offset = 0;
-    if (spheres->indexType == VK_INDEX_TYPE_NONE_KHR)
-        offset = range->primitiveOffset;
-    else
-        spheres->indexData.deviceAddress += range->primitiveOffset;
-    spheres->vertexData.deviceAddress += offset + range->firstVertex * spheres->vertexStride;
-    spheres->radiusData.deviceAddress += offset + range->firstVertex * spheres->radiusStride;
-}
 
 /* Copies the chained input without micromap usages, which stay in `from` because normalization does
  * not change them. */
@@ -97,14 +53,17 @@ bool recorded_build_normalize(struct recorded_build *build)
         VkAccelerationStructureBuildRangeInfoKHR *range = &build->parameters.ranges[i];
         struct chained_input *chained =
             build->parameters.chained ? &build->parameters.chained[i] : NULL;
+        struct geometry_input inputs[GEOMETRY_INPUTS];
+        const uint32_t count =
+            inputs_of_geometry(build->parameters.info.flags, geometry, chained, range, inputs);
+        for (uint32_t j = 0; j < count; j++) {
+            const struct geometry_input *input = &inputs[j];
+            input_place(geometry, chained, input->role)->deviceAddress =
+                input_extent(input->address.deviceAddress, 1, input->offset, 0);
+        }
         if (type_is_triangles(geometry->geometryType))
-            normalize_triangles(&geometry->geometry.triangles, chained, range);
-        if (type_is_aabbs(geometry->geometryType))
-            geometry->geometry.aabbs.data.deviceAddress += range->primitiveOffset;
-        if (type_is_instances(geometry->geometryType))
-            geometry->geometry.instances.data.deviceAddress += range->primitiveOffset;
-        if (chained && chained->spheres.sType)
-            normalize_spheres(&chained->spheres, range);
+            geometry->geometry.triangles.maxVertex -=
+                (uint32_t)smaller_of(range->firstVertex, geometry->geometry.triangles.maxVertex);
         *range =
             (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = range->primitiveCount};
     }

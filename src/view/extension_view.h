@@ -6,6 +6,7 @@
 
 #include <vulkan/vulkan.h>
 
+#include "src/model/chained_input.h"
 #include "src/view/view.h"
 
 /* VK_NV_ray_tracing_motion_blur: a build, and a triangle geometry with or without motion data. */
@@ -18,8 +19,8 @@ struct motion_build_view {
 
 struct motion_triangles_view {
     const struct geometry_view *geometry;
-    /* NULL if the geometry has none. */
-    const VkAccelerationStructureGeometryMotionTrianglesDataNV *data;
+    /* At the end of the motion; NULL if the geometry has no motion data. */
+    const VkDeviceOrHostAddressConstKHR *vertices;
 };
 
 /* An instance of a build with motion. `instance` is a copy of the data. */
@@ -31,30 +32,26 @@ struct motion_instance_view {
     const struct accel_facts *referenced; /* the structure; unknown if the reference is 0 */
 };
 
-/* VK_NV_ray_tracing_linear_swept_spheres: the members that both of its structures share. */
+/* VK_NV_ray_tracing_linear_swept_spheres: what both of its structures share. */
 struct sphere_data {
     const struct geometry_view *geometry;
+    bool is_swept;
     bool missing; /* geometryType requires the structure, and the chain certainly lacks it */
     bool given;   /* the chain has the structure; the members below are valid */
-    VkFormat vertex_format, radius_format;
-    VkDeviceSize vertex_stride, radius_stride, index_stride; /* bytes */
-    VkIndexType index_type;
-    VkDeviceOrHostAddressConstKHR vertices, radii, indices;
+    struct chained_input chained; /* its `spheres` */
 
     /* From level STATE on. */
     enum tristate vertex_format_supported, radius_format_supported;
-    /* Host builds: the address is not NULL and is not readable. */
-    bool vertices_unreadable, radii_unreadable, indices_unreadable;
+    /* Host builds: bits 1 << role of the addresses that are not NULL and not readable. */
+    uint32_t unreadable;
 };
 
 struct spheres_view {
-    struct sphere_data data;
+    const struct sphere_data *data;
 };
 
 struct swept_spheres_view {
-    struct sphere_data data;
-    VkRayTracingLssIndexingModeNV indexing_mode;
-    VkRayTracingLssPrimitiveEndCapsModeNV end_caps_mode;
+    const struct sphere_data *data;
 };
 
 /* VK_AMDX_dense_geometry_format: a build that has dense geometries, and one dense geometry. */

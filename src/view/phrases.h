@@ -21,6 +21,16 @@ static inline bool host_input_is_given(const struct geometry_view *geometry,
     return address || geometry_is_empty(geometry) || violated_plainly(finding, field, "is NULL");
 }
 
+/* The command decides which member of the union is meant. */
+static inline bool chained_address_is_given(const struct geometry_view *geometry,
+                                            struct finding *finding, const char *field,
+                                            VkDeviceOrHostAddressConstKHR address)
+{
+    return geometry->build->call->command == COMMAND_HOST
+               ? host_input_is_given(geometry, finding, field, address.hostAddress)
+               : input_is_given(geometry, finding, field, address.deviceAddress);
+}
+
 static inline bool address_is_given(struct finding *finding, const char *field,
                                     VkDeviceAddress address)
 {

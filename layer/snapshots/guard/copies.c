@@ -9,6 +9,7 @@
 #include "layer/snapshots/copies/copies.h"
 #include "layer/snapshots/guard/references.h"
 #include "src/base/array.h"
+#include "src/model/inputs.h"
 #include "src/snapshots/recorded_build.h"
 
 /* As guard.comp has them. */
@@ -58,15 +59,12 @@ void guard_free_copies(const struct guard *guard, struct snapshot_chunk *copies)
 
 /* ---- which builds */
 
-static const VkAccelerationStructureGeometryInstancesDataKHR *
-instances_of(const struct build_parameters *parameters)
+static bool has_instances(const struct build_parameters *parameters)
 {
     return parameters->info.type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR &&
-                   parameters->info.geometryCount == 1 &&
-                   type_is_instances(parameters->geometries[0].geometryType) &&
-                   parameters->ranges[0].primitiveCount
-               ? &parameters->geometries[0].geometry.instances
-               : NULL;
+           parameters->info.geometryCount == 1 &&
+           type_is_instances(parameters->geometries[0].geometryType) &&
+           parameters->ranges[0].primitiveCount;
 }
 
 /* Returns why a build cannot be guarded here, or NULL. */
@@ -182,8 +180,7 @@ static bool record_guard(struct recorder *recorder, struct recorded_build *build
 {
     struct guard *guard = recorder->device->snapshots->guard;
     const struct build_parameters *parameters = &build->parameters;
-    const VkAccelerationStructureGeometryInstancesDataKHR *given = instances_of(parameters);
-    bool has_pointers = given->arrayOfPointers;
+    bool has_pointers = has_instance_pointers(&parameters->geometries[0]);
     bool has_motion = parameters->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
     uint32_t count = parameters->ranges[0].primitiveCount;
     const struct layout layout = layout_of(build, has_pointers, has_motion);
@@ -204,7 +201,8 @@ static bool record_guard(struct recorder *recorder, struct recorded_build *build
                                   .buffer = chunk->buffer.handle,
                                   .offset = chunk->offset + at + layout.elements_offset};
     build->guard.is_nv = instances;
-    build->guard.source = instances ? constants.elements : given->data.deviceAddress;
+    build->guard.source =
+        instances ? constants.elements : input_address(&parameters->geometries[0], INPUT_INSTANCES);
     build->guard.indirect = build->is_indirect ? build->indirect_address : 0;
     build->guard.source_size =
         build->is_indirect ? UINT64_MAX
@@ -227,11 +225,10 @@ static bool guard_copy(struct recorder *recorder, struct recorded_build *build, 
                        VkDeviceSize offset, struct guarded_copy *copy)
 {
     struct guard *guard = recorder->device->snapshots->guard;
-    const VkAccelerationStructureGeometryInstancesDataKHR *given =
-        guard ? instances_of(&build->parameters) : NULL;
-    if (!given)
+    if (!guard || !has_instances(&build->parameters))
         return false;
-    const char *obstacle = find_obstacle(recorder, instances, given->data.deviceAddress);
+    const char *obstacle = find_obstacle(
+        recorder, instances, input_address(&build->parameters.geometries[0], INPUT_INSTANCES));
     if (!obstacle && instances &&
         !nv_source_is_whole(recorder, instances, offset,
                             build->parameters.ranges[0].primitiveCount *

@@ -15,9 +15,8 @@ bool micromap_is_well_formed(const VkAccelerationStructureGeometryKHR *geometry)
  * alone: drivers get no counts for it. */
 bool is_micromap_build_for_device(const struct build_view *build);
 bool spheres_are_well_formed(const VkAccelerationStructureGeometryKHR *geometry);
-/* Fills a view from the spheres or linear swept spheres in the chain of a geometry. `given` stays
- * false if there are none. */
-void view_spheres(const struct geometry_view *geometry, struct swept_spheres_view *view);
+/* Describes the chain of a geometry of spheres or linear swept spheres. */
+void view_spheres(const struct geometry_view *geometry, struct sphere_data *data);
 /* Gets the number of triangles of a dense geometry, which takes no build range. Returns false for
  * other geometries. */
 bool dense_triangle_count(const VkAccelerationStructureGeometryKHR *geometry, uint32_t *count);
@@ -36,7 +35,7 @@ const struct address_facts *chained_input(struct check_context *context,
 /* Sets for host builds which data of the spheres is unreadable; looks up their addresses for other
  * builds. */
 void view_sphere_addresses(struct check_context *context, struct geometry_view *geometry,
-                           bool is_swept, struct sphere_data *data);
+                           struct sphere_data *data);
 /* Sets whether the device supports the formats of the spheres. */
 void view_sphere_formats(struct check_context *context, struct sphere_data *data);
 

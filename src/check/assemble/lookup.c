@@ -2,6 +2,7 @@
 /* Looks up the handles and addresses of views in the state, in batches. */
 #include "src/check/assemble/views.h"
 #include "src/model/geometry.h"
+#include "src/model/inputs.h"
 
 enum { ACCELS_OF_BUILD = 2, ADDRESSES_OF_BUILD = 1, ADDRESSES_OF_GEOMETRY = 3 };
 _Static_assert(VIEWS_MAX *ACCELS_OF_BUILD <= RESOURCE_ACCEL_QUERIES &&
@@ -37,24 +38,21 @@ static void queue_build(struct resource_queries *queries, struct build_view *bui
 
 static inline void queue_geometry(struct resource_queries *queries, struct geometry_view *geometry)
 {
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
-        triangles_in(geometry->geometry);
-    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry->geometry);
-    const VkAccelerationStructureGeometryInstancesDataKHR *instances =
-        instances_in(geometry->geometry);
+    const VkAccelerationStructureGeometryKHR *given = geometry->geometry;
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(given);
     if (geometry->build->call->command == COMMAND_HOST || geometry_is_empty(geometry))
         return;
     if (triangles) {
-        queue_address(queries, triangles->vertexData.deviceAddress, &geometry->vertex);
+        queue_address(queries, input_address(given, INPUT_VERTEX), &geometry->vertex);
         if (index_type_size(triangles->indexType))
-            queue_address(queries, triangles->indexData.deviceAddress, &geometry->index_data);
-        if (triangles->transformData.deviceAddress)
-            queue_address(queries, triangles->transformData.deviceAddress, &geometry->transform);
+            queue_address(queries, input_address(given, INPUT_INDEX), &geometry->index_data);
+        if (input_address(given, INPUT_MATRIX))
+            queue_address(queries, input_address(given, INPUT_MATRIX), &geometry->transform);
     }
-    if (aabbs)
-        queue_address(queries, aabbs->data.deviceAddress, &geometry->data);
-    if (instances)
-        queue_address(queries, instances->data.deviceAddress, &geometry->data);
+    if (aabbs_in(given))
+        queue_address(queries, input_address(given, INPUT_AABBS), &geometry->data);
+    if (instances_in(given))
+        queue_address(queries, input_address(given, INPUT_INSTANCES), &geometry->data);
 }
 
 void view_builds_found(struct check_context *context, struct build_view *builds,

@@ -6,17 +6,24 @@
 #include "src/check/assemble/views.h"
 #include "src/model/formats.h"
 #include "src/model/geometry.h"
+#include "src/model/inputs.h"
 
-static const VkStructureType spheres_type =
-    VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV;
-static const VkStructureType swept_type =
-    VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV;
+/* Copies the spheres of a geometry from the structure that its chain has. */
+static void copy_found(const VkAccelerationStructureGeometryKHR *geometry, const void *found,
+                       struct chained_input *copy)
+{
+    if (type_is_swept_spheres(geometry->geometryType))
+        copy->spheres = *(const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *)found;
+    else
+        copy->spheres = spheres_as_swept(found);
+}
 
-#define COMMON_MEMBERS(s)                                                                          \
-    .given = true, .vertex_format = (s)->vertexFormat, .radius_format = (s)->radiusFormat,         \
-    .vertex_stride = (s)->vertexStride, .radius_stride = (s)->radiusStride,                        \
-    .index_stride = (s)->indexStride, .index_type = (s)->indexType, .vertices = (s)->vertexData,   \
-    .radii = (s)->radiusData, .indices = (s)->indexData
+static VkStructureType type_of_spheres(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    return type_is_swept_spheres(geometry->geometryType)
+               ? VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV
+               : VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV;
+}
 
 /* A build without primitives reads nothing. */
 static bool is_unreadable(struct check_context *context, const struct geometry_view *geometry,
@@ -27,74 +34,56 @@ static bool is_unreadable(struct check_context *context, const struct geometry_v
            !host_memory_is_there(context, address, 1);
 }
 
-static bool has_indices(const struct sphere_data *data)
-{
-    return index_type_size(data->index_type) != 0;
-}
-
 void view_sphere_addresses(struct check_context *context, struct geometry_view *geometry,
-                           bool is_swept, struct sphere_data *data)
+                           struct sphere_data *data)
 {
-    if (geometry->build->call->command == COMMAND_HOST) {
-        data->vertices_unreadable = is_unreadable(context, geometry, data->vertices.hostAddress);
-        data->radii_unreadable = is_unreadable(context, geometry, data->radii.hostAddress);
-        data->indices_unreadable =
-            has_indices(data) && is_unreadable(context, geometry, data->indices.hostAddress);
-    } else if (context->level >= LEVEL_STATE) {
-        chained_input(context, geometry, is_swept ? INPUT_SWEPT_VERTEX : INPUT_SPHERE_VERTEX,
-                      data->vertices.deviceAddress);
-        chained_input(context, geometry, is_swept ? INPUT_SWEPT_RADIUS : INPUT_SPHERE_RADIUS,
-                      data->radii.deviceAddress);
-        if (has_indices(data))
-            chained_input(context, geometry, is_swept ? INPUT_SWEPT_INDEX : INPUT_SPHERE_INDEX,
-                          data->indices.deviceAddress);
+    const bool has_indices = index_type_size(data->chained.spheres.indexType) != 0;
+    const enum input_role first = data->is_swept ? INPUT_SWEPT_VERTEX : INPUT_SPHERE_VERTEX;
+    const enum input_role end = first + (has_indices ? 3 : 2);
+    for (enum input_role role = first; role < end; role++) {
+        const VkDeviceOrHostAddressConstKHR address =
+            *input_place(geometry->geometry, &data->chained, role);
+        if (geometry->build->call->command != COMMAND_HOST) {
+            if (context->level >= LEVEL_STATE)
+                chained_input(context, geometry, role, address.deviceAddress);
+        } else if (is_unreadable(context, geometry, address.hostAddress)) {
+            data->unreadable |= 1U << role;
+        }
     }
 }
 
 void view_sphere_formats(struct check_context *context, struct sphere_data *data)
 {
+    const struct check_hooks *hooks = context->hooks;
     data->vertex_format_supported =
-        context->hooks->vertex_format_supported(context->user, data->vertex_format);
+        hooks->vertex_format_supported(context->user, data->chained.spheres.vertexFormat);
     data->radius_format_supported =
-        context->hooks->radius_format_supported(context->user, data->radius_format);
+        hooks->radius_format_supported(context->user, data->chained.spheres.radiusFormat);
 }
 
-void view_spheres(const struct geometry_view *geometry, struct swept_spheres_view *view)
+void view_spheres(const struct geometry_view *geometry, struct sphere_data *data)
 {
-    const void *chain = geometry->geometry->pNext;
-    *view = (struct swept_spheres_view){.data.missing = extended_data_is_missing(geometry)};
-    if (type_is_spheres(geometry->geometry->geometryType)) {
-        const VkAccelerationStructureGeometrySpheresDataNV *s =
-            chain_member(chain, &geometry->chain, spheres_type);
-        if (s)
-            view->data = (struct sphere_data){COMMON_MEMBERS(s)};
-    } else if (type_is_swept_spheres(geometry->geometry->geometryType)) {
-        const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *s =
-            chain_member(chain, &geometry->chain, swept_type);
-        if (s)
-            *view = (struct swept_spheres_view){.data = {COMMON_MEMBERS(s)},
-                                                .indexing_mode = s->indexingMode,
-                                                .end_caps_mode = s->endCapsMode};
-    }
-    view->data.geometry = geometry;
-}
-
-static bool members_are_well_formed(const struct sphere_data *data)
-{
-    return format_is_known(data->vertex_format) && format_is_known(data->radius_format) &&
-           (has_indices(data) || data->index_type == VK_INDEX_TYPE_NONE_KHR);
+    const VkAccelerationStructureGeometryKHR *given = geometry->geometry;
+    const void *found = chain_member(given->pNext, &geometry->chain, type_of_spheres(given));
+    *data = (struct sphere_data){.geometry = geometry,
+                                 .is_swept = type_is_swept_spheres(given->geometryType),
+                                 .given = found,
+                                 .missing = !found && extended_data_is_missing(geometry)};
+    if (found)
+        copy_found(given, found, &data->chained);
 }
 
 bool spheres_are_well_formed(const VkAccelerationStructureGeometryKHR *geometry)
 {
-    if (type_is_spheres(geometry->geometryType)) {
-        const VkAccelerationStructureGeometrySpheresDataNV *s =
-            chain_find(geometry->pNext, spheres_type);
-        return s && members_are_well_formed(&(struct sphere_data){COMMON_MEMBERS(s)});
-    }
-    const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *s =
-        chain_find(geometry->pNext, swept_type);
-    return s && members_are_well_formed(&(struct sphere_data){COMMON_MEMBERS(s)});
+    const void *found = chain_find(geometry->pNext, type_of_spheres(geometry));
+    struct chained_input copy;
+    if (!found)
+        return false;
+    copy_found(geometry, found, &copy);
+    return format_is_known(copy.spheres.vertexFormat) &&
+           format_is_known(copy.spheres.radiusFormat) &&
+           (index_type_size(copy.spheres.indexType) ||
+            copy.spheres.indexType == VK_INDEX_TYPE_NONE_KHR);
 }
 
 /* ---- all geometries of extensions */

@@ -102,14 +102,13 @@ void check_motion(struct walk *walk, struct geometry_view *geometry, bool with_s
     bool is_host = geometry->build->call->command == COMMAND_HOST;
     if (!triangles)
         return;
-    struct motion_triangles_view view = {
-        .geometry = geometry,
-        .data = chain_member(
-            triangles->pNext, &geometry->triangles_chain,
-            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV)};
-    if (with_state && view.data && !is_host)
-        chained_input(walk->context, geometry, INPUT_MOTION_VERTEX,
-                      view.data->vertexData.deviceAddress);
+    const VkAccelerationStructureGeometryMotionTrianglesDataNV *data =
+        chain_member(triangles->pNext, &geometry->triangles_chain,
+                     VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV);
+    const struct motion_triangles_view view = {.geometry = geometry,
+                                               .vertices = data ? &data->vertexData : NULL};
+    if (with_state && data && !is_host)
+        chained_input(walk->context, geometry, INPUT_MOTION_VERTEX, view.vertices->deviceAddress);
     walk_motion_triangles(walk, &view, LEVEL_PARAMETERS);
 }
 
@@ -152,39 +151,27 @@ void check_dense(struct walk *walk, struct geometry_view *geometry, bool with_st
 
 /* ---- spheres */
 
-static void check_plain_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state)
+static void walk_sphere_data(struct walk *walk, const struct sphere_data *data, enum level level)
 {
-    struct swept_spheres_view all;
-    view_spheres(geometry, &all);
-    if (all.data.given)
-        view_sphere_addresses(walk->context, geometry, false, &all.data);
-    struct spheres_view view = {all.data};
-    walk_spheres(walk, &view, LEVEL_PARAMETERS);
-    if (!with_state)
-        return;
-    if (view.data.given)
-        view_sphere_formats(walk->context, &view.data);
-    walk_spheres(walk, &view, LEVEL_STATE);
-}
-
-static void check_swept_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state)
-{
-    struct swept_spheres_view view;
-    view_spheres(geometry, &view);
-    if (view.data.given)
-        view_sphere_addresses(walk->context, geometry, true, &view.data);
-    walk_swept_spheres(walk, &view, LEVEL_PARAMETERS);
-    if (!with_state)
-        return;
-    if (view.data.given)
-        view_sphere_formats(walk->context, &view.data);
-    walk_swept_spheres(walk, &view, LEVEL_STATE);
+    if (data->is_swept)
+        walk_swept_spheres(walk, &(struct swept_spheres_view){data}, level);
+    else
+        walk_spheres(walk, &(struct spheres_view){data}, level);
 }
 
 void check_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state)
 {
-    if (type_is_spheres(geometry->geometry->geometryType))
-        check_plain_spheres(walk, geometry, with_state);
-    else if (type_is_swept_spheres(geometry->geometry->geometryType))
-        check_swept_spheres(walk, geometry, with_state);
+    const VkGeometryTypeKHR type = geometry->geometry->geometryType;
+    struct sphere_data data;
+    if (!type_is_spheres(type) && !type_is_swept_spheres(type))
+        return;
+    view_spheres(geometry, &data);
+    if (data.given)
+        view_sphere_addresses(walk->context, geometry, &data);
+    walk_sphere_data(walk, &data, LEVEL_PARAMETERS);
+    if (!with_state)
+        return;
+    if (data.given)
+        view_sphere_formats(walk->context, &data);
+    walk_sphere_data(walk, &data, LEVEL_STATE);
 }

@@ -150,7 +150,7 @@ static void add_triangles_to_box(const struct content *content,
 {
     struct content_advice *advice = content->walk->advice;
     advice->has_unknown_box |=
-        triangles_in(content->range->geometry->geometry)->transformData.deviceAddress ||
+        input_address(content->range->geometry->geometry, INPUT_MATRIX) ||
         figures->measured + figures->inactive + figures->degenerate != figures->count;
     if (figures->measured)
         add_to_box(advice, figures->lower, figures->upper);

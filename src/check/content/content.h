@@ -107,8 +107,7 @@ uint32_t content_read_index(const uint8_t *indices, uint32_t size, uint64_t posi
 void content_read_radii(struct content *content);
 
 /* Validate the instances of a geometry, or one instance with motion. */
-void content_read_instances(struct content *content,
-                            const VkAccelerationStructureGeometryInstancesDataKHR *instances);
+void content_read_instances(struct content *content);
 void content_read_motion_instance(struct content *content, uint32_t index, const void *bytes);
 /* Validates one instance with motion of which only the data is in memory, not the type. */
 void content_read_motion_data(struct content *content, uint32_t index, uint32_t type,

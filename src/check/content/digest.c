@@ -58,11 +58,10 @@ static bool add_inputs(const struct content *content)
 {
     const VkAccelerationStructureGeometryKHR *geometry = content->range->geometry->geometry;
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
-    const VkAccelerationStructureGeometryInstancesDataKHR *instances = instances_in(geometry);
     struct geometry_input inputs[GEOMETRY_INPUTS];
     if (triangles)
         add_triangles(content, triangles);
-    else if (!aabbs_in(geometry) && (!instances || instances->arrayOfPointers))
+    else if (!aabbs_in(geometry) && (!instances_in(geometry) || has_instance_pointers(geometry)))
         return false;
     const uint32_t count = inputs_of_geometry(0, geometry, NULL, content->range->range, inputs);
     for (uint32_t i = 0; i < count; i++)

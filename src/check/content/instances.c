@@ -382,20 +382,20 @@ static void read_plain_instances(struct content *content)
 }
 
 /* Skips host pointers to instances with motion. Instances have no motion without the extension. */
-void content_read_instances(struct content *content,
-                            const VkAccelerationStructureGeometryInstancesDataKHR *instances)
+void content_read_instances(struct content *content)
 {
     const struct build_view *build = content->range->geometry->build;
+    const bool has_pointers = has_instance_pointers(content->range->geometry->geometry);
     if (content->walk->instances)
         content->walk->instances->geometry++;
     if (!(build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV)) {
-        if (instances->arrayOfPointers)
+        if (has_pointers)
             read_array_of_pointers(content, read_pointed_instance);
         else
             read_plain_instances(content);
         content->walk->knows_references =
             !content->range->range->primitiveCount || (!content->has_gaps && !content->has_strays);
-    } else if (build->call->device->extension.motion_blur_nv && !instances->arrayOfPointers) {
+    } else if (build->call->device->extension.motion_blur_nv && !has_pointers) {
         read_motion_instances(content);
     } else if (build->call->device->extension.motion_blur_nv &&
                build->call->command != COMMAND_HOST) {

@@ -351,7 +351,7 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
     if (instances && walk->advice)
         content_advise_begin(&content);
     if (instances)
-        content_read_instances(&content, instances);
+        content_read_instances(&content);
     if (content.hash)
         report_elements(&content, content_input(&content, INPUT_INSTANCES), content.hash);
     if (walk->advice)
