@@ -6,7 +6,7 @@
 #include <xxhash.h>
 
 #include "src/check/content/content.h"
-#include "src/model/geometry.h"
+#include "src/model/geometry_shape.h"
 #include "src/model/inputs.h"
 
 /* ---- the hash: each step is one of the hash before it, with a hash of the bytes. */
@@ -34,15 +34,6 @@ static bool add_array(const struct content *content, VkDeviceOrHostAddressConstK
 
 /* ---- geometries */
 
-static void add_triangles(const struct content *content,
-                          const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
-{
-    const uint64_t parameters[] = {triangles->vertexFormat, triangles->vertexStride,
-                                   triangles->maxVertex, triangles->indexType,
-                                   triangles->transformData.deviceAddress != 0};
-    add_bytes(&content->walk->digesting->digest, parameters, sizeof(parameters));
-}
-
 /* Indices choose among the vertices up to that of the largest index. */
 static bool add_input(const struct content *content, const struct geometry_input *input)
 {
@@ -57,11 +48,9 @@ static bool add_input(const struct content *content, const struct geometry_input
 static bool add_inputs(const struct content *content)
 {
     const VkAccelerationStructureGeometryKHR *geometry = content->range->geometry->geometry;
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
     struct geometry_input inputs[GEOMETRY_INPUTS];
-    if (triangles)
-        add_triangles(content, triangles);
-    else if (!aabbs_in(geometry) && (!instances_in(geometry) || has_instance_pointers(geometry)))
+    if (!triangles_in(geometry) && !aabbs_in(geometry) &&
+        (!instances_in(geometry) || has_instance_pointers(geometry)))
         return false;
     const uint32_t count = inputs_of_geometry(0, geometry, NULL, content->range->range, inputs);
     for (uint32_t i = 0; i < count; i++)
@@ -72,11 +61,10 @@ static bool add_inputs(const struct content *content)
 
 void content_add_to_digest(const struct content *content)
 {
-    const VkAccelerationStructureGeometryKHR *geometry = content->range->geometry->geometry;
     struct input_digesting *digesting = content->walk->digesting;
-    const uint64_t parameters[] = {geometry->geometryType, geometry->flags,
-                                   content->range->range->primitiveCount};
-    add_bytes(&digesting->digest, parameters, sizeof(parameters));
+    const struct geometry_shape shape = geometry_shape_of(content->range->geometry->geometry,
+                                                          &content->range->range->primitiveCount);
+    add_bytes(&digesting->digest, &shape, sizeof(shape));
     digesting->geometries += add_inputs(content);
 }
 

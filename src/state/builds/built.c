@@ -132,25 +132,6 @@ void compacted_size_update(struct compacted_size *compacted, VkDeviceSize size)
         compacted->size = size;
 }
 
-static struct geometry_shape
-describe_geometry(const VkAccelerationStructureGeometryKHR *geometry,
-                  const VkAccelerationStructureBuildRangeInfoKHR *range)
-{
-    struct geometry_shape shape = {.type = geometry->geometryType, .flags = geometry->flags};
-    if (range) {
-        shape.count_known = true;
-        shape.primitive_count = range->primitiveCount;
-    }
-    if (type_is_triangles(geometry->geometryType)) {
-        const VkAccelerationStructureGeometryTrianglesDataKHR *t = &geometry->geometry.triangles;
-        shape.vertex_format = t->vertexFormat;
-        shape.max_vertex = t->maxVertex;
-        shape.index_type = t->indexType;
-        shape.has_transform = t->transformData.deviceAddress != 0;
-    }
-    return shape;
-}
-
 /* Returns the offset of the dense shapes, which follow `count` items. */
 static size_t dense_offset(uint32_t count)
 {
@@ -290,8 +271,9 @@ static struct geometry_shapes *describe_geometries(const struct build_descriptio
     shapes->dst_size = description->dst_size;
     shapes->needed_size = description->needed_size;
     for (uint32_t i = 0; i < shapes->count; i++)
-        shapes->items[i] = describe_geometry(build_geometry(description->info, i),
-                                             description->ranges ? &description->ranges[i] : NULL);
+        shapes->items[i] =
+            geometry_shape_of(build_geometry(description->info, i),
+                              description->ranges ? &description->ranges[i].primitiveCount : NULL);
     if (shapes->has_micromaps)
         describe_micromaps(micromaps, shapes);
     if (micromaps && is_micromap(description->info) && shapes->count)

@@ -14,7 +14,7 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
-#include "src/model/geometry.h"
+#include "src/model/geometry_shape.h"
 #include "src/state/facts.h"
 
 /* The indices of a geometry. An update with the same indices shares those of its source. */
@@ -65,17 +65,6 @@ const struct geometry_inputs *build_inputs_of(const struct build_inputs *inputs,
  * Geometry shapes are kept for builds that allow updates, for updates, and for builds of micromaps,
  * whose one geometry has as many primitives as the micromap has triangles. The journals of command
  * buffers and the live states share them by reference. */
-
-struct geometry_shape {
-    VkGeometryTypeKHR type;
-    VkGeometryFlagsKHR flags;
-    VkFormat vertex_format; /* vertex_format to has_transform: triangles only */
-    uint32_t max_vertex;
-    VkIndexType index_type;
-    bool has_transform;
-    bool count_known; /* false for the indirect command, whose counts are in device memory */
-    uint32_t primitive_count;
-};
 
 /* The additional members of a geometry of VK_AMDX_dense_geometry_format. */
 struct dense_shape {

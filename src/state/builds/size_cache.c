@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "src/base/recording_path.h"
-#include "src/model/geometry.h"
+#include "src/model/geometry_shape.h"
 #include "src/platform/aligned.h"
 
 #define XXH_INLINE_ALL
@@ -44,42 +44,14 @@ void size_cache_destroy(struct size_cache *cache)
     aligned_free(cache);
 }
 
-/* What the sizes depend on in a geometry. Has no padding, so that its bytes can be hashed. Members
- * are 0 if its type lacks them. */
-struct shape_geometry {
-    uint64_t stride;
-    uint32_t type, flags, primitive_count;
-    uint32_t vertex_format, max_vertex, index_type;
-    uint32_t has_transform, array_of_pointers;
-};
-
-/* Returns false if there is a chain, whose effect on the sizes is unknown. */
-static bool shape_of_geometry(const VkAccelerationStructureGeometryKHR *geometry,
-                              uint32_t primitive_count, struct shape_geometry *shape)
+/* Returns false for types whose data is in a chain. Each member of the union begins with sType and
+ * pNext. */
+static bool has_no_chain(const VkAccelerationStructureGeometryKHR *geometry)
 {
-    *shape = (struct shape_geometry){.type = (uint32_t)geometry->geometryType,
-                                     .flags = geometry->flags,
-                                     .primitive_count = primitive_count};
-    if (geometry->pNext)
-        return false;
-    if (type_is_triangles(geometry->geometryType)) {
-        const VkAccelerationStructureGeometryTrianglesDataKHR *t = &geometry->geometry.triangles;
-        shape->stride = t->vertexStride;
-        shape->vertex_format = (uint32_t)t->vertexFormat;
-        shape->max_vertex = t->maxVertex;
-        shape->index_type = (uint32_t)t->indexType;
-        shape->has_transform = t->transformData.deviceAddress != 0;
-        return !t->pNext;
-    }
-    if (type_is_aabbs(geometry->geometryType)) {
-        shape->stride = geometry->geometry.aabbs.stride;
-        return !geometry->geometry.aabbs.pNext;
-    }
-    if (type_is_instances(geometry->geometryType)) {
-        shape->array_of_pointers = geometry->geometry.instances.arrayOfPointers != 0;
-        return !geometry->geometry.instances.pNext;
-    }
-    return false;
+    const VkGeometryTypeKHR type = geometry->geometryType;
+    return !geometry->pNext &&
+           (type_is_triangles(type) || type_is_aabbs(type) || type_is_instances(type)) &&
+           !geometry->geometry.triangles.pNext;
 }
 
 ON_RECORDING_PATH bool build_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,
@@ -92,11 +64,12 @@ ON_RECORDING_PATH bool build_shape_of(const VkAccelerationStructureBuildGeometry
         .high64 = (uint64_t)info->geometryCount << 32 | info->flags,
     };
     for (uint32_t i = 0; i < info->geometryCount; i++) {
-        struct {
+        const VkAccelerationStructureGeometryKHR *geometry = build_geometry(info, i);
+        const struct {
             XXH128_hash_t before;
-            struct shape_geometry geometry;
-        } next = {.before = hash};
-        if (!shape_of_geometry(build_geometry(info, i), primitive_counts[i], &next.geometry))
+            struct geometry_shape shape;
+        } next = {hash, geometry_shape_of(geometry, &primitive_counts[i])};
+        if (!has_no_chain(geometry))
             return false;
         hash = XXH3_128bits(&next, sizeof(next));
     }

@@ -2,9 +2,9 @@
 /* Caches build sizes by build shape, so that the driver is queried once for each shape.
  *
  * vkGetAccelerationStructureBuildSizesKHR ignores addresses, src, dst and mode, except whether
- * transformData is null (Vulkan specification, VkAccelerationStructureBuildSizesInfoKHR); the other
- * parameters of a build and its primitive counts are its shape. A 128-bit hash (XXH3) identifies a
- * shape. */
+ * triangles have a transform (Vulkan specification, VkAccelerationStructureBuildSizesInfoKHR); the
+ * other parameters of a build and its primitive counts are its shape. A 128-bit hash (XXH3)
+ * identifies a shape. */
 #ifndef ASSAY_STATE_BUILDS_SIZE_CACHE_H
 #define ASSAY_STATE_BUILDS_SIZE_CACHE_H
 

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "src/model/geometry.h"
+#include "src/model/geometry_shape.h"
 #include "src/platform/threads.h"
 #include "src/state/facts.h"
 
@@ -49,28 +49,20 @@ void size_queries_destroy(struct size_queries *queries)
 
 /* ---- builds */
 
-static void set(uint64_t members[GEOMETRY_MEMBERS], enum size_member member, uint64_t value)
-{
-    members[member - BUILD_MEMBERS] = value;
-}
-
 static void describe_geometry(const VkAccelerationStructureGeometryKHR *geometry, uint32_t count,
                               uint64_t members[GEOMETRY_MEMBERS])
 {
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
-        &geometry->geometry.triangles;
-    set(members, SIZED_GEOMETRY_TYPE, (uint64_t)geometry->geometryType);
-    set(members, SIZED_GEOMETRY_FLAGS, geometry->flags);
-    set(members, SIZED_PRIMITIVE_COUNT, count);
-    if (type_is_aabbs(geometry->geometryType))
-        set(members, SIZED_STRIDE, geometry->geometry.aabbs.stride);
-    if (!type_is_triangles(geometry->geometryType))
-        return;
-    set(members, SIZED_VERTEX_FORMAT, (uint64_t)triangles->vertexFormat);
-    set(members, SIZED_MAX_VERTEX, triangles->maxVertex);
-    set(members, SIZED_INDEX_TYPE, (uint64_t)triangles->indexType);
-    set(members, SIZED_TRANSFORM, triangles->transformData.deviceAddress != 0);
-    set(members, SIZED_STRIDE, triangles->vertexStride);
+    const struct geometry_shape shape = geometry_shape_of(geometry, &count);
+#define SET(member, value) members[SIZED_##member - BUILD_MEMBERS] = (uint64_t)(value)
+    SET(GEOMETRY_TYPE, shape.type);
+    SET(GEOMETRY_FLAGS, shape.flags);
+    SET(PRIMITIVE_COUNT, shape.primitive_count);
+    SET(VERTEX_FORMAT, shape.vertex_format);
+    SET(MAX_VERTEX, shape.max_vertex);
+    SET(INDEX_TYPE, shape.index_type);
+    SET(TRANSFORM, shape.has_transform);
+    SET(STRIDE, shape.stride);
+#undef SET
 }
 
 /* Returns the size of what is described, in bytes. */
