@@ -8,8 +8,8 @@
 #include "observers.h"
 #include "src/base/readable.h"
 #include "src/cpu/host.h"
+#include "src/model/build_parameters.h"
 #include "src/snapshots/build_input.h"
-#include "src/snapshots/build_parameters.h"
 #include "src/state/facts.h"
 
 /* Builds of both types use the same builder. */

@@ -5,8 +5,8 @@
 
 #include "layer/cpu/overlay.h"
 #include "observers.h"
+#include "src/model/build_parameters.h"
 #include "src/snapshots/build_input.h"
-#include "src/snapshots/build_parameters.h"
 #include "src/snapshots/memory.h"
 
 enum { MEMORY_ALIGNMENT = 256 };

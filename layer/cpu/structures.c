@@ -10,9 +10,9 @@
 #include "src/cpu/device.h"
 #include "src/cpu/query_pools.h"
 #include "src/cpu/structures.h"
+#include "src/model/build_parameters.h"
 #include "src/platform/clock.h"
 #include "src/snapshots/build_input.h"
-#include "src/snapshots/build_parameters.h"
 
 static struct buffer_facts find_buffer(struct resources *resources, VkBuffer handle)
 {

@@ -9,8 +9,8 @@
 #include "layer/intercepts/intercepts.h"
 #include "src/base/array.h"
 #include "src/base/readable.h"
+#include "src/model/build_parameters.h"
 #include "src/model/inputs.h"
-#include "src/snapshots/build_parameters.h"
 
 /* Starts to record a part of a build call; the first part begins the command. */
 static void hazards_start_build(struct hazard_recording *recording, struct build_call *call)
@@ -203,26 +203,6 @@ static void add_nv_scratch(struct hazard_recording *recording, const struct nv_c
                                     view->update ? sizes->update_scratch : sizes->build_scratch);
 }
 
-/* ---- inputs: addresses of the translated build stand for places in buffers */
-
-struct nv_places {
-    struct nv_place {
-        VkBuffer buffer;
-        VkDeviceSize offset;
-    } * items;
-    uint32_t count, capacity;
-};
-
-/* Returns 0 without memory: the input is left out. */
-static uint64_t note_place(void *context, VkBuffer buffer, VkDeviceSize offset)
-{
-    struct nv_places *places = context;
-    if (!ARRAY_HAS_ROOM(places->items, places->count, places->capacity))
-        return 0;
-    places->items[places->count++] = (struct nv_place){buffer, offset};
-    return places->count;
-}
-
 static void add_nv_input(struct hazard_recording *recording, uint32_t geometry,
                          const struct geometry_input *input, const struct nv_place *place)
 {
@@ -255,31 +235,34 @@ static void add_nv_input(struct hazard_recording *recording, uint32_t geometry,
     }
 }
 
+static struct nv_place place_of_input(const struct nv_call_view *view, uint32_t geometry,
+                                      enum input_role role)
+{
+    struct nv_place places[NV_PLACES];
+    if (role == INPUT_INSTANCES)
+        return (struct nv_place){view->instance_data, view->instance_offset};
+    nv_places_of(&view->geometries[geometry], places);
+    return places[role];
+}
+
 static void add_nv_inputs(struct hazard_recording *recording, const struct nv_call_view *view)
 {
-    struct nv_places places = {0};
-    struct build_parameters build;
+    const struct build_view *build = &view->build;
     struct geometry_input inputs[GEOMETRY_INPUTS];
-    const struct nv_data data = {note_place, &places, view->instance_data, view->instance_offset};
-    if (nv_info_copy(readable_cache_of_thread(), view->info, &data, &build) != VK_SUCCESS)
-        return;
-    for (uint32_t i = 0; i < build.info.geometryCount; i++) {
-        const uint32_t count = inputs_of_geometry(build.info.flags, &build.geometries[i], NULL,
-                                                  &build.ranges[i], inputs);
-        for (uint32_t j = 0; j < count; j++)
-            if (inputs[j].address.deviceAddress)
-                add_nv_input(recording, i, &inputs[j],
-                             &places.items[inputs[j].address.deviceAddress - 1]);
+    for (uint32_t i = 0; i < build->geometry_count; i++) {
+        const uint32_t count = inputs_of_geometry(build->info->flags, &build->geometries[i], NULL,
+                                                  &build->ranges[i], inputs);
+        for (uint32_t j = 0; j < count; j++) {
+            const struct nv_place place = place_of_input(view, i, inputs[j].role);
+            if (place.buffer)
+                add_nv_input(recording, i, &inputs[j], &place);
+        }
     }
-    build_parameters_release(&build);
-    free(places.items);
 }
 
 void hazards_add_nv_build(struct hazard_recording *recording, const struct nv_call_view *view)
 {
     add_nv_structures(recording, view);
     add_nv_scratch(recording, view);
-    if (!view->info)
-        return;
     add_nv_inputs(recording, view);
 }

@@ -117,8 +117,9 @@ static struct built describe_nv_build(const struct build_call *call,
     bool can_query =
         view->update || (view->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV);
     struct geometry_shapes *shapes = NULL;
-    if (call->device->level >= LEVEL_CONTENT && can_query && !view->geometries_unreadable)
-        shapes = built_nv_shapes(view->info);
+    if (call->device->level >= LEVEL_CONTENT && can_query && view->build.info)
+        shapes = geometry_shapes_create(
+            &(struct build_description){.info = view->build.info, .ranges = view->build.ranges});
     return (struct built){.state = BUILT_BEFORE,
                           .command_buffer = call->view.command_buffer.handle,
                           .command_buffer_id = call->view.command_buffer.id,
@@ -133,14 +134,10 @@ static struct built describe_nv_build(const struct build_call *call,
 static void note_primitives(struct journal *journal, const struct nv_call_view *view)
 {
     struct journal_entry entry = {.info = 1};
-    if (!view->info || view->geometries_unreadable)
-        return;
-    if (view->info->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV)
-        entry.number = view->info->instanceCount;
-    else
-        for (uint32_t i = 0; i < view->info->geometryCount; i++)
-            entry.number += nv_primitive_count(&view->info->pGeometries[i]);
-    journal_add_primitives(journal, entry);
+    for (uint32_t i = 0; i < view->build.geometry_count; i++)
+        entry.number += view->build.ranges[i].primitiveCount;
+    if (view->build.info)
+        journal_add_primitives(journal, entry);
 }
 
 void nv_record_build(void *user, const struct nv_call_view *view)

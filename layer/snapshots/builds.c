@@ -11,9 +11,9 @@
 #include "layer/snapshots/recorder.h"
 #include "observers.h"
 #include "src/base/readable.h"
+#include "src/model/build_parameters.h"
 #include "src/model/inputs.h"
 #include "src/snapshots/build_input.h"
-#include "src/snapshots/build_parameters.h"
 
 /* Memory that cannot be read yet: each request of the builder's input becomes a copy. */
 struct copied_memory {

@@ -10,7 +10,7 @@
 #include "src/base/array.h"
 #include "src/base/chain.h"
 #include "src/base/readable.h"
-#include "src/snapshots/build_parameters.h"
+#include "src/model/build_parameters.h"
 
 /* ---- which */
 
@@ -230,7 +230,7 @@ static void record_nv_copies(struct recorder *recorder, VkCommandBuffer handle,
 {
     struct inputs inputs = {.recorder = recorder, .next_address = FIRST_ADDRESS};
     const struct recorder_addresses addresses = {find_buffer_target, &inputs};
-    const struct nv_data data = {address_of, &inputs, guards->instances, guards->offset};
+    const struct nv_data data = {address_of, &inputs, {guards->instances, guards->offset}};
     if (!recorder_begin_builds(recorder, handle))
         return;
     recorder->addresses = &addresses;

@@ -5,8 +5,8 @@
 #define ASSAY_COMPARE_INPUT_H
 
 #include "src/bvh/input/source.h"
+#include "src/model/build_parameters.h"
 #include "src/snapshots/build_input.h"
-#include "src/snapshots/build_parameters.h"
 #include "src/snapshots/memory.h"
 
 /* `parameters` are the application's; addresses do not include the ranges. `memory` provides the

@@ -9,8 +9,8 @@
 #include "src/cpu/deferred.h"
 #include "src/cpu/trees/tree.h"
 #include "src/cpu/trees/trees.h"
+#include "src/model/build_parameters.h"
 #include "src/model/geometry.h"
-#include "src/snapshots/build_parameters.h"
 
 struct build_call {
     struct cpu_device *device;

@@ -1,23 +1,24 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "src/model/input_names.h"
 
-#define ADDRESS(name, nv)                                                                          \
+#define ADDRESS(name, nv, nv_offset)                                                               \
     {                                                                                              \
-        name, name ".deviceAddress", name ".hostAddress", nv                                       \
+        name, name ".deviceAddress", name ".hostAddress", nv, nv_offset                            \
     }
-#define CHAINED(name) ADDRESS(name, NULL)
+#define TRIANGLES(name) ADDRESS(name "Data", name "Data", name "Offset")
+#define CHAINED(name) ADDRESS(name, NULL, NULL)
 #define OF_DEVICE(name)                                                                            \
     {                                                                                              \
-        name, name, name, NULL                                                                     \
+        name, name, name, NULL, NULL                                                               \
     } /* a VkDeviceAddress */
 
 static const char *const names[INPUT_ROLES][INPUT_FORMS] = {
-    [INPUT_VERTEX] = ADDRESS("geometry.triangles.vertexData", "geometry.triangles.vertexData"),
-    [INPUT_INDEX] = ADDRESS("geometry.triangles.indexData", "geometry.triangles.indexData"),
-    [INPUT_MATRIX] =
-        ADDRESS("geometry.triangles.transformData", "geometry.triangles.transformData"),
-    [INPUT_AABBS] = ADDRESS("geometry.aabbs.data", "geometry.aabbs.aabbData"),
-    [INPUT_INSTANCES] = ADDRESS("geometry.instances.data", "instanceData"),
+    [INPUT_VERTEX] = TRIANGLES("geometry.triangles.vertex"),
+    [INPUT_INDEX] = TRIANGLES("geometry.triangles.index"),
+    [INPUT_MATRIX] = TRIANGLES("geometry.triangles.transform"),
+    [INPUT_AABBS] =
+        ADDRESS("geometry.aabbs.data", "geometry.aabbs.aabbData", "geometry.aabbs.offset"),
+    [INPUT_INSTANCES] = ADDRESS("geometry.instances.data", "instanceData", "instanceOffset"),
     [INPUT_MOTION_VERTEX] = CHAINED(MOTION_DATA "vertexData"),
     [INPUT_SPHERE_VERTEX] = CHAINED(SPHERES_DATA "vertexData"),
     [INPUT_SPHERE_RADIUS] = CHAINED(SPHERES_DATA "radiusData"),
@@ -30,8 +31,8 @@ static const char *const names[INPUT_ROLES][INPUT_FORMS] = {
     [INPUT_OPACITY_INDEX] = OF_DEVICE(OPACITY_DATA "indexBuffer"),
     [INPUT_OPACITY_EXT_INDEX] = CHAINED(OPACITY_EXT_DATA "indexBuffer"),
     [INPUT_DENSE_DATA] = CHAINED(DENSE_DATA "compressedData"),
-    [INPUT_SCRATCH] = ADDRESS("scratchData", "scratch"),
-    [INPUT_UPDATE_SCRATCH] = ADDRESS("scratchData", "scratch"),
+    [INPUT_SCRATCH] = ADDRESS("scratchData", "scratch", "scratchOffset"),
+    [INPUT_UPDATE_SCRATCH] = ADDRESS("scratchData", "scratch", "scratchOffset"),
     [INPUT_INDIRECT] = OF_DEVICE("pIndirectDeviceAddresses"),
     [INPUT_DISPLACEMENT_INDEX] = CHAINED(DISPLACEMENT_DATA "indexBuffer"),
     [INPUT_DISPLACEMENT_VECTOR] = CHAINED(DISPLACEMENT_DATA "displacementVectorBuffer"),

@@ -23,7 +23,8 @@ enum input_form {
     INPUT_PLAIN, /* the union itself */
     INPUT_OF_DEVICE,
     INPUT_OF_HOST,
-    INPUT_OF_NV, /* of vkCmdBuildAccelerationStructureNV */
+    INPUT_OF_NV, /* of vkCmdBuildAccelerationStructureNV: the buffer */
+    INPUT_OFFSET_OF_NV,
     INPUT_FORMS,
 };
 

@@ -4,7 +4,7 @@
 #define ASSAY_SNAPSHOTS_BUILD_INPUT_H
 
 #include "src/bvh/micromap.h"
-#include "src/snapshots/build_parameters.h"
+#include "src/model/build_parameters.h"
 #include "src/snapshots/memory.h"
 
 /* The input with its data, as far as that can be read now. Sizes exclude what cannot be read, so

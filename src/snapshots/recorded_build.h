@@ -7,7 +7,7 @@
 #include <stdatomic.h>
 
 #include "src/base/handle_table.h"
-#include "src/snapshots/build_parameters.h"
+#include "src/model/build_parameters.h"
 #include "src/snapshots/memory.h"
 #include "vuid-tables/rules.h"
 

@@ -4,6 +4,7 @@
 #ifndef ASSAY_VIEW_NV_VIEW_H
 #define ASSAY_VIEW_NV_VIEW_H
 
+#include "src/model/build_parameters.h"
 #include "src/state/resources/nv_shape.h"
 #include "src/view/view.h"
 
@@ -19,10 +20,14 @@ struct nv_call_view {
     VkBuffer scratch;
     VkDeviceSize scratch_offset;
 
-    /* The geometries of `info`; geometry_count is 0 if the array is not readable. */
+    /* The geometries of `info`; geometry_count is 0 if the array is not readable, or without
+     * memory. */
     const VkGeometryNV *geometries;
     uint32_t geometry_count;
     bool geometries_unreadable;
+    /* The same build as one of VK_KHR_acceleration_structure, whose addresses only tell which data
+     * is given. Its info is NULL if anything is not readable, or without memory. */
+    struct build_view build;
 
     /* From level STATE on. */
     struct nv_accel_facts dst_facts, src_facts;
@@ -48,8 +53,12 @@ struct nv_geometry_view {
     const VkGeometryTrianglesNV *triangles;
     const VkGeometryAABBNV *aabbs;
 
-    /* From level STATE on; `alive` is UNKNOWN if the geometry has no such buffer. */
-    struct buffer_facts vertex, index_data, transform, boxes;
+    /* The geometry in the call's `build`. */
+    struct geometry_view translated;
+    struct nv_place places[NV_PLACES];
+
+    /* By role. From level STATE on; `alive` is UNKNOWN if the geometry has no such buffer. */
+    struct buffer_facts found[NV_PLACES];
 };
 
 /* As geometry_is_empty(). Rules still validate the handles of an empty geometry, which are

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Which memory the input of a build is looked up in: from each address, as many bytes as the build
  * may read. The layer copies no more of a device's memory than that. */
+#include "src/model/build_parameters.h"
 #include "src/model/input_names.h"
 #include "src/snapshots/build_input.h"
-#include "src/snapshots/build_parameters.h"
 #include "tests/fixture/geometry.h"
 #include "tests/state/unit_test.h"
 

@@ -7,45 +7,43 @@
 #include "src/check/call/check.h"
 #include "src/check/walk/walk.h"
 
-static bool has_index_data(const VkGeometryTrianglesNV *triangles)
-{
-    return triangles->indexType != VK_INDEX_TYPE_NONE_NV;
-}
-
-static uint64_t count_triangles(const VkGeometryNV *geometry)
-{
-    const VkGeometryTrianglesNV *triangles = &geometry->geometry.triangles;
-    if (!type_is_triangles(geometry->geometryType))
-        return 0;
-    return (has_index_data(triangles) ? triangles->indexCount : triangles->vertexCount) / 3;
-}
-
 /* ---- parameters */
 
-static void view_parameters(struct check_context *context, struct nv_call_view *call)
+/* The caller releases `build`. */
+static void view_parameters(struct check_context *context, struct nv_call_view *call,
+                            struct build_parameters *build)
 {
     const VkAccelerationStructureInfoNV *info = call->info_argument;
     struct readable_cache *cache = context->readable;
+    const struct nv_data data = {.instances = {call->instance_data, call->instance_offset}};
+    *build = (struct build_parameters){0};
     call->info = readable(cache, info, sizeof(*info)) ? info : NULL;
-    if (!call->info || !info->geometryCount)
+    if (!call->info)
         return;
-    call->geometries_unreadable = !readable(
-        cache, info->pGeometries, (size_t)info->geometryCount * sizeof(*info->pGeometries));
-    if (call->geometries_unreadable)
+    call->geometries_unreadable =
+        info->geometryCount && !readable(cache, info->pGeometries,
+                                         (size_t)info->geometryCount * sizeof(*info->pGeometries));
+    if (call->geometries_unreadable || nv_info_copy(cache, info, &data, build) != VK_SUCCESS)
         return;
     call->geometries = info->pGeometries;
     call->geometry_count = info->geometryCount;
+    call->build = (struct build_view){.call = call->call,
+                                      .info = &build->info,
+                                      .geometries = build->geometries,
+                                      .geometry_count = build->info.geometryCount,
+                                      .ranges = build->ranges};
 }
 
 static struct nv_info_view view_info(const struct nv_call_view *call)
 {
     struct nv_info_view view = {
         .call = call, .info = call->info, .first_other_type = call->geometry_count};
-    for (uint32_t i = call->geometry_count; i-- > 0;) {
-        view.triangle_count += count_triangles(&call->geometries[i]);
+    for (uint32_t i = call->geometry_count; i-- > 0;)
         if (call->geometries[i].geometryType != call->geometries[0].geometryType)
             view.first_other_type = i;
-    }
+    for (uint32_t i = 0; i < call->build.geometry_count; i++)
+        if (type_is_triangles(call->build.geometries[i].geometryType))
+            view.triangle_count += call->build.ranges[i].primitiveCount;
     return view;
 }
 
@@ -53,12 +51,18 @@ static struct nv_geometry_view view_nv_geometry(const struct nv_call_view *call,
 {
     const VkGeometryNV *geometry = &call->geometries[index];
     struct nv_geometry_view view = {.call = call, .index = index, .geometry = geometry};
+    /* A top-level structure has one geometry: the instances. */
+    const uint32_t translated = index < call->build.geometry_count ? index : 0;
+    view.translated.build = &call->build;
+    view.translated.geometry = &call->build.geometries[translated];
     if (type_is_triangles(geometry->geometryType) &&
         geometry->geometry.triangles.sType == VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV)
         view.triangles = &geometry->geometry.triangles;
     if (type_is_aabbs(geometry->geometryType) &&
         geometry->geometry.aabbs.sType == VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV)
         view.aabbs = &geometry->geometry.aabbs;
+    if (view.triangles || view.aabbs)
+        nv_places_of(geometry, view.places);
     return view;
 }
 
@@ -96,15 +100,8 @@ static void find_call(struct check_context *context, struct nv_call_view *call)
 
 static void find_geometry(struct check_context *context, struct nv_geometry_view *geometry)
 {
-    const VkGeometryTrianglesNV *triangles = geometry->triangles;
-    if (triangles) {
-        find_buffer(context, triangles->vertexData, &geometry->vertex);
-        find_buffer(context, triangles->transformData, &geometry->transform);
-        if (has_index_data(triangles))
-            find_buffer(context, triangles->indexData, &geometry->index_data);
-    }
-    if (geometry->aabbs)
-        find_buffer(context, geometry->aabbs->aabbData, &geometry->boxes);
+    for (enum input_role role = 0; role <= INPUT_LAST_PLAIN; role++)
+        find_buffer(context, geometry->places[role].buffer, &geometry->found[role]);
 }
 
 static void record_input(struct check_context *context, uint32_t geometry, enum input_role role,
@@ -116,11 +113,8 @@ static void record_input(struct check_context *context, uint32_t geometry, enum 
 
 static void record_geometry(struct check_context *context, const struct nv_geometry_view *geometry)
 {
-    uint32_t index = geometry->index;
-    record_input(context, index, INPUT_VERTEX, &geometry->vertex);
-    record_input(context, index, INPUT_INDEX, &geometry->index_data);
-    record_input(context, index, INPUT_MATRIX, &geometry->transform);
-    record_input(context, index, INPUT_AABBS, &geometry->boxes);
+    for (enum input_role role = 0; role <= INPUT_LAST_PLAIN; role++)
+        record_input(context, geometry->index, role, &geometry->found[role]);
 }
 
 static void record_call(struct check_context *context, const struct nv_call_view *call)
@@ -160,18 +154,21 @@ void check_nv_info(struct walk *walk, const struct call_view *call,
                    const VkAccelerationStructureInfoNV *info)
 {
     struct nv_call_view view = {.call = call, .info_argument = info};
+    struct build_parameters build;
     if (!align_nv_call(walk->context, &view))
         return;
-    view_parameters(walk->context, &view);
+    view_parameters(walk->context, &view, &build);
     if (view.info)
         check_info(walk, &view, walk->context->level >= LEVEL_STATE);
+    build_parameters_release(&build);
 }
 
 static void check_parameters(struct walk *walk, struct nv_call_view *call)
 {
     struct check_context *context = walk->context;
     bool with_state = context->level >= LEVEL_STATE;
-    view_parameters(context, call);
+    struct build_parameters build;
+    view_parameters(context, call, &build);
     if (with_state)
         find_call(context, call);
     walk_nv_call(walk, call, LEVEL_PARAMETERS);
@@ -181,6 +178,7 @@ static void check_parameters(struct walk *walk, struct nv_call_view *call)
         check_info(walk, call, with_state);
     if (context->recorder)
         record_call(context, call);
+    build_parameters_release(&build);
     nv_shape_release(call->dst_facts.created);
     nv_shape_release(call->src_facts.created);
 }

@@ -12,8 +12,8 @@
 #include "src/cpu/device.h"
 #include "src/cpu/structures.h"
 #include "src/cpu/trees/tree.h"
+#include "src/model/build_parameters.h"
 #include "src/platform/threads.h"
-#include "src/snapshots/build_parameters.h"
 #include "src/snapshots/memory.h"
 #include "src/snapshots/recording.h"
 

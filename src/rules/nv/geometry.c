@@ -2,6 +2,7 @@
 /* Rules about VkGeometryNV and the structures in it. */
 #include "src/model/geometry.h"
 #include "src/model/formats.h"
+#include "src/model/input_names.h"
 #include "src/rules/nv/objects.h"
 #include "src/rules/predicates.h"
 #include "src/view/enabled.h"
@@ -64,10 +65,7 @@ bool nv_geometry_type_is_triangles_or_aabbs(const struct nv_geometry_view *nv_ge
 bool nv_geometry_flags_are_valid(const struct nv_geometry_view *nv_geometry,
                                  struct finding *finding)
 {
-    VkGeometryFlagsKHR unknown = nv_geometry->geometry->flags & ~geometry_flags;
-    return !unknown || device_of(nv_geometry)->newer_than_registry ||
-           violated(finding, "flags", "{} has bits {}, which VkGeometryFlagBitsKHR does not define",
-                    geometry_flags_of(nv_geometry->geometry->flags), hex(unknown));
+    return geometry_flags_are_valid(&nv_geometry->translated, finding);
 }
 
 /* ---- the members of VkGeometryDataNV
@@ -175,11 +173,7 @@ bool nv_aabbs_have_no_chain(const struct nv_geometry_view *nv_geometry, struct f
 
 bool nv_vertex_format_is_valid(const struct nv_geometry_view *nv_geometry, struct finding *finding)
 {
-    const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
-    return !triangles || format_is_known(triangles->vertexFormat) ||
-           device_of(nv_geometry)->newer_than_registry ||
-           violated(finding, TRIANGLES "vertexFormat", "{} is not a VkFormat",
-                    number((uint32_t)triangles->vertexFormat));
+    return !nv_geometry->triangles || vertex_format_is_valid(&nv_geometry->translated, finding);
 }
 
 static bool is_allowed(VkFormat format)
@@ -201,28 +195,27 @@ bool nv_vertex_format_is_allowed(const struct nv_geometry_view *nv_geometry,
                     format(triangles->vertexFormat));
 }
 
-static bool is_multiple(struct finding *finding, const char *field, VkDeviceSize value,
-                        VkDeviceSize of)
+static bool offset_is_multiple(const struct nv_geometry_view *geometry, struct finding *finding,
+                               enum input_role role, uint32_t of)
 {
-    return !of || value % of == 0 ||
-           violated(finding, field, "{} is not a multiple of {}", number(value), number(of));
+    const VkDeviceSize offset = geometry->places[role].offset;
+    return !of || offset % of == 0 ||
+           violated(finding, input_name(role, INPUT_OFFSET_OF_NV), "{} is not a multiple of {}",
+                    number(offset), number(of));
 }
 
 bool nv_vertex_offset_is_aligned(const struct nv_geometry_view *nv_geometry,
                                  struct finding *finding)
 {
     const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
-    return !triangles || is_multiple(finding, TRIANGLES "vertexOffset", triangles->vertexOffset,
-                                     format_smallest_component(triangles->vertexFormat));
+    return !triangles || offset_is_multiple(nv_geometry, finding, INPUT_VERTEX,
+                                            format_smallest_component(triangles->vertexFormat));
 }
 
 bool nv_vertex_stride_fits_32_bits(const struct nv_geometry_view *nv_geometry,
                                    struct finding *finding)
 {
-    const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
-    return !triangles || triangles->vertexStride <= UINT32_MAX ||
-           violated(finding, TRIANGLES "vertexStride", "{} exceeds 2^32 - 1",
-                    number(triangles->vertexStride));
+    return !nv_geometry->triangles || vertex_stride_fits_32_bits(&nv_geometry->translated, finding);
 }
 
 static bool is_unindexed(const VkGeometryTrianglesNV *triangles)
@@ -230,30 +223,23 @@ static bool is_unindexed(const VkGeometryTrianglesNV *triangles)
     return triangles->indexType == VK_INDEX_TYPE_NONE_NV;
 }
 
-/* VK_INDEX_TYPE_UINT8 has its own rule. */
 bool nv_index_type_is_valid(const struct nv_geometry_view *nv_geometry, struct finding *finding)
 {
-    const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
-    return !triangles || index_type_size(triangles->indexType) || is_unindexed(triangles) ||
-           device_of(nv_geometry)->newer_than_registry ||
-           violated(finding, TRIANGLES "indexType", "{} is not a VkIndexType",
-                    index_type(triangles->indexType));
+    return !nv_geometry->triangles || index_type_is_valid(&nv_geometry->translated, finding);
 }
 
 bool nv_index_type_is_16_or_32_bits_or_none(const struct nv_geometry_view *nv_geometry,
                                             struct finding *finding)
 {
-    const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
-    return !triangles || triangles->indexType != VK_INDEX_TYPE_UINT8 ||
-           violated_plainly(finding, TRIANGLES "indexType",
-                            "is VK_INDEX_TYPE_UINT8, which a build does not accept");
+    return !nv_geometry->triangles ||
+           index_type_is_16_or_32_bits_or_none(&nv_geometry->translated, finding);
 }
 
 bool nv_index_offset_is_aligned(const struct nv_geometry_view *nv_geometry, struct finding *finding)
 {
     const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
-    return !triangles || is_multiple(finding, TRIANGLES "indexOffset", triangles->indexOffset,
-                                     index_type_size(triangles->indexType));
+    return !triangles || offset_is_multiple(nv_geometry, finding, INPUT_INDEX,
+                                            index_type_size(triangles->indexType));
 }
 
 /* The rule about indexData covers a destroyed buffer. */
@@ -261,10 +247,10 @@ bool nv_indexed_triangles_have_index_data(const struct nv_geometry_view *nv_geom
                                           struct finding *finding)
 {
     const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
-    return !triangles || !index_type_size(triangles->indexType) || triangles->indexData ||
-           nv_geometry_is_empty(nv_geometry) ||
-           violated(finding, TRIANGLES "indexData", "is VK_NULL_HANDLE, but indexType is {}",
-                    index_type(triangles->indexType));
+    return !triangles || !index_type_size(triangles->indexType) ||
+           nv_geometry->places[INPUT_INDEX].buffer || nv_geometry_is_empty(nv_geometry) ||
+           violated(finding, input_name(INPUT_INDEX, INPUT_OF_NV),
+                    "is VK_NULL_HANDLE, but indexType is {}", index_type(triangles->indexType));
 }
 
 bool nv_unindexed_triangles_have_no_index_data(const struct nv_geometry_view *nv_geometry,
@@ -272,7 +258,7 @@ bool nv_unindexed_triangles_have_no_index_data(const struct nv_geometry_view *nv
 {
     const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
     return !triangles || !is_unindexed(triangles) || !triangles->indexData ||
-           violated(finding, TRIANGLES "indexData",
+           violated(finding, input_name(INPUT_INDEX, INPUT_OF_NV),
                     "{} is not VK_NULL_HANDLE, but indexType is VK_INDEX_TYPE_NONE_NV",
                     nv_buffer(triangles->indexData));
 }
@@ -290,21 +276,17 @@ bool nv_unindexed_triangles_have_no_index_count(const struct nv_geometry_view *n
 bool nv_transform_offset_is_aligned(const struct nv_geometry_view *nv_geometry,
                                     struct finding *finding)
 {
-    const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
-    return !triangles ||
-           is_multiple(finding, TRIANGLES "transformOffset", triangles->transformOffset, 16);
+    return offset_is_multiple(nv_geometry, finding, INPUT_MATRIX, 16);
 }
 
 /* ---- AABBs */
 
 bool nv_aabb_offset_is_aligned(const struct nv_geometry_view *nv_geometry, struct finding *finding)
 {
-    const VkGeometryAABBNV *aabbs = nv_geometry->aabbs;
-    return !aabbs || is_multiple(finding, BOXES "offset", aabbs->offset, 8);
+    return offset_is_multiple(nv_geometry, finding, INPUT_AABBS, 8);
 }
 
 bool nv_aabb_stride_is_aligned(const struct nv_geometry_view *nv_geometry, struct finding *finding)
 {
-    const VkGeometryAABBNV *aabbs = nv_geometry->aabbs;
-    return !aabbs || is_multiple(finding, BOXES "stride", aabbs->stride, 8);
+    return !nv_geometry->aabbs || aabb_stride_is_aligned(&nv_geometry->translated, finding);
 }

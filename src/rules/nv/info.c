@@ -46,12 +46,8 @@ bool nv_info_type_is_not_generic(const struct nv_info_view *nv_info, struct find
 
 bool nv_info_flags_are_valid(const struct nv_info_view *nv_info, struct finding *finding)
 {
-    const struct device_facts *device = device_of(nv_info);
-    VkBuildAccelerationStructureFlagsKHR unknown =
-        nv_info->info->flags & ~build_flags_enabled(device);
-    return !unknown || device->newer_than_registry ||
-           violated(finding, "flags", "{} has bits {}, which no enabled extension defines",
-                    build_flags(nv_info->info->flags), hex(unknown));
+    const struct build_view *build = &nv_info->call->build;
+    return !build->info || build_flags_are_valid(build, finding);
 }
 
 bool nv_fast_trace_excludes_fast_build(const struct nv_info_view *nv_info, struct finding *finding)

@@ -258,7 +258,7 @@ static bool is_micromap(const VkAccelerationStructureBuildGeometryInfoKHR *info)
     return info->type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
 }
 
-static struct geometry_shapes *describe_geometries(const struct build_description *description)
+struct geometry_shapes *geometry_shapes_create(const struct build_description *description)
 {
     uint32_t dense_count = count_dense(description);
     const struct micromap_uses *micromaps = description->micromaps;
@@ -292,42 +292,9 @@ void built_forget(struct built *built)
 
 void built_add_shapes(struct built *built, const struct build_description *description)
 {
-    built->shapes = describe_geometries(description);
+    built->shapes = geometry_shapes_create(description);
     if (built->shapes)
         built->inputs = build_inputs_share(description->inputs);
     else
         built_forget(built);
-}
-
-/* ---- VK_NV_ray_tracing */
-
-/* A geometry without vertices has no triangles, whatever its index count. */
-uint32_t nv_primitive_count(const VkGeometryNV *geometry)
-{
-    const VkGeometryTrianglesNV *triangles = &geometry->geometry.triangles;
-    bool is_indexed = triangles->indexType != VK_INDEX_TYPE_NONE_NV && triangles->vertexCount;
-    if (type_is_aabbs(geometry->geometryType))
-        return geometry->geometry.aabbs.numAABBs;
-    return (is_indexed ? triangles->indexCount : triangles->vertexCount) / 3;
-}
-
-struct geometry_shapes *built_nv_shapes(const VkAccelerationStructureInfoNV *info)
-{
-    bool is_top = info->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV;
-    uint32_t count = is_top ? 1 : info->geometryCount;
-    struct geometry_shapes *shapes = allocate_shapes(count, 0, false);
-    if (!shapes)
-        return NULL;
-    shapes->dst_size = shapes->needed_size = 0;
-    for (uint32_t i = 0; i < count; i++)
-        shapes->items[i] =
-            is_top ? (struct geometry_shape){.type = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-                                             .count_known = true,
-                                             .primitive_count = info->instanceCount}
-                   : (struct geometry_shape){
-                         .type = info->pGeometries[i].geometryType,
-                         .index_type = info->pGeometries[i].geometry.triangles.indexType,
-                         .count_known = true,
-                         .primitive_count = nv_primitive_count(&info->pGeometries[i])};
-    return shapes;
 }

@@ -243,11 +243,8 @@ struct build_description {
  * else is unknown. Returns NULL if there is no memory. */
 struct geometry_shapes *built_with_micromaps(uint32_t count,
                                              const struct micromap_shape *micromaps);
-/* Makes the shapes of a build of VK_NV_ray_tracing: types, counts and index types. Its geometries
- * are readable. Returns NULL if there is no memory. */
-struct geometry_shapes *built_nv_shapes(const VkAccelerationStructureInfoNV *info);
-/* Returns the number of triangles or AABBs of a geometry. */
-uint32_t nv_primitive_count(const VkGeometryNV *geometry);
+/* Returns NULL if there is no memory, or if shapes are unknown. */
+struct geometry_shapes *geometry_shapes_create(const struct build_description *description);
 
 /* Adds the shapes of a build. Makes the description unknown if that fails. */
 void built_add_shapes(struct built *built, const struct build_description *description);

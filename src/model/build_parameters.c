@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Copies the parameters of builds, also those of VK_NV_ray_tracing and VK_EXT_opacity_micromap. */
-#include "src/snapshots/build_parameters.h"
+#include "src/model/build_parameters.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-#include "src/state/builds/built.h"
 
 /* ---- copies */
 
@@ -124,48 +122,66 @@ bool build_parameters_take_ranges(const struct build_parameters *build)
 
 /* ---- VK_NV_ray_tracing */
 
-static VkDeviceOrHostAddressConstKHR address(const struct nv_data *data, VkBuffer buffer,
-                                             VkDeviceSize offset)
+void nv_places_of(const VkGeometryNV *geometry, struct nv_place places[NV_PLACES])
 {
-    uint64_t found = data && buffer ? data->find(data->context, buffer, offset) : 0;
-    return (VkDeviceOrHostAddressConstKHR){.deviceAddress = found};
+    const VkGeometryTrianglesNV *triangles = &geometry->geometry.triangles;
+    const VkGeometryAABBNV *aabbs = &geometry->geometry.aabbs;
+    memset(places, 0, NV_PLACES * sizeof(*places));
+    if (type_is_aabbs(geometry->geometryType))
+        places[INPUT_AABBS] = (struct nv_place){aabbs->aabbData, aabbs->offset};
+    if (!type_is_triangles(geometry->geometryType))
+        return;
+    places[INPUT_VERTEX] = (struct nv_place){triangles->vertexData, triangles->vertexOffset};
+    if (triangles->indexType != VK_INDEX_TYPE_NONE_NV)
+        places[INPUT_INDEX] = (struct nv_place){triangles->indexData, triangles->indexOffset};
+    places[INPUT_MATRIX] = (struct nv_place){triangles->transformData, triangles->transformOffset};
 }
 
-static void translate_triangles(const VkGeometryTrianglesNV *from, const struct nv_data *data,
-                                VkAccelerationStructureGeometryTrianglesDataKHR *to)
+static void set_address(VkAccelerationStructureGeometryKHR *geometry, enum input_role role,
+                        const struct nv_data *data, const struct nv_place *place)
 {
-    to->sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR;
-    to->vertexFormat = from->vertexFormat;
-    to->vertexData = address(data, from->vertexData, from->vertexOffset);
-    to->vertexStride = from->vertexStride;
-    to->maxVertex = from->vertexCount ? from->vertexCount - 1 : 0;
-    to->indexType = from->indexType;
-    if (from->indexType != VK_INDEX_TYPE_NONE_NV)
-        to->indexData = address(data, from->indexData, from->indexOffset);
-    to->transformData = address(data, from->transformData, from->transformOffset);
+    if (data && place->buffer)
+        input_place(geometry, NULL, role)->deviceAddress =
+            data->find ? data->find(data->context, place->buffer, place->offset) : 1;
+}
+
+/* A geometry without vertices has no triangles, whatever its index count. */
+static uint32_t count_triangles(const VkGeometryTrianglesNV *triangles)
+{
+    bool is_indexed = triangles->indexType != VK_INDEX_TYPE_NONE_NV && triangles->vertexCount;
+    return (is_indexed ? triangles->indexCount : triangles->vertexCount) / 3;
 }
 
 static void translate_geometry(const VkGeometryNV *from, const struct nv_data *data,
                                VkAccelerationStructureGeometryKHR *to, uint32_t *count)
 {
-    const VkGeometryAABBNV *aabbs = &from->geometry.aabbs;
+    const VkGeometryTrianglesNV *triangles = &from->geometry.triangles;
+    struct nv_place places[NV_PLACES];
     to->sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR;
     to->geometryType = from->geometryType;
     to->flags = from->flags;
-    *count = nv_primitive_count(from);
-    switch (from->geometryType) {
-    case VK_GEOMETRY_TYPE_TRIANGLES_NV:
-        translate_triangles(&from->geometry.triangles, data, &to->geometry.triangles);
-        break;
-    case VK_GEOMETRY_TYPE_AABBS_NV:
-        to->geometry.aabbs.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR;
-        to->geometry.aabbs.data = address(data, aabbs->aabbData, aabbs->offset);
-        to->geometry.aabbs.stride = aabbs->stride;
-        break;
-    default: /* instances are not allowed here: the builder rejects them */
+    if (type_is_triangles(from->geometryType)) {
+        *count = count_triangles(triangles);
+        to->geometry.triangles = (VkAccelerationStructureGeometryTrianglesDataKHR){
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+            .vertexFormat = triangles->vertexFormat,
+            .vertexStride = triangles->vertexStride,
+            .maxVertex = triangles->vertexCount ? triangles->vertexCount - 1 : 0,
+            .indexType = triangles->indexType,
+        };
+    } else if (type_is_aabbs(from->geometryType)) {
+        *count = from->geometry.aabbs.numAABBs;
+        to->geometry.aabbs = (VkAccelerationStructureGeometryAabbsDataKHR){
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
+            .stride = from->geometry.aabbs.stride,
+        };
+    } else { /* instances are not allowed here: the builder rejects them */
         *count = 0;
         to->geometryType = VK_GEOMETRY_TYPE_MAX_ENUM_KHR;
     }
+    nv_places_of(from, places);
+    for (enum input_role role = 0; role <= INPUT_LAST_PLAIN; role++)
+        set_address(to, role, data, &places[role]);
 }
 
 static VkResult copy_geometries(struct readable_cache *cache,
@@ -195,8 +211,7 @@ static VkResult copy_instances(const VkAccelerationStructureInfoNV *info,
     copy->geometries[0].geometry.instances.sType =
         VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR;
     if (data)
-        copy->geometries[0].geometry.instances.data =
-            address(data, data->instances, data->instance_offset);
+        set_address(&copy->geometries[0], INPUT_INSTANCES, data, &data->instances);
     copy->ranges[0].primitiveCount = info->instanceCount;
     return VK_SUCCESS;
 }

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A copy of the parameters of one build, which outlives the call. */
-#ifndef ASSAY_SNAPSHOTS_BUILD_PARAMETERS_H
-#define ASSAY_SNAPSHOTS_BUILD_PARAMETERS_H
+#ifndef ASSAY_MODEL_BUILD_PARAMETERS_H
+#define ASSAY_MODEL_BUILD_PARAMETERS_H
 
 #include <vulkan/vulkan_core.h>
 
 #include "src/base/readable.h"
-#include "src/bvh/bvh.h"
 #include "src/model/chained_input.h"
 #include "src/model/geometry.h"
+#include "src/model/inputs.h"
 
 /* pNext of info, geometries and their data is NULL; `chained` has the contents of the chains.
  * ppGeometries is resolved to pGeometries. */
@@ -37,14 +37,22 @@ VkResult build_parameters_allocate(struct build_parameters *build, uint32_t coun
 /* ---- Translates parameters of VK_NV_ray_tracing to the equivalent parameters of
  * VK_KHR_acceleration_structure. */
 
-/* The data that the parameters read. VK_NV_ray_tracing names it by buffer and offset: `find`
- * returns a number that stands for that byte, in place of a device address; it is not 0, because 0
- * stands for no address. */
+/* VK_NV_ray_tracing names data by buffer and offset. */
+struct nv_place {
+    VkBuffer buffer;
+    VkDeviceSize offset;
+};
+
+/* The places of a geometry's inputs, by their roles. Zeros if the geometry lacks the input. */
+enum { NV_PLACES = INPUT_LAST_PLAIN + 1 };
+void nv_places_of(const VkGeometryNV *geometry, struct nv_place places[NV_PLACES]);
+
+/* The data that the parameters read. `find` returns a number that stands for a place, instead of a
+ * device address; it is not 0, because 0 stands for no address. NULL: 1 stands for each place. */
 struct nv_data {
     uint64_t (*find)(void *context, VkBuffer buffer, VkDeviceSize offset);
     void *context;
-    VkBuffer instances; /* instance data of a top-level structure */
-    VkDeviceSize instance_offset;
+    struct nv_place instances; /* of a top-level structure */
 };
 
 /* `data` may be NULL if only sizes are needed. Fails as build_parameters_copy() does. */
