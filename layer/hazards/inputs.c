@@ -111,7 +111,7 @@ struct reading {
 
 enum hazard_role hazards_role_of(enum input_role role, bool has_pointers)
 {
-    switch ((int)role) {
+    switch (role) {
     case INPUT_VERTEX:
         return HAZARD_VERTICES;
     case INPUT_INDEX:
@@ -122,9 +122,29 @@ enum hazard_role hazards_role_of(enum input_role role, bool has_pointers)
         return HAZARD_BOXES;
     case INPUT_INSTANCES:
         return has_pointers ? HAZARD_INSTANCE_POINTERS : HAZARD_INSTANCES;
-    default:
-        return HAZARD_OTHER_INPUT;
+    case INPUT_MOTION_VERTEX:
+    case INPUT_SPHERE_VERTEX:
+    case INPUT_SPHERE_RADIUS:
+    case INPUT_SPHERE_INDEX:
+    case INPUT_SWEPT_VERTEX:
+    case INPUT_SWEPT_RADIUS:
+    case INPUT_SWEPT_INDEX:
+    case INPUT_MICROMAP_DATA:
+    case INPUT_MICROMAP_TRIANGLES:
+    case INPUT_OPACITY_INDEX:
+    case INPUT_OPACITY_EXT_INDEX:
+    case INPUT_DENSE_DATA:
+    case INPUT_SCRATCH:
+    case INPUT_UPDATE_SCRATCH:
+    case INPUT_INDIRECT:
+    case INPUT_DISPLACEMENT_INDEX:
+    case INPUT_DISPLACEMENT_VECTOR:
+    case INPUT_DISPLACEMENT_BIAS:
+    case INPUT_DISPLACEMENT_FLAGS:
+    case INPUT_ROLES:
+        break;
     }
+    return HAZARD_OTHER_INPUT;
 }
 
 /* Level content reads the data, and shaders may be what wrote them. */

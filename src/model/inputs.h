@@ -63,7 +63,7 @@ input_place(const VkAccelerationStructureGeometryKHR *geometry, const struct cha
 {
     VkAccelerationStructureGeometryKHR *in = (VkAccelerationStructureGeometryKHR *)geometry;
     struct chained_input *more = (struct chained_input *)chained;
-    switch ((int)role) {
+    switch (role) {
     case INPUT_VERTEX:
         return &in->geometry.triangles.vertexData;
     case INPUT_INDEX:
@@ -102,9 +102,13 @@ input_place(const VkAccelerationStructureGeometryKHR *geometry, const struct cha
         return &more->displacement.displacementBiasAndScaleBuffer;
     case INPUT_DISPLACEMENT_FLAGS:
         return &more->displacement.displacedMicromapPrimitiveFlags;
-    default:
-        return NULL;
+    case INPUT_SCRATCH:
+    case INPUT_UPDATE_SCRATCH:
+    case INPUT_INDIRECT:
+    case INPUT_ROLES:
+        break;
     }
+    return NULL;
 }
 
 /* Returns the device address of an input that is in no chain. */

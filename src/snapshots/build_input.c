@@ -145,9 +145,15 @@ static struct found_bytes place_of(struct build_input *input, uint32_t geometry,
         return (struct found_bytes)OPTIONAL(displacement, biases_and_scales);
     case INPUT_DISPLACEMENT_FLAGS:
         return (struct found_bytes)OPTIONAL(displacement, flags);
-    default:
-        return (struct found_bytes){0};
+    case INPUT_MICROMAP_DATA: /* see build_input_find_micromap() */
+    case INPUT_MICROMAP_TRIANGLES:
+    case INPUT_SCRATCH:
+    case INPUT_UPDATE_SCRATCH:
+    case INPUT_INDIRECT:
+    case INPUT_ROLES:
+        break;
     }
+    return (struct found_bytes){0};
 #undef PLACE
 #undef OPTIONAL
 }

@@ -271,6 +271,16 @@ TEST(other_geometry_of_nv_has_no_primitives)
     }
 }
 
+TEST(each_input_of_a_geometry_has_a_member)
+{
+    const VkAccelerationStructureGeometryKHR geometry = {.sType = 0};
+    const struct chained_input chained = {.has_opacity = false};
+    for (enum input_role role = 0; role < INPUT_ROLES; role++)
+        assert_int_equal(input_place(&geometry, &chained, role) == NULL,
+                         role == INPUT_SCRATCH || role == INPUT_UPDATE_SCRATCH ||
+                             role == INPUT_INDIRECT);
+}
+
 /* Only inputs of VK_NV_ray_tracing have a name there. */
 TEST(each_input_has_names)
 {
