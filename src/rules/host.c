@@ -171,61 +171,57 @@ bool update_scratch_is_host_memory(const struct host_build_view *host_build,
 
 /* ---- geometries */
 
-static bool host_bytes_are_readable(const struct host_bytes *bytes, struct finding *finding,
-                                    const char *field)
+static bool bytes_are_readable(const struct host_geometry_view *host_geometry,
+                               struct finding *finding, enum input_role role)
 {
+    const struct host_bytes *bytes = &host_geometry->inputs[role];
     return !bytes->unreadable ||
-           violated(finding, field,
+           violated(finding, input_name(role, INPUT_OF_HOST),
                     "{} is invalid: the build reads {} at {}, which is not host memory",
                     hex((uint64_t)(uintptr_t)bytes->address), count_of(bytes->size, "byte"),
                     hex(bytes->begin));
 }
 
+static bool input_is_readable(const struct host_geometry_view *host_geometry,
+                              struct finding *finding, enum input_role role)
+{
+    return host_input_is_given(host_geometry->geometry, finding, input_name(role, INPUT_OF_HOST),
+                               host_geometry->inputs[role].address) &&
+           bytes_are_readable(host_geometry, finding, role);
+}
+
 bool vertex_host_address_is_readable(const struct host_geometry_view *host_geometry,
                                      struct finding *finding)
 {
-    const char *field = input_name(INPUT_VERTEX, INPUT_OF_HOST);
-    const struct host_bytes *vertices = &host_geometry->vertices;
     return !triangles_in(host_geometry->geometry->geometry) ||
-           (host_input_is_given(host_geometry->geometry, finding, field, vertices->address) &&
-            host_bytes_are_readable(vertices, finding, field));
+           input_is_readable(host_geometry, finding, INPUT_VERTEX);
 }
 
 bool index_host_address_is_readable(const struct host_geometry_view *host_geometry,
                                     struct finding *finding)
 {
-    const char *field = input_name(INPUT_INDEX, INPUT_OF_HOST);
-    const struct host_bytes *indices = &host_geometry->indices;
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
         triangles_in(host_geometry->geometry->geometry);
     return !triangles || !index_type_size(triangles->indexType) ||
-           (host_input_is_given(host_geometry->geometry, finding, field, indices->address) &&
-            host_bytes_are_readable(indices, finding, field));
+           input_is_readable(host_geometry, finding, INPUT_INDEX);
 }
 
 bool transform_host_address_is_null_or_readable(const struct host_geometry_view *host_geometry,
                                                 struct finding *finding)
 {
-    return host_bytes_are_readable(&host_geometry->transform, finding,
-                                   input_name(INPUT_MATRIX, INPUT_OF_HOST));
+    return bytes_are_readable(host_geometry, finding, INPUT_MATRIX);
 }
 
 bool aabb_host_address_is_readable(const struct host_geometry_view *host_geometry,
                                    struct finding *finding)
 {
-    const char *field = input_name(INPUT_AABBS, INPUT_OF_HOST);
     return !aabbs_in(host_geometry->geometry->geometry) ||
-           (host_input_is_given(host_geometry->geometry, finding, field,
-                                host_geometry->data.address) &&
-            host_bytes_are_readable(&host_geometry->data, finding, field));
+           input_is_readable(host_geometry, finding, INPUT_AABBS);
 }
 
 bool instance_host_address_is_readable(const struct host_geometry_view *host_geometry,
                                        struct finding *finding)
 {
-    const char *field = input_name(INPUT_INSTANCES, INPUT_OF_HOST);
     return !instances_in(host_geometry->geometry->geometry) ||
-           (host_input_is_given(host_geometry->geometry, finding, field,
-                                host_geometry->data.address) &&
-            host_bytes_are_readable(&host_geometry->data, finding, field));
+           input_is_readable(host_geometry, finding, INPUT_INSTANCES);
 }

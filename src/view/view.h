@@ -224,8 +224,8 @@ struct host_build_view {
 
 struct host_geometry_view {
     const struct geometry_view *geometry;
-    /* `unreadable` is false for inputs that the geometry lacks. */
-    struct host_bytes vertices, indices, transform, data; /* data: AABBs or instances */
+    /* By role. Zeros for inputs that the geometry lacks. */
+    struct host_bytes inputs[INPUT_LAST_PLAIN + 1];
 };
 
 #endif

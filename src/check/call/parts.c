@@ -19,9 +19,8 @@ static void check_input(struct walk *walk, const struct geometry_view *geometry,
 void check_geometry_addresses(struct walk *walk, const struct geometry_view *geometry)
 {
     const struct chained_inputs *chained = geometry->chained;
-    check_input(walk, geometry, INPUT_VERTEX, &geometry->vertex);
-    check_input(walk, geometry, INPUT_INDEX, &geometry->index_data);
-    check_input(walk, geometry, INPUT_MATRIX, &geometry->transform);
+    for (enum input_role role = INPUT_VERTEX; role <= INPUT_MATRIX; role++)
+        check_input(walk, geometry, role, input_facts(geometry, role));
     check_input(walk, geometry, data_role(geometry), &geometry->data);
     for (uint32_t i = 0; chained && i < chained->count; i++)
         check_input(walk, geometry, chained->items[i].role, &chained->items[i].facts);
@@ -92,22 +91,8 @@ static void find_inputs(struct check_context *context, const struct range_view *
     const uint32_t count =
         inputs_of_geometry(range->geometry->build->info->flags, range->geometry->geometry, NULL,
                            is_read ? range->range : &one, inputs);
-    for (uint32_t i = 0; i < count; i++) {
-        const struct host_bytes bytes = find_input(context, &inputs[i], is_read);
-        switch ((int)inputs[i].role) {
-        case INPUT_VERTEX:
-            view->vertices = bytes;
-            break;
-        case INPUT_INDEX:
-            view->indices = bytes;
-            break;
-        case INPUT_MATRIX:
-            view->transform = bytes;
-            break;
-        default:
-            view->data = bytes;
-        }
-    }
+    for (uint32_t i = 0; i < count; i++)
+        view->inputs[inputs[i].role] = find_input(context, &inputs[i], is_read);
 }
 
 static WALK_ALL(host_geometry)
