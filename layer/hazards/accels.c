@@ -3,9 +3,12 @@
  * VK_EXT_opacity_micromap. They access what the last build needed, which may be less than the
  * structure was created with, and something else may lie behind it: only the first byte is
  * certain. Of serialized data it is the header. */
+#include "layer/hazards/builds.h"
 #include "layer/hazards/recording.h"
 #include "observers.h"
 #include "src/base/readable.h"
+#include "src/model/build_parameters.h"
+#include "src/model/inputs.h"
 
 /* ---- structures and memory */
 
@@ -162,25 +165,6 @@ static void add_first(struct hazard_recording *recording, enum access_kind kind,
 
 /* ---- builds */
 
-/* Returns 0 if the counts cannot be read. */
-static uint64_t count_triangles(const VkMicromapBuildInfoEXT *info)
-{
-    struct readable_cache *cache = readable_cache_of_thread();
-    uint64_t count = 0;
-    const void *array = info->pUsageCounts ? (const void *)info->pUsageCounts : info->ppUsageCounts;
-    size_t size = info->pUsageCounts ? sizeof(*info->pUsageCounts) : sizeof(*info->ppUsageCounts);
-    if (!info->usageCountsCount || !readable(cache, array, info->usageCountsCount * size))
-        return 0;
-    for (uint32_t i = 0; i < info->usageCountsCount; i++) {
-        const VkMicromapUsageEXT *usage =
-            info->pUsageCounts ? &info->pUsageCounts[i] : info->ppUsageCounts[i];
-        if (!readable(cache, usage, sizeof(*usage)))
-            return 0;
-        count += usage->count;
-    }
-    return count;
-}
-
 /* Adds bytes behind an address of the device or, for a build on the host, of the host. */
 static void add_bytes(struct hazard_recording *recording, const struct hazard_use *use,
                       VkDeviceOrHostAddressConstKHR address, bool is_host, uint64_t size)
@@ -194,46 +178,60 @@ static void add_bytes(struct hazard_recording *recording, const struct hazard_us
     hazard_recording_add_address(recording, use, &facts, 0, size);
 }
 
-/* Which part of the data the triangles use is in device memory: it is not recorded. */
-static void add_triangles(struct hazard_recording *recording, const struct hazard_use *use,
-                          const VkMicromapBuildInfoEXT *info, bool is_host)
-{
-    uint64_t count = count_triangles(info), stride = info->triangleArrayStride;
-    const uint64_t size = sizeof(VkMicromapTriangleEXT);
-    if (!count)
-        return;
-    add_bytes(recording, use, info->triangleArray, is_host, stride == size ? count * size : size);
-}
-
 /* The layer's own call needs the feature and a valid structure, as the application's. */
 static bool can_query_sizes(const struct layer_device *device, const VkMicromapBuildInfoEXT *info)
 {
     return device->facts.micromap.ext && info->sType == VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT &&
-           !check_has_found() && count_triangles(info);
+           !check_has_found() && device->vk.GetMicromapBuildSizesEXT;
+}
+
+/* Which part of the data the triangles use is in device memory: it is not recorded. */
+static void add_triangles(struct hazard_recording *recording, uint32_t index,
+                          const struct geometry_input *triangles, bool is_host)
+{
+    struct address_facts facts = {.status = ADDRESS_UNKNOWN};
+    const struct hazard_use use = {.kind = is_host ? ACCESS_HOST_READ : ACCESS_MICROMAP_SHADER_READ,
+                                   .role = HAZARD_OTHER_INPUT,
+                                   .info = index};
+    if (!is_host)
+        resources_look_up_address(recording->device->resources, triangles->address.deviceAddress,
+                                  &facts);
+    hazards_add_elements(
+        recording, &use,
+        &(struct hazard_elements){.facts = &facts,
+                                  .host = is_host ? triangles->address.hostAddress : NULL,
+                                  .count = triangles->count,
+                                  .stride = triangles->stride,
+                                  .size = triangles->size});
 }
 
 static void add_build(struct hazard_recording *recording, uint32_t index,
                       const VkMicromapBuildInfoEXT *info, bool is_host)
 {
     const struct layer_device *device = recording->device;
+    const VkAccelerationStructureBuildTypeKHR type =
+        is_host ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
+                : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
     VkMicromapBuildSizesInfoEXT sizes = {.sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_SIZES_INFO_EXT};
-    if (device->vk.GetMicromapBuildSizesEXT && can_query_sizes(device, info))
-        device->vk.GetMicromapBuildSizesEXT(device->handle,
-                                            is_host
-                                                ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
-                                                : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
-                                            info, &sizes);
     struct hazard_use use = {.kind = is_host ? ACCESS_HOST_WRITE : ACCESS_MICROMAP_WRITE,
                              .role = HAZARD_DST,
                              .info = index};
+    struct build_parameters build;
+    struct geometry_input inputs[GEOMETRY_INPUTS];
+    uint32_t count = 0;
+    if (micromap_info_copy(readable_cache_of_thread(), info, &build) == VK_SUCCESS)
+        count = inputs_of_geometry(0, &build.geometries[0], &build.chained[0], NULL, inputs);
+    const struct geometry_input *triangles = input_of_role(inputs, count, INPUT_MICROMAP_TRIANGLES);
+    if (triangles && can_query_sizes(device, info))
+        device->vk.GetMicromapBuildSizesEXT(device->handle, type, info, &sizes);
     add_micromap(recording, &use, info->dstMicromap, sizes.micromapSize);
     use.role = HAZARD_SCRATCH;
     add_bytes(recording, &use,
               (VkDeviceOrHostAddressConstKHR){.deviceAddress = info->scratchData.deviceAddress},
               is_host, sizes.buildScratchSize);
-    use.kind = is_host ? ACCESS_HOST_READ : ACCESS_MICROMAP_SHADER_READ;
-    use.role = HAZARD_OTHER_INPUT;
-    add_triangles(recording, &use, info, is_host);
+    if (triangles)
+        add_triangles(recording, index, triangles, is_host);
+    build_parameters_release(&build);
 }
 
 void hazards_build_micromaps(struct hazard_recording *recording, uint32_t count,

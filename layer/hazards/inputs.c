@@ -3,6 +3,7 @@
  * in device memory, so nothing of it is certain. */
 #include "layer/hazards/builds.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #include "layer/execution/hazards/host_writes.h"
@@ -171,6 +172,12 @@ static const struct address_facts *facts_of(const struct reading *reading,
     return other;
 }
 
+/* VK_KHR_opacity_micromap has device addresses in builds of the host, too. */
+static bool is_of_device(enum input_role role)
+{
+    return role == INPUT_OPACITY_INDEX || role == INPUT_MICROMAP_TRIANGLES;
+}
+
 /* Indices may skip any vertex, and maxVertex is an upper bound: without the indices no vertex of an
  * indexed geometry is certain, with them those of the smallest and the largest one. */
 static void add_input(const struct reading *reading, const struct geometry_input *input)
@@ -192,8 +199,8 @@ static void add_input(const struct reading *reading, const struct geometry_input
         .stride = input->stride,
         .size = input->size,
     };
-    if (reading->is_host && (!elements.host || input->role == INPUT_OPACITY_INDEX))
-        return; /* the index buffer of VK_KHR_opacity_micromap is in device memory */
+    if (reading->is_host && (!elements.host || is_of_device(input->role)))
+        return;
     if (!input->is_chosen)
         hazards_add_elements(reading->recording, &use, &elements);
     else if (is_indexed && !reading->is_host)
@@ -235,8 +242,8 @@ void hazards_add_inputs(struct hazard_recording *recording, const struct geometr
     struct chained_input chained = {0};
     struct geometry_input inputs[GEOMETRY_INPUTS];
     const bool has_chain =
-        geometry->chained &&
-        chained_input_read(readable_cache_of_thread(), flags, geometry->geometry, &chained);
+        geometry->chained && chained_input_copy(readable_cache_of_thread(), flags,
+                                                geometry->geometry, &chained) == VK_SUCCESS;
     const uint32_t count =
         inputs_of_geometry(flags, geometry->geometry, has_chain ? &chained : NULL,
                            build->ranges ? &build->ranges[geometry->index] : NULL, inputs);
@@ -246,6 +253,7 @@ void hazards_add_inputs(struct hazard_recording *recording, const struct geometr
             recording->device->level >= LEVEL_CONTENT)
             add_host_references(&reading, &inputs[i]);
     }
+    free(chained.micromap.usages);
 }
 
 /* ---- what the host has overwritten */

@@ -247,12 +247,12 @@ bool chained_input_read(struct readable_cache *cache, VkBuildAccelerationStructu
     }
 }
 
-static VkResult copy_of_geometry(struct readable_cache *cache,
-                                 const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                                 const VkAccelerationStructureGeometryKHR *geometry,
-                                 struct chained_input *copy)
+VkResult chained_input_copy(struct readable_cache *cache,
+                            VkBuildAccelerationStructureFlagsKHR flags,
+                            const VkAccelerationStructureGeometryKHR *geometry,
+                            struct chained_input *copy)
 {
-    if (!chained_input_read(cache, info->flags, geometry, copy))
+    if (!chained_input_read(cache, flags, geometry, copy))
         return VK_ERROR_VALIDATION_FAILED;
     if (type_is_micromap(geometry->geometryType))
         return copy_micromap(cache, geometry->pNext, copy);
@@ -270,8 +270,9 @@ VkResult chained_inputs_copy(struct readable_cache *cache,
             continue;
         if (!*chained)
             *chained = calloc(info->geometryCount, sizeof(**chained));
-        result = *chained ? copy_of_geometry(cache, info, &info->pGeometries[i], &(*chained)[i])
-                          : VK_ERROR_OUT_OF_HOST_MEMORY;
+        result = *chained
+                     ? chained_input_copy(cache, info->flags, &info->pGeometries[i], &(*chained)[i])
+                     : VK_ERROR_OUT_OF_HOST_MEMORY;
     }
     if (result == VK_SUCCESS)
         return result;

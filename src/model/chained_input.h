@@ -48,6 +48,13 @@ bool chained_input_read(struct readable_cache *cache, VkBuildAccelerationStructu
                         const VkAccelerationStructureGeometryKHR *geometry,
                         struct chained_input *chained);
 
+/* Also copies the usages and the parameters of a micromap's own build. The caller frees
+ * micromap.usages, also after a failure. */
+VkResult chained_input_copy(struct readable_cache *cache,
+                            VkBuildAccelerationStructureFlagsKHR flags,
+                            const VkAccelerationStructureGeometryKHR *geometry,
+                            struct chained_input *chained);
+
 /* Allocates one for each geometry of `info`, whose geometries are in pGeometries and readable; NULL
  * if no geometry has any. Returns VK_ERROR_VALIDATION_FAILED if a chain can't be read. */
 VkResult chained_inputs_copy(struct readable_cache *cache,
