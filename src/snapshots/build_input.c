@@ -44,10 +44,8 @@ static void describe_chained(const struct chained_input *from, struct builder_ge
     }
 }
 
-/* Fills in type, flags, formats and strides, without data. `chained` may be NULL. */
-static void build_input_describe(const VkAccelerationStructureGeometryKHR *geometry,
-                                 const struct chained_input *chained,
-                                 struct builder_geometry *described)
+void build_input_describe(const VkAccelerationStructureGeometryKHR *geometry,
+                          const struct chained_input *chained, struct builder_geometry *described)
 {
     *described =
         (struct builder_geometry){.type = geometry->geometryType, .flags = geometry->flags};

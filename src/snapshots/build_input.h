@@ -23,6 +23,10 @@ VkResult build_input_open(const struct build_parameters *build, const struct inp
                           struct build_input *input);
 void build_input_close(struct build_input *input);
 
+/* Fills in type, flags, formats and strides, without data. `chained` may be NULL. */
+void build_input_describe(const VkAccelerationStructureGeometryKHR *geometry,
+                          const struct chained_input *chained, struct builder_geometry *described);
+
 /* ---- micromap_input.c */
 
 /* Fills in the input of a micromap build. */

@@ -30,21 +30,15 @@ static void walk_geometry_and_range(struct walk *walk, const struct range_view *
 static void find_continued_inputs(struct check_context *context, struct range_view *range)
 {
     const struct geometry_view *geometry = range->geometry;
-    const struct {
-        enum input_role role;
-        const struct address_facts *facts;
-    } inputs[] = {{INPUT_VERTEX, &geometry->vertex},
-                  {INPUT_INDEX, &geometry->index_data},
-                  {INPUT_MATRIX, &geometry->transform},
-                  {data_role(geometry), &geometry->data}};
-    for (size_t i = 0; i < sizeof(inputs) / sizeof(inputs[0]); i++) {
-        const struct address_facts *facts = inputs[i].facts;
+    for (enum input_role i = INPUT_VERTEX; i <= INPUT_AABBS; i++) {
+        const enum input_role role = i == INPUT_AABBS ? data_role(geometry) : i;
+        const struct address_facts *facts = input_facts(geometry, role);
         struct address_facts behind;
         if (facts->status != ADDRESS_IN_BUFFER)
             continue;
         resources_look_up_address(context->resources, facts->address + facts->bytes_left, &behind);
         if (behind.status != ADDRESS_NOWHERE)
-            range->continued_inputs |= 1U << inputs[i].role;
+            range->continued_inputs |= 1U << role;
     }
 }
 

@@ -6,6 +6,7 @@
 #include "src/model/geometry.h"
 #include "src/rules/predicates.h"
 #include "src/rules/shared.h"
+#include "src/snapshots/build_input.h"
 
 static bool is_swept(const struct content *content)
 {
@@ -44,18 +45,7 @@ static bool describe(const struct content *content, struct builder_geometry *des
 {
     if (!content->chained || !content->chained->spheres.sType)
         return false;
-    const VkAccelerationStructureGeometryLinearSweptSpheresDataNV *from =
-        &content->chained->spheres;
-    *described = (struct builder_geometry){
-        .type = content->range->geometry->geometry->geometryType,
-        .spheres = {.vertex_format = from->vertexFormat,
-                    .radius_format = from->radiusFormat,
-                    .index_type = from->indexType,
-                    .vertex_stride = from->vertexStride,
-                    .radius_stride = from->radiusStride,
-                    .index_stride = from->indexStride,
-                    .indexing_mode = from->indexingMode},
-    };
+    build_input_describe(content->range->geometry->geometry, content->chained, described);
     return sphere_formats_are_known(&described->spheres) &&
            find_arrays(content, &described->spheres);
 }

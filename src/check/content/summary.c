@@ -7,6 +7,7 @@
 #include "src/check/content/content.h"
 #include "src/figures/refits.h"
 #include "src/model/geometry.h"
+#include "src/snapshots/build_input.h"
 
 bool content_open_source(const struct content *content, const struct builder_geometry *described,
                          struct source *source)
@@ -16,38 +17,28 @@ bool content_open_source(const struct content *content, const struct builder_geo
     return source_open(source, false, described, &range);
 }
 
-/* Ignores transforms, because they don't affect which triangles are inactive. */
-static bool describe_triangles(const struct content *content,
-                               const VkAccelerationStructureGeometryTrianglesDataKHR *from,
-                               struct builder_triangles *to)
+static bool formats_are_known(const struct builder_triangles *triangles)
 {
-    if (!vertex_format_find(from->vertexFormat) ||
-        (!index_type_size(from->indexType) && from->indexType != VK_INDEX_TYPE_NONE_KHR))
-        return false;
-    *to = (struct builder_triangles){.vertex_format = from->vertexFormat,
-                                     .index_type = from->indexType,
-                                     .max_vertex = from->maxVertex,
-                                     .vertex_stride = from->vertexStride};
-    to->indices_size =
-        content_find_some_input(content, content_input(content, INPUT_INDEX), &to->indices);
-    to->vertices_size =
-        content_find_some_input(content, content_input(content, INPUT_VERTEX), &to->vertices);
-    return true;
+    return vertex_format_find(triangles->vertex_format) &&
+           (index_type_size(triangles->index_type) ||
+            triangles->index_type == VK_INDEX_TYPE_NONE_KHR);
 }
 
+/* Ignores transforms, because they don't affect which triangles are inactive. */
 bool content_describe(const struct content *content, struct builder_geometry *described)
 {
     const VkAccelerationStructureGeometryKHR *geometry = content->range->geometry->geometry;
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
-    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs = aabbs_in(geometry);
-    *described = (struct builder_geometry){.type = geometry->geometryType};
-    if (triangles)
-        return describe_triangles(content, triangles, &described->triangles);
-    if (!aabbs)
-        return false;
-    described->aabbs.stride = aabbs->stride;
-    described->aabbs.size = content_find_some_input(content, content_input(content, INPUT_AABBS),
-                                                    &described->aabbs.data);
+    struct builder_triangles *triangles = &described->triangles;
+    build_input_describe(geometry, NULL, described);
+    if (aabbs_in(geometry))
+        described->aabbs.size = content_find_some_input(
+            content, content_input(content, INPUT_AABBS), &described->aabbs.data);
+    if (!triangles_in(geometry) || !formats_are_known(triangles))
+        return aabbs_in(geometry);
+    triangles->indices_size =
+        content_find_some_input(content, content_input(content, INPUT_INDEX), &triangles->indices);
+    triangles->vertices_size = content_find_some_input(
+        content, content_input(content, INPUT_VERTEX), &triangles->vertices);
     return true;
 }
 
