@@ -13,11 +13,6 @@ static const struct device_facts *device_of(const struct geometry_view *geometry
     return geometry->build->call->device;
 }
 
-static bool is_of_type(const struct geometry_view *geometry, VkGeometryTypeKHR type)
-{
-    return geometry->geometry->geometryType == type;
-}
-
 bool geometry_has_its_stype(const struct geometry_view *geometry, struct finding *finding)
 {
     VkStructureType type = geometry->geometry->sType;
@@ -60,7 +55,7 @@ bool geometry_chain_has_no_duplicates(const struct geometry_view *geometry, stru
     const bool is_data = geometry->chain.duplicate ==
                          VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR;
     return chain_has_no_duplicates(&geometry->chain, finding, "pNext") ||
-           (is_data && is_of_type(geometry, VK_GEOMETRY_TYPE_MICROMAP_KHR) &&
+           (is_data && type_is_micromap(geometry->geometry->geometryType) &&
             device_of(geometry)->extension.opacity_micromap_khr &&
             also_violates(finding, RULE_micromap_geometry_has_micromap_data));
 }
@@ -85,7 +80,7 @@ bool geometry_flags_are_valid(const struct geometry_view *geometry, struct findi
 bool tlas_geometry_is_instances(const struct geometry_view *geometry, struct finding *finding)
 {
     return geometry->build->info->type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR ||
-           is_of_type(geometry, VK_GEOMETRY_TYPE_INSTANCES_KHR) ||
+           type_is_instances(geometry->geometry->geometryType) ||
            violated(finding, "geometryType",
                     "{} is not VK_GEOMETRY_TYPE_INSTANCES_KHR, in the build of a top-level "
                     "structure",
@@ -95,7 +90,7 @@ bool tlas_geometry_is_instances(const struct geometry_view *geometry, struct fin
 bool blas_geometry_is_not_instances(const struct geometry_view *geometry, struct finding *finding)
 {
     return geometry->build->info->type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR ||
-           !is_of_type(geometry, VK_GEOMETRY_TYPE_INSTANCES_KHR) ||
+           !type_is_instances(geometry->geometry->geometryType) ||
            violated_plainly(finding, "geometryType",
                             "is VK_GEOMETRY_TYPE_INSTANCES_KHR, in the build of a bottom-level "
                             "structure");
@@ -139,55 +134,25 @@ static bool member_has_its_stype(const struct geometry_view *geometry, struct fi
                     structure_type(expected));
 }
 
-bool triangles_member_is_filled(const struct geometry_view *geometry, struct finding *finding)
-{
-    return !is_of_type(geometry, VK_GEOMETRY_TYPE_TRIANGLES_KHR) ||
-           member_is_filled(geometry, finding,
-                            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-                            "geometry.triangles");
-}
+/* Defines both rules of a member of the union. */
+#define MEMBER_RULES(filled_rule, stype_rule, member, stype)                                       \
+    bool filled_rule(const struct geometry_view *geometry, struct finding *finding)                \
+    {                                                                                              \
+        return !type_is_##member(geometry->geometry->geometryType) ||                              \
+               member_is_filled(geometry, finding, stype, "geometry." #member);                    \
+    }                                                                                              \
+    bool stype_rule(const struct geometry_view *geometry, struct finding *finding)                 \
+    {                                                                                              \
+        return !type_is_##member(geometry->geometry->geometryType) ||                              \
+               member_has_its_stype(geometry, finding, stype, "geometry." #member ".sType");       \
+    }
 
-bool triangles_have_their_stype(const struct geometry_view *geometry, struct finding *finding)
-{
-    return !is_of_type(geometry, VK_GEOMETRY_TYPE_TRIANGLES_KHR) ||
-           member_has_its_stype(
-               geometry, finding,
-               VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-               "geometry.triangles.sType");
-}
-
-bool aabbs_member_is_filled(const struct geometry_view *geometry, struct finding *finding)
-{
-    return !is_of_type(geometry, VK_GEOMETRY_TYPE_AABBS_KHR) ||
-           member_is_filled(geometry, finding,
-                            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-                            "geometry.aabbs");
-}
-
-bool aabbs_have_their_stype(const struct geometry_view *geometry, struct finding *finding)
-{
-    return !is_of_type(geometry, VK_GEOMETRY_TYPE_AABBS_KHR) ||
-           member_has_its_stype(geometry, finding,
-                                VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-                                "geometry.aabbs.sType");
-}
-
-bool instances_member_is_filled(const struct geometry_view *geometry, struct finding *finding)
-{
-    return !is_of_type(geometry, VK_GEOMETRY_TYPE_INSTANCES_KHR) ||
-           member_is_filled(geometry, finding,
-                            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-                            "geometry.instances");
-}
-
-bool instances_have_their_stype(const struct geometry_view *geometry, struct finding *finding)
-{
-    return !is_of_type(geometry, VK_GEOMETRY_TYPE_INSTANCES_KHR) ||
-           member_has_its_stype(
-               geometry, finding,
-               VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-               "geometry.instances.sType");
-}
+MEMBER_RULES(triangles_member_is_filled, triangles_have_their_stype, triangles,
+             VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR)
+MEMBER_RULES(aabbs_member_is_filled, aabbs_have_their_stype, aabbs,
+             VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR)
+MEMBER_RULES(instances_member_is_filled, instances_have_their_stype, instances,
+             VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR)
 
 static bool has_no_chain(const struct geometry_view *geometry, struct finding *finding,
                          const void *chain, const char *field)
