@@ -10,6 +10,7 @@ import pathlib
 import re
 import sys
 
+import masks
 import rows as row_files
 
 # Builds report pointers that are not readable. Pointers to names are checked by hand.
@@ -28,6 +29,7 @@ FOLLOWED = {"Vk" + name for name in """
     BindBufferMemoryDeviceGroupInfo BindAccelerationStructureMemoryInfoNV BindMemoryStatus
     DeviceBufferMemoryRequirements
     DependencyInfo MemoryRangeBarriersInfoKHR TensorDependencyInfoARM RenderPassCreateInfo RenderPassCreateInfo2
+    RenderPassStripeSubmitInfoARM
     CopyBufferInfo2 CopyBufferToImageInfo2 CopyImageToBufferInfo2 CopyDeviceMemoryInfoKHR CopyDeviceMemoryImageInfoKHR
     MicromapBuildInfoEXT AccelerationStructureBuildGeometryInfoKHR
     DebugUtilsLabelEXT DebugMarkerMarkerInfoEXT DebugUtilsObjectNameInfoEXT
@@ -165,6 +167,8 @@ BACKEND_HEAD = """
 #include "layer/cpu/driver/masks.h"
 #include "layer/cpu/overlay.h"
 #include "observers.h"
+#include "src/base/block.h"
+#include "src/base/chain.h"
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wunused-parameter"
@@ -272,8 +276,9 @@ static const {newer} *lower_{newer}(struct block *block, uint32_t count, const {
 class Entry:
     """The functions of one command, one for each set of conditions that changes what observes it."""
 
-    def __init__(self, command, row, checks, registry):
+    def __init__(self, command, row, checks, registry, masks_of_calls):
         self.command, self.row, self.checks, self.structures = command, row, checks, registry.structures
+        self.masks = masks_of_calls
         self.lowering = Lowering(command, registry.commands[row.newer.command], row.newer.given,
                                  self.structures) if row.newer else None
         self.kind = KINDS.get(command.parameters[0].type)
@@ -526,11 +531,12 @@ class Entry:
             f"{call.function}({', '.join(call.arguments)})" for call in self.row.calls(keyword)]
             for keyword in ("CPU", "CPU_IF"))
         returns = "" if self.command.returns == "void" else "return "
+        lines = list(self.masks.call(self.command)) if self.row.has("CPU_MASKS") else []
         found = {"name": ("const char *", f'"vk{self.command.name}"'),
                  "down": (f"PFN_vk{self.command.target} ", "layer->"
                           f"{'' if self.is_of_instance else 'cpu->'}next.{self.command.name}"),
                  **BACKEND}
-        words = set(re.findall(r"\w+", " ".join(calls + tests + [unchanged] * len(tests))))
+        words = set(re.findall(r"\w+", " ".join(calls + lines + tests + [unchanged] * len(tests))))
         if words & {"layer", *found}:
             yield from self.find_layer("!layer || !layer->cpu")
         for word, (declared, place) in found.items():
@@ -541,9 +547,10 @@ class Entry:
             yield f"    {returns}{unchanged};"
             yield from [] if returns else ["    return;"]
             yield "}"
+        yield from lines
         for call in calls[:-1]:
             yield f"{call};"
-        if returns or calls:
+        if not lines and (returns or calls):
             yield f"{returns}{calls[-1] if calls else 'VK_SUCCESS'};"
 
     def backend_text(self):
@@ -570,12 +577,13 @@ class Generator:
     def __init__(self, registry, files):
         self.registry = registry
         self.checks = Checks(registry)
+        self.masks = masks.Masks(registry)
         self.entries = [self.entry(command, row) for row in row_files.read_files(files)
                         for command in row_files.commands_of(registry, row)]
 
     def entry(self, command, row):
         checks = [] if command.name in CHECK_THEMSELVES else self.checks.of_parameters(command)
-        return Entry(command, row, checks, self.registry)
+        return Entry(command, row, checks, self.registry, self.masks)
 
     def functions(self):
         """Functions that have the signature of a command."""
@@ -626,8 +634,9 @@ class Generator:
 
     def backend_text(self):
         of_cpu = [entry for entry in self.entries if entry.row.uses("CPU")]
+        functions = [protected(entry.command.protect, entry.backend_text()) for entry in of_cpu]
         return "".join([
-            HEAD, BACKEND_HEAD, *(protected(e.command.protect, e.backend_text()) for e in of_cpu),
+            HEAD, BACKEND_HEAD, *self.masks.texts.values(), *functions,
             self.cover("static inline void cover_instance", "VkuInstanceDispatchTable *vk",
                        [e for e in of_cpu if e.is_of_instance], "cpu"),
             self.cover("static inline void cover_device",

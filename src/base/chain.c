@@ -34,32 +34,45 @@ static void copy_structure(void *to, const void *from, size_t size)
     if (size)
         memcpy(to, from, size);
     else
-        probe_copy(to, from, UNKNOWN_SIZE);
+        probe_copy(memset(to, 0, UNKNOWN_SIZE), from, UNKNOWN_SIZE);
 }
 
-VkResult chain_copy_begin(struct chain_copy *copy, const void *chain, VkStructureType type)
+size_t chain_copy_size(const void *chain, VkStructureType type)
 {
-    *copy = (struct chain_copy){.first = (void *)(uintptr_t)chain};
     const VkBaseInStructure *last = chain_find(chain, type);
     if (!last)
-        return VK_SUCCESS;
+        return 0;
     size_t room = room_for(size_of(last->sType));
     for (const VkBaseInStructure *in = chain; in != last; in = in->pNext)
         room += room_for(size_of(in->sType));
-    char *to = calloc(1, room);
-    if (!to)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
-    copy->memory = to;
+    return room;
+}
 
+void chain_copy_to(struct chain_copy *copy, const void *chain, VkStructureType type, void *memory)
+{
+    *copy = (struct chain_copy){.first = (void *)(uintptr_t)chain};
+    const VkBaseInStructure *last = chain_find(chain, type);
     VkBaseOutStructure **link = (VkBaseOutStructure **)&copy->first;
-    for (const VkBaseInStructure *in = chain; in != last->pNext; in = in->pNext) {
+    char *to = memory;
+    for (const VkBaseInStructure *in = chain; last && in != last->pNext; in = in->pNext) {
         size_t size = size_of(in->sType);
         copy_structure(to, in, size);
-        *link = copy->found = to;
+        *link = copy->found = (void *)to;
         copy->link = link;
         link = &(*link)->pNext;
         to += room_for(size);
     }
+}
+
+VkResult chain_copy_begin(struct chain_copy *copy, const void *chain, VkStructureType type)
+{
+    const size_t size = chain_copy_size(chain, type);
+    void *memory = size ? calloc(1, size) : NULL;
+    *copy = (struct chain_copy){.first = (void *)(uintptr_t)chain};
+    if (size && !memory)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    chain_copy_to(copy, chain, type, memory);
+    copy->memory = memory;
     return VK_SUCCESS;
 }
 

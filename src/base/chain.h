@@ -39,7 +39,12 @@ struct chain_copy {
     void *memory;
 };
 
-/* Copies up to the first structure of that type. */
+/* The size of copies up to the first structure of that type; 0: the chain has none. */
+size_t chain_copy_size(const void *chain, VkStructureType type);
+/* Copies to memory of that size, which the caller owns. */
+void chain_copy_to(struct chain_copy *copy, const void *chain, VkStructureType type, void *memory);
+
+/* Copies to memory of its own, until chain_copy_end(). */
 VkResult chain_copy_begin(struct chain_copy *copy, const void *chain, VkStructureType type);
 void chain_copy_end(struct chain_copy *copy);
 

@@ -12,6 +12,8 @@
 #include <stdbool.h>
 #include <vulkan/vulkan_core.h>
 
+#include "src/base/block.h"
+
 static const VkPipelineStageFlags2 RAY_TRACING_STAGES =
     VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR |
     VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_COPY_BIT_KHR |
@@ -52,22 +54,21 @@ static inline VkAccessFlags2 accesses_below(VkPipelineStageFlags2 stages, VkAcce
     return below;
 }
 
-/* Whether a barrier or subpass dependency traces: any structure with srcStageMask, srcAccessMask,
- * dstStageMask and dstAccessMask, of 32 or 64 bits. */
-#define MASKS_TRACE(masks)                                                                         \
-    (stages_trace((masks)->srcStageMask) || stages_trace((masks)->dstStageMask) ||                 \
-     accesses_trace((masks)->srcAccessMask) || accesses_trace((masks)->dstAccessMask))
+static inline bool stages_of_array_trace(const VkPipelineStageFlags *stages, uint32_t count)
+{
+    bool found = false;
+    for (uint32_t i = 0; i < count && !found; i++)
+        found = stages_trace(stages[i]);
+    return found;
+}
 
-#define MASKS_TRANSLATE(masks)                                                                     \
-    do {                                                                                           \
-        (masks)->srcAccessMask = (__typeof__((masks)->srcAccessMask))accesses_below(               \
-            (masks)->srcStageMask, (masks)->srcAccessMask);                                        \
-        (masks)->dstAccessMask = (__typeof__((masks)->dstAccessMask))accesses_below(               \
-            (masks)->dstStageMask, (masks)->dstAccessMask);                                        \
-        (masks)->srcStageMask =                                                                    \
-            (__typeof__((masks)->srcStageMask))stages_below((masks)->srcStageMask);                \
-        (masks)->dstStageMask =                                                                    \
-            (__typeof__((masks)->dstStageMask))stages_below((masks)->dstStageMask);                \
-    } while (0)
+static inline VkPipelineStageFlags *
+stages_of_array_below(struct block *block, const VkPipelineStageFlags *stages, uint32_t count)
+{
+    VkPipelineStageFlags *below = block_copy(block, stages, count, sizeof(*below));
+    for (uint32_t i = 0; i < count; i++)
+        below[i] = (VkPipelineStageFlags)stages_below(below[i]);
+    return below;
+}
 
 #endif
