@@ -316,7 +316,7 @@ class Entry:
     def prototypes(self):
         last = self.row.calls("CPU")[-1:]
         for keyword, call in self.row.observers:
-            if call.function == "down" or call.is_lowered:
+            if call.function in ("down", None) or call.is_lowered:
                 continue
             returns = call.gives.type if call.gives else \
                 "bool" if keyword in ("UNLESS", "CPU_IF") else self.command.returns \
@@ -337,7 +337,7 @@ class Entry:
         """What an observer with a recording needs first, or None."""
         if "recording" in call.arguments:
             return f"hazard_recording_start(&recording, {self.handle})"
-        if "command" not in call.arguments:
+        if call.function and "command" not in call.arguments:
             return None
         if self.kind == "device":
             return f'hazards_start_host(&recording, layer, "vk{self.command.name}")'
@@ -363,7 +363,10 @@ class Entry:
             yield "struct hazard_recording recording;"
         if tests:
             yield f"if ({' && '.join(tests)})"
-        yield f"{'    ' if tests else ''}{target}{self.call(call)};"
+        if call.function:
+            yield f"{'    ' if tests else ''}{target}{self.call(call)};"
+        else:
+            yield from ["{", *(f"    {statement}" for statement in self.arguments_of(call)), "}"]
 
     def active_calls(self, active):
         for keyword, call in self.row.observers:

@@ -29,6 +29,24 @@ class Call:
         self.is_lowered = False  # whether it has the parameters of the newer command
 
 
+class Accesses:
+    """What a command reads and writes, in the order of the row: KIND, ROLE, PLACE(ARGUMENT, ...). The
+    arguments are statements of C; ARRAY[COUNT] is each of so many elements."""
+    gives, sets_result, function, is_lowered = None, False, None, False
+
+    def __init__(self):
+        self.arguments = []
+
+    def add(self, keyword, text):
+        kind, role, place = split(text)
+        name, arguments = re.fullmatch(r"(\w+)\((.*)\)", place).groups()
+        array = re.search(r"\[(\w+)\]", arguments)
+        each = f"for (uint32_t i = 0; i < {array[1]}; i++) " if array else ""
+        self.arguments.append(
+            f"{each}hazards_access_{name}(&recording, ACCESS_{kind}_{keyword[:-1]}, HAZARD_{role}, "
+            f"{arguments.replace(array[0], '[i]') if array else arguments});")
+
+
 class Newer:
     """The command whose row says what observes an older one: COMMAND[, NAME = VALUE ...]. The values are of
     parameters of the newer command, and of members of their structures, as expressions of C."""
@@ -47,9 +65,16 @@ class Row:
         self.observers = []   # pairs of a keyword and a Call
         self.extension = None  # of backend cpu, which supplies the command
         self.newer = None      # of AS()
+        self.accesses = Accesses()
 
     def calls(self, keyword):
         return [call for of, call in self.observers if of == keyword]
+
+    def observe_accesses(self):
+        """They are recorded before the call, or behind one in a command buffer which may be skipped."""
+        is_behind = self.name.startswith("Cmd") and self.calls("UNLESS")
+        if self.accesses.arguments:
+            self.observers.append(("HAZARDS_AFTER" if is_behind else "HAZARDS", self.accesses))
 
     def has(self, flag):
         return flag in self.flags
@@ -110,11 +135,15 @@ def read_rows(path):
             rows[-1].observers.append((word[1], Call(argument)))
         elif word[1] == "CPU_SUPPLIES" and argument:
             rows[-1].extension = argument
+        elif word[1] in ("READS", "WRITES") and argument:
+            rows[-1].accesses.add(word[1], argument)
         elif word[1] == "AS" and argument:
             rows[-1].newer = Newer(argument)
         else:
             raise ValueError(f"{path.name}: unknown keyword {word[1]}")
         at = len(text) if not text[at:].strip() else at
+    for row in rows:
+        row.observe_accesses()
     return rows
 
 

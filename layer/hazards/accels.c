@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Records copies, serialization and queries of acceleration structures, and commands of
- * VK_EXT_opacity_micromap. They access what the last build needed, which may be less than the
+/* Accesses of structures and of serialized data, for rows of commands, and builds of
+ * VK_EXT_opacity_micromap. Commands access what the last build needed, which may be less than the
  * structure was created with, and something else may lie behind it: only the first byte is
  * certain. Of serialized data it is the header. */
 #include "layer/hazards/builds.h"
@@ -12,17 +12,21 @@
 
 /* ---- structures and memory */
 
-static void add_accel(struct hazard_recording *recording, enum access_kind kind,
-                      enum hazard_role role, VkAccelerationStructureKHR handle)
+/* One that is written, and that may be a top-level structure, counts as one. */
+void hazards_access_accel(struct hazard_recording *recording, enum access_kind kind,
+                          enum hazard_role role, VkAccelerationStructureKHR handle)
 {
     struct accel_facts facts;
-    const struct hazard_use use = {.kind = kind, .role = role};
+    struct hazard_use use = {.kind = kind, .role = role};
     resources_look_up_accel(recording->device->resources, handle, &facts);
+    if (role == HAZARD_TOP_DST && facts.memory &&
+        facts.type == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)
+        use.role = HAZARD_DST;
     hazard_recording_add_accel(recording, &use, &facts, 1);
 }
 
-static void add_nv(struct hazard_recording *recording, enum access_kind kind, enum hazard_role role,
-                   VkAccelerationStructureNV handle)
+void hazards_access_nv_accel(struct hazard_recording *recording, enum access_kind kind,
+                             enum hazard_role role, VkAccelerationStructureNV handle)
 {
     struct nv_accel_facts facts;
     const struct hazard_use use = {.kind = kind, .role = role};
@@ -31,104 +35,18 @@ static void add_nv(struct hazard_recording *recording, enum access_kind kind, en
     nv_shape_release(facts.created);
 }
 
-/* The dst of a copy or deserialization. One that may be a top-level structure counts as one. */
-static void add_dst(struct hazard_recording *recording, enum access_kind kind,
-                    VkAccelerationStructureKHR handle)
+void hazards_access_serialized(struct hazard_recording *recording, enum access_kind kind,
+                               enum hazard_role role, VkDeviceAddress address, VkDeviceSize size)
 {
-    struct accel_facts facts;
-    struct hazard_use use = {.kind = kind, .role = HAZARD_TOP_DST};
-    resources_look_up_accel(recording->device->resources, handle, &facts);
-    if (facts.memory && facts.type == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)
-        use.role = HAZARD_DST;
-    hazard_recording_add_accel(recording, &use, &facts, 1);
-}
-
-/* UUIDs of the driver and of the format, two sizes, and the number of references. */
-enum { SERIALIZATION_HEADER = 2 * VK_UUID_SIZE + 3 * sizeof(uint64_t) };
-
-static void add_header(struct hazard_recording *recording, enum access_kind kind,
-                       VkDeviceAddress address)
-{
-    struct address_facts facts;
-    const struct hazard_use use = {.kind = kind, .role = HAZARD_MEMORY};
-    resources_look_up_address(recording->device->resources, address, &facts);
-    hazard_recording_add_address(recording, &use, &facts, 0, SERIALIZATION_HEADER);
+    hazards_access_address(recording, kind, role, address, size);
     if (access_is_write(kind))
-        hazard_recording_add_anywhere(recording, &use);
+        hazard_recording_add_anywhere(recording, &(struct hazard_use){.kind = kind, .role = role});
 }
 
-static void add_host_header(struct hazard_recording *recording, enum access_kind kind,
-                            const void *address)
+void hazards_access_host(struct hazard_recording *recording, enum access_kind kind,
+                         enum hazard_role role, const void *pointer, uint64_t size)
 {
-    const struct hazard_use use = {.kind = kind, .role = HAZARD_MEMORY};
-    hazards_add_host(recording, &use, address, SERIALIZATION_HEADER);
-}
-
-/* ---- in command buffers */
-
-void hazards_copy_accel(struct hazard_recording *recording,
-                        const VkCopyAccelerationStructureInfoKHR *info)
-{
-    add_accel(recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, info->src);
-    add_dst(recording, ACCESS_COPY_ACCEL_WRITE, info->dst);
-}
-
-void hazards_copy_nv_accel(struct hazard_recording *recording, VkAccelerationStructureNV dst,
-                           VkAccelerationStructureNV src)
-{
-    add_nv(recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, src);
-    add_nv(recording, ACCESS_COPY_ACCEL_WRITE, HAZARD_TOP_DST, dst);
-}
-
-void hazards_write_accel(struct hazard_recording *recording,
-                         const VkCopyAccelerationStructureToMemoryInfoKHR *info)
-{
-    add_accel(recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, info->src);
-    add_header(recording, ACCESS_COPY_ACCEL_TRANSFER_WRITE, info->dst.deviceAddress);
-}
-
-void hazards_read_accel(struct hazard_recording *recording,
-                        const VkCopyMemoryToAccelerationStructureInfoKHR *info)
-{
-    add_header(recording, ACCESS_COPY_ACCEL_TRANSFER_READ, info->src.deviceAddress);
-    add_dst(recording, ACCESS_COPY_ACCEL_WRITE, info->dst);
-}
-
-void hazards_query_accels(struct hazard_recording *recording, uint32_t count,
-                          const VkAccelerationStructureKHR *accels)
-{
-    for (uint32_t i = 0; i < count; i++)
-        add_accel(recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, accels[i]);
-}
-
-void hazards_query_nv_accels(struct hazard_recording *recording, uint32_t count,
-                             const VkAccelerationStructureNV *accels)
-{
-    for (uint32_t i = 0; i < count; i++)
-        add_nv(recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, accels[i]);
-}
-
-/* ---- on the host */
-
-void hazards_copy_accel_on_host(struct hazard_recording *recording,
-                                const VkCopyAccelerationStructureInfoKHR *info)
-{
-    add_accel(recording, ACCESS_HOST_READ, HAZARD_SRC, info->src);
-    add_dst(recording, ACCESS_HOST_WRITE, info->dst);
-}
-
-void hazards_read_accel_on_host(struct hazard_recording *recording,
-                                const VkCopyMemoryToAccelerationStructureInfoKHR *info)
-{
-    add_host_header(recording, ACCESS_HOST_READ, info->src.hostAddress);
-    add_dst(recording, ACCESS_HOST_WRITE, info->dst);
-}
-
-void hazards_write_accel_on_host(struct hazard_recording *recording,
-                                 const VkCopyAccelerationStructureToMemoryInfoKHR *info)
-{
-    add_accel(recording, ACCESS_HOST_READ, HAZARD_SRC, info->src);
-    add_host_header(recording, ACCESS_HOST_WRITE, info->dst.hostAddress);
+    hazards_add_host(recording, &(struct hazard_use){.kind = kind, .role = role}, pointer, size);
 }
 
 /* A query cannot be deferred, so its accesses end with the call. */
@@ -136,7 +54,7 @@ void hazards_query_accels_on_host(struct hazard_recording *recording, uint32_t c
                                   const VkAccelerationStructureKHR *accels)
 {
     for (uint32_t i = 0; i < count; i++)
-        add_accel(recording, ACCESS_HOST_READ, HAZARD_SRC, accels[i]);
+        hazards_access_accel(recording, ACCESS_HOST_READ, HAZARD_SRC, accels[i]);
     struct host_work work = host_work_begin(recording->device);
     host_work_prepare(&work, false);
     host_work_finish(&work, VK_NULL_HANDLE, VK_SUCCESS);
@@ -157,8 +75,8 @@ static void add_micromap(struct hazard_recording *recording, const struct hazard
                          &bytes);
 }
 
-static void add_first(struct hazard_recording *recording, enum access_kind kind,
-                      enum hazard_role role, VkMicromapEXT handle)
+void hazards_access_micromap(struct hazard_recording *recording, enum access_kind kind,
+                             enum hazard_role role, VkMicromapEXT handle)
 {
     add_micromap(recording, &(struct hazard_use){.kind = kind, .role = role}, handle, 1);
 }
@@ -239,46 +157,4 @@ void hazards_build_micromaps(struct hazard_recording *recording, uint32_t count,
 {
     for (uint32_t i = 0; i < count; i++)
         add_build(recording, i, &infos[i], !recording->command_buffer);
-}
-
-/* ---- copies and queries */
-
-void hazards_copy_micromap(struct hazard_recording *recording, const VkCopyMicromapInfoEXT *info)
-{
-    bool is_host = !recording->command_buffer;
-    add_first(recording, is_host ? ACCESS_HOST_READ : ACCESS_MICROMAP_READ, HAZARD_SRC, info->src);
-    add_first(recording, is_host ? ACCESS_HOST_WRITE : ACCESS_MICROMAP_WRITE, HAZARD_DST,
-              info->dst);
-}
-
-/* The size of serialized data is unknown. They begin with their version, which is two UUIDs. */
-enum { HEADER_SIZE = 2 * VK_UUID_SIZE };
-
-static const struct hazard_use memory_read = {.kind = ACCESS_MICROMAP_TRANSFER_READ,
-                                              .role = HAZARD_MEMORY};
-static const struct hazard_use memory_write = {.kind = ACCESS_MICROMAP_TRANSFER_WRITE,
-                                               .role = HAZARD_MEMORY};
-
-void hazards_read_micromap(struct hazard_recording *recording,
-                           const VkCopyMemoryToMicromapInfoEXT *info)
-{
-    add_bytes(recording, &memory_read, info->src, false, HEADER_SIZE);
-    add_first(recording, ACCESS_MICROMAP_WRITE, HAZARD_DST, info->dst);
-}
-
-void hazards_write_micromap(struct hazard_recording *recording,
-                            const VkCopyMicromapToMemoryInfoEXT *info)
-{
-    add_first(recording, ACCESS_MICROMAP_READ, HAZARD_SRC, info->src);
-    add_bytes(recording, &memory_write,
-              (VkDeviceOrHostAddressConstKHR){.deviceAddress = info->dst.deviceAddress}, false,
-              HEADER_SIZE);
-    hazard_recording_add_anywhere(recording, &memory_write);
-}
-
-void hazards_query_micromaps(struct hazard_recording *recording, uint32_t count,
-                             const VkMicromapEXT *micromaps)
-{
-    for (uint32_t i = 0; i < count; i++)
-        add_first(recording, ACCESS_MICROMAP_READ, HAZARD_SRC, micromaps[i]);
 }

@@ -198,9 +198,9 @@ static void add_nv_scratch(struct hazard_recording *recording, const struct nv_c
 {
     const struct nv_size_facts *sizes = &view->dst_facts.sizes;
     if (sizes->known)
-        hazard_recording_add_buffer(recording, ACCESS_BUILD_ACCEL_WRITE, HAZARD_SCRATCH,
-                                    view->scratch, view->scratch_offset,
-                                    view->update ? sizes->update_scratch : sizes->build_scratch);
+        hazards_access_buffer(recording, ACCESS_BUILD_ACCEL_WRITE, HAZARD_SCRATCH, view->scratch,
+                              view->scratch_offset,
+                              view->update ? sizes->update_scratch : sizes->build_scratch);
 }
 
 static void add_nv_input(struct hazard_recording *recording, uint32_t geometry,

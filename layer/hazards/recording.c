@@ -87,9 +87,9 @@ static inline uint64_t memory_id(const struct hazard_recording *recording, VkDev
     return hazard_memory_id(recording->journal, recording->device->resources, memory);
 }
 
-void hazard_recording_add_buffer(struct hazard_recording *recording, enum access_kind kind,
-                                 enum hazard_role role, VkBuffer buffer, VkDeviceSize offset,
-                                 VkDeviceSize size)
+void hazards_access_buffer(struct hazard_recording *recording, enum access_kind kind,
+                           enum hazard_role role, VkBuffer buffer, VkDeviceSize offset,
+                           VkDeviceSize size)
 {
     const struct hazard_use use = {.kind = kind, .role = role};
     struct memory_bytes all;

@@ -60,12 +60,6 @@ void hazard_recording_add(struct hazard_recording *recording, const struct hazar
 void hazard_recording_add_anywhere(struct hazard_recording *recording,
                                    const struct hazard_use *use);
 
-/* Adds an access to bytes [offset, offset + size) of a buffer, up to its end; VK_WHOLE_SIZE: all
- * bytes from `offset` on. */
-void hazard_recording_add_buffer(struct hazard_recording *recording, enum access_kind kind,
-                                 enum hazard_role role, VkBuffer buffer, VkDeviceSize offset,
-                                 VkDeviceSize size);
-
 /* Adds an access to bytes [begin, end) behind an address. */
 void hazard_recording_add_address(struct hazard_recording *recording, const struct hazard_use *use,
                                   const struct address_facts *facts, VkDeviceSize begin,
@@ -77,6 +71,33 @@ void hazard_recording_add_accel(struct hazard_recording *recording, const struct
 /* Adds an access to all bytes of a structure. */
 void hazard_recording_add_nv(struct hazard_recording *recording, const struct hazard_use *use,
                              const struct nv_accel_facts *facts);
+
+/* ---- The places that rows of commands name in READS and WRITES: they add an access. Of serialized
+ * data so many bytes are certain: UUIDs of the driver and of the format; of a structure also two
+ * sizes and the number of references. */
+
+enum {
+    SERIALIZED_MICROMAP = 2 * VK_UUID_SIZE,
+    SERIALIZED_ACCEL = 2 * VK_UUID_SIZE + 3 * sizeof(uint64_t)
+};
+
+/* Up to the end of the buffer; VK_WHOLE_SIZE: all bytes from `offset` on. */
+void hazards_access_buffer(struct hazard_recording *recording, enum access_kind kind,
+                           enum hazard_role role, VkBuffer buffer, VkDeviceSize offset,
+                           VkDeviceSize size);
+void hazards_access_address(struct hazard_recording *recording, enum access_kind kind,
+                            enum hazard_role role, VkDeviceAddress address, VkDeviceSize size);
+/* What is written behind `size` bytes may be anywhere. */
+void hazards_access_serialized(struct hazard_recording *recording, enum access_kind kind,
+                               enum hazard_role role, VkDeviceAddress address, VkDeviceSize size);
+void hazards_access_host(struct hazard_recording *recording, enum access_kind kind,
+                         enum hazard_role role, const void *pointer, uint64_t size);
+void hazards_access_accel(struct hazard_recording *recording, enum access_kind kind,
+                          enum hazard_role role, VkAccelerationStructureKHR handle);
+void hazards_access_nv_accel(struct hazard_recording *recording, enum access_kind kind,
+                             enum hazard_role role, VkAccelerationStructureNV handle);
+void hazards_access_micromap(struct hazard_recording *recording, enum access_kind kind,
+                             enum hazard_role role, VkMicromapEXT handle);
 
 /* ---- Objects that only the hazard check tracks: formats of images, dependencies of render passes,
  * descriptor sets, shader modules and pipelines. Has locks of its own. */

@@ -17,8 +17,7 @@ static void add_at(struct hazard_recording *recording, const struct place *place
     struct address_facts facts;
     const struct hazard_use use = {.kind = place->kind, .role = place->role};
     if (place->buffer) {
-        hazard_recording_add_buffer(recording, place->kind, place->role, place->buffer, offset,
-                                    size);
+        hazards_access_buffer(recording, place->kind, place->role, place->buffer, offset, size);
         return;
     }
     resources_look_up_address(recording->device->resources, place->address + offset, &facts);
@@ -31,10 +30,10 @@ void hazards_copy_buffer(struct hazard_recording *recording, const VkCopyBufferI
 {
     for (uint32_t i = 0; i < info->regionCount; i++) {
         const VkBufferCopy2 *region = &info->pRegions[i];
-        hazard_recording_add_buffer(recording, ACCESS_TRANSFER_READ, HAZARD_SRC, info->srcBuffer,
-                                    region->srcOffset, region->size);
-        hazard_recording_add_buffer(recording, ACCESS_TRANSFER_WRITE, HAZARD_DST, info->dstBuffer,
-                                    region->dstOffset, region->size);
+        hazards_access_buffer(recording, ACCESS_TRANSFER_READ, HAZARD_SRC, info->srcBuffer,
+                              region->srcOffset, region->size);
+        hazards_access_buffer(recording, ACCESS_TRANSFER_WRITE, HAZARD_DST, info->dstBuffer,
+                              region->dstOffset, region->size);
     }
 }
 
@@ -163,21 +162,8 @@ static VkDeviceSize filled_size(const struct hazard_recording *recording, VkBuff
 void hazards_fill(struct hazard_recording *recording, VkBuffer dst, VkDeviceSize offset,
                   VkDeviceSize size)
 {
-    hazard_recording_add_buffer(recording, ACCESS_FILL_WRITE, HAZARD_DST, dst, offset,
-                                filled_size(recording, dst, offset, size));
-}
-
-void hazards_update(struct hazard_recording *recording, VkBuffer dst, VkDeviceSize offset,
-                    VkDeviceSize size)
-{
-    hazard_recording_add_buffer(recording, ACCESS_FILL_WRITE, HAZARD_DST, dst, offset, size);
-}
-
-/* Of VK_AMD_buffer_marker. */
-void hazards_write_marker(struct hazard_recording *recording, VkBuffer dst, VkDeviceSize offset)
-{
-    hazard_recording_add_buffer(recording, ACCESS_MARKER_WRITE, HAZARD_DST, dst, offset,
-                                sizeof(uint32_t));
+    hazards_access_buffer(recording, ACCESS_FILL_WRITE, HAZARD_DST, dst, offset,
+                          filled_size(recording, dst, offset, size));
 }
 
 /* ---- results of queries */
@@ -228,8 +214,8 @@ void hazards_copy_results_to_memory(struct hazard_recording *recording, VkQueryP
 
 /* ---- by address (VK_KHR_device_address_commands) */
 
-static void add_addressed(struct hazard_recording *recording, enum access_kind kind,
-                          enum hazard_role role, VkDeviceAddress address, VkDeviceSize size)
+void hazards_access_address(struct hazard_recording *recording, enum access_kind kind,
+                            enum hazard_role role, VkDeviceAddress address, VkDeviceSize size)
 {
     add_at(recording, &(struct place){kind, role, .address = address}, 0, size);
 }
@@ -238,27 +224,9 @@ void hazards_copy_memory(struct hazard_recording *recording, const VkCopyDeviceM
 {
     for (uint32_t i = 0; i < info->regionCount; i++) {
         const VkDeviceMemoryCopyKHR *region = &info->pRegions[i];
-        add_addressed(recording, ACCESS_TRANSFER_READ, HAZARD_SRC, region->srcRange.address,
-                      region->srcRange.size);
-        add_addressed(recording, ACCESS_TRANSFER_WRITE, HAZARD_DST, region->dstRange.address,
-                      region->dstRange.size);
+        hazards_access_address(recording, ACCESS_TRANSFER_READ, HAZARD_SRC,
+                               region->srcRange.address, region->srcRange.size);
+        hazards_access_address(recording, ACCESS_TRANSFER_WRITE, HAZARD_DST,
+                               region->dstRange.address, region->dstRange.size);
     }
-}
-
-void hazards_update_memory(struct hazard_recording *recording, const VkDeviceAddressRangeKHR *dst,
-                           VkDeviceSize size)
-{
-    add_addressed(recording, ACCESS_FILL_WRITE, HAZARD_DST, dst->address, size);
-}
-
-void hazards_fill_memory(struct hazard_recording *recording, const VkDeviceAddressRangeKHR *dst)
-{
-    add_addressed(recording, ACCESS_FILL_WRITE, HAZARD_DST, dst->address, dst->size / 4 * 4);
-}
-
-void hazards_write_memory_marker(struct hazard_recording *recording,
-                                 const VkMemoryMarkerInfoAMD *info)
-{
-    add_addressed(recording, ACCESS_MARKER_WRITE, HAZARD_DST, info->dstRange.address,
-                  sizeof(info->marker));
 }
