@@ -143,11 +143,10 @@ struct dependency barriers_with_flags_3(struct dependency dependency, const void
 {
     const VkMemoryBarrierAccessFlags3KHR *flags =
         chain_find(chain, VK_STRUCTURE_TYPE_MEMORY_BARRIER_ACCESS_FLAGS_3_KHR);
-    const struct dependency full = barriers_full_dependency();
     if (flags && flags->srcAccessMask3)
-        dependency.src_kinds = full.src_kinds;
+        dependency.src_kinds = barriers_full_dependency().src_kinds;
     if (flags && flags->dstAccessMask3)
-        dependency.dst_kinds = full.dst_kinds;
+        dependency.dst_kinds = barriers_full_dependency().dst_kinds;
     return dependency;
 }
 

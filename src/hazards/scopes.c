@@ -157,11 +157,11 @@ static const struct {
     enum sync_stage stage;
     bool is_write;
     VkAccessFlags2 flags; /* each of them includes the kind; as do MEMORY_READ or MEMORY_WRITE */
-    stage_set stages;     /* a barrier that names one of these includes the kind; 0: `stage` */
+    stage_set stages;     /* a barrier that names one of these includes the kind */
     const char *stage_name, *flag_name;
 } kinds[ACCESS_KINDS] = {
 #define KIND(kind, stage, is_write, flags, stage_name, flag)                                       \
-    [ACCESS_##kind] = {stage, is_write, flags, 0, stage_name, #flag}
+    [ACCESS_##kind] = {stage, is_write, flags, BIT(stage), stage_name, #flag}
 #define READ(kind, stage, stage_name, flag)                                                        \
     KIND(kind, stage, false, VK_ACCESS_2_##flag, stage_name, flag)
 #define WRITE(kind, stage, stage_name, flag)                                                       \
@@ -231,7 +231,7 @@ enum sync_stage access_stage(enum access_kind kind)
 
 stage_set access_stages(enum access_kind kind)
 {
-    return kinds[kind].stages ? kinds[kind].stages : BIT(kinds[kind].stage);
+    return kinds[kind].stages;
 }
 
 bool access_is_write(enum access_kind kind)
@@ -283,20 +283,25 @@ struct access_names access_names(enum access_kind kind, const struct barrier_fea
 /* Returns the kinds that `flags` include at `stages`. */
 static kind_set named_kinds(VkAccessFlags2 flags, stage_set stages)
 {
-    VkAccessFlags2 known =
-        untracked_accesses | VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT;
+    VkAccessFlags2 unknown =
+        flags & ~(untracked_accesses | VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT);
     kind_set at_stages = 0, named = 0;
+    if (!flags)
+        return 0;
     for (unsigned i = 0; i < ACCESS_KINDS; i++) {
         const VkAccessFlags2 all =
             kinds[i].is_write ? VK_ACCESS_2_MEMORY_WRITE_BIT : VK_ACCESS_2_MEMORY_READ_BIT;
-        known |= kinds[i].flags;
         if (!(stages & access_stages((enum access_kind)i)))
             continue;
         at_stages |= (kind_set)1 << i;
+        unknown &= ~kinds[i].flags;
         if (flags & (kinds[i].flags | all))
             named |= (kind_set)1 << i;
     }
-    return flags & ~known ? at_stages : named;
+    /* Flags of other stages are known, too. */
+    for (unsigned i = 0; i < ACCESS_KINDS && unknown; i++)
+        unknown &= ~kinds[i].flags;
+    return unknown ? at_stages : named;
 }
 
 /* ---- dependencies */
