@@ -82,31 +82,18 @@ static const struct structures *known_states(const struct recorded_call *call)
     return call->command_buffer->journal->incomplete ? NULL : &call->command_buffer->known;
 }
 
-/* Returns NULL if the last build of the source is unknown. */
-static const struct built *known_source(const struct recorded_call *call,
-                                        const struct journal_entry *entry)
+static void record_source(struct journal_walk *walk, const struct journal_entry *entry)
 {
+    const struct recorded_call *call = walk->user;
     const struct structures *known = known_states(call);
     const struct structure *source = known ? structures_find(known, entry->src_id) : NULL;
-    if (source)
-        journal_set_judged(entry);
-    return source ? &source->built : NULL;
-}
-
-static void record_update(struct journal_walk *walk, const struct journal_entry *entry)
-{
-    const struct recorded_call *call = walk->user;
-    const struct built *source = known_source(call, entry);
-    if (source)
-        judge_update(call->replay, walk->journal, entry, source);
-}
-
-static void record_read(struct journal_walk *walk, const struct journal_entry *entry)
-{
-    const struct recorded_call *call = walk->user;
-    const struct built *source = known_source(call, entry);
-    if (source)
-        judge_read(call->replay, walk->journal, entry, source);
+    if (!source)
+        return;
+    journal_set_judged(entry);
+    if (journal_is_update(entry))
+        judge_update(call->replay, walk->journal, entry, &source->built);
+    else
+        judge_read(call->replay, walk->journal, entry, &source->built);
 }
 
 static void record_micromap(struct journal_walk *walk, const struct journal_entry *entry)
@@ -119,9 +106,9 @@ static void record_micromap(struct journal_walk *walk, const struct journal_entr
 
 void replay_recorded(struct replay *replay, struct command_buffer *command_buffer)
 {
-    static const struct journal_events records = {.update = record_update,
-                                                  .copy = record_read,
-                                                  .read = record_read,
+    static const struct journal_events records = {.update = record_source,
+                                                  .copy = record_source,
+                                                  .read = record_source,
                                                   .use_micromap = record_micromap};
     struct recorded_call call = {replay, command_buffer};
     struct journal_walk walk = journal_start_call(command_buffer->journal, &records, &call);

@@ -110,24 +110,19 @@ static void add_command(struct journal_walk *walk, const struct hazard_entry *en
     }
 }
 
-static void add_barrier(struct journal_walk *walk, const struct hazard_entry *entry)
+static void add_synchronization(struct journal_walk *walk, const struct hazard_entry *entry)
 {
     end_command(walk->user);
-    if (!is_between_builds(entry))
+    if (!journal_is_hazard_barrier(entry) || !is_between_builds(entry))
         clear(walk->user);
-}
-
-static void end_row_at_event(struct journal_walk *walk, const struct hazard_entry *entry)
-{
-    (void)entry;
-    end_command(walk->user);
-    clear(walk->user);
 }
 
 static void end_row(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    if (!journal_is_use_event(entry) || entry->info == EVENT_RESET)
-        end_row_at_event(walk, NULL);
+    if (journal_is_use_event(entry) && entry->info != EVENT_RESET)
+        return;
+    end_command(walk->user);
+    clear(walk->user);
 }
 
 uint32_t journal_find_single_calls(const struct journal *journal)
@@ -135,9 +130,9 @@ uint32_t journal_find_single_calls(const struct journal *journal)
     static const struct journal_events events = {.hazard_access = add_access,
                                                  .hazard_indexed = add_access,
                                                  .hazard_command = add_command,
-                                                 .hazard_barrier = add_barrier,
-                                                 .hazard_set_event = end_row_at_event,
-                                                 .hazard_wait_event = end_row_at_event,
+                                                 .hazard_barrier = add_synchronization,
+                                                 .hazard_set_event = add_synchronization,
+                                                 .hazard_wait_event = add_synchronization,
                                                  .use_event = end_row,
                                                  .execute = end_row};
     struct row row = {0};
