@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "layer/execution/refits.h"
+#include "layer/hazards/executed/checks.h"
 #include "src/check/content/content.h"
 #include "src/check/replay/single_calls.h"
 #include "src/report/advice_list.h"
@@ -33,6 +34,22 @@ struct device_advice {
     _Atomic uint64_t *created;
 };
 
+/* Each structure gets the advice once. It may be destroyed by now. */
+static void advise_rebuild(struct layer_device *device, uint64_t top, uint64_t changed)
+{
+    const enum advice id = ADVICE_top_level_is_newer_than_its_bottom_levels;
+    const struct traced_view view = {changed};
+    const uint64_t of_top = resources_find_id(device->resources, RESOURCE_ACCEL, top);
+    struct finding finding;
+    uint64_t weight;
+    if (!of_top || top_level_is_newer_than_its_bottom_levels(&view, &finding, &weight) ||
+        !structures_note_advised(device->structures, of_top, id))
+        return;
+    advice_add(device->advice, id, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, top, &finding,
+               weight);
+    advice_send_certain(device->advice);
+}
+
 VkResult advice_create(struct layer_device *device)
 {
     const struct settings *settings = reporter_settings(device->instance->reporter);
@@ -50,8 +67,10 @@ VkResult advice_create(struct layer_device *device)
     advice->created = calloc(advice->ring_size + 1, sizeof(*advice->created));
     advice->list = advice_list_create(advice->limits->of[ADVICE_LIMIT_lines]);
     advice->refits = refit_judge_create(advice->limits, device->structures, advice->list);
-    return advice->list && advice->refits && advice->created ? VK_SUCCESS
-                                                             : VK_ERROR_OUT_OF_HOST_MEMORY;
+    if (!advice->list || !advice->refits || !advice->created)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    hazard_checks_set_advice(device->hazard_checks, advise_rebuild);
+    return VK_SUCCESS;
 }
 
 void advice_destroy(struct device_advice *advice)

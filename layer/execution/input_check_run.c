@@ -7,7 +7,7 @@
 #include "layer/consumers.h"
 #include "layer/execution/advice.h"
 #include "layer/execution/build_records.h"
-#include "layer/execution/hazards/checks.h"
+#include "layer/hazards/executed/checks.h"
 #include "layer/physical_device.h"
 #include "layer/snapshots/executions.h"
 #include "layer/snapshots/guard/execution.h"

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 
 #include "layer/consumers.h"
-#include "layer/execution/hazards/checks.h"
 #include "layer/execution/submitted_builds.h"
+#include "layer/hazards/executed/checks.h"
 #include "layer/snapshots/executions.h"
 #include "src/base/drain.h"
 #include "src/platform/clock.h"

@@ -7,9 +7,9 @@
 #include <stdlib.h>
 
 #include "layer/execution/build_records.h"
-#include "layer/execution/hazards/checks.h"
 #include "layer/execution/input_checks.h"
 #include "layer/execution/query_writes.h"
+#include "layer/hazards/executed/checks.h"
 #include "layer/layer.h"
 #include "layer/snapshots/guard/execution.h"
 #include "src/check/replay/replay.h"

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/execution/hazards/host_writes.h"
+#include "layer/hazards/executed/host_writes.h"
 #include "layer/hazards/recording.h"
 #include "observers.h"
 #include "src/base/readable.h"

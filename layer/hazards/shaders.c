@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Records commands that run shaders, and reads the code of shaders and pipelines. */
-#include "layer/execution/hazards/host_writes.h"
+#include "layer/hazards/executed/host_writes.h"
 #include "layer/hazards/pipelines.h"
 #include "layer/hazards/recording.h"
 #include "layer/hazards/traced.h"

@@ -2,7 +2,7 @@
 /* Access to journals: of command buffers, and of host commands. */
 #include "layer/intercepts/intercepts.h"
 
-#include "layer/execution/hazards/host_writes.h"
+#include "layer/hazards/executed/host_writes.h"
 #include "observers.h"
 
 uint64_t layer_accel_id(const struct layer_device *device, VkAccelerationStructureKHR handle)

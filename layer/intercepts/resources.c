@@ -4,8 +4,8 @@
 
 #include "layer/execution/advice.h"
 #include "layer/execution/build_records.h"
-#include "layer/execution/hazards/checks.h"
 #include "layer/execution/submitted_builds.h"
+#include "layer/hazards/executed/checks.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/physical_device.h"
 #include "layer/snapshots/guard/references.h"

@@ -3,8 +3,8 @@
  * host observes. */
 #include "layer/postmortem/postmortem.h"
 
-#include "layer/execution/hazards/checks.h"
 #include "layer/execution/query_writes.h"
+#include "layer/hazards/executed/checks.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/snapshots/snapshots.h"
 #include "observers.h"

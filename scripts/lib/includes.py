@@ -37,6 +37,7 @@ FOLDERS = (
     "layer/cpu",
     "layer/cpu/driver",
     "layer/compare",
+    "layer/hazards/executed",
     "layer/execution",
     "layer/postmortem",
     "layer/intercepts",

@@ -38,8 +38,8 @@ enum batch_use {
     USES_PENDING_BUILDS, /* layer/execution/submitted_builds.c */
     USES_EXECUTIONS,     /* layer/snapshots/executions.c */
     USES_INPUTS,         /* layer/execution/input_checks.c */
-    USES_HAZARDS,        /* layer/execution/hazards/checks.c */
-    USES_HOST_WRITES,    /* layer/execution/hazards/host_writes.c */
+    USES_HAZARDS,        /* layer/hazards/executed/checks.c */
+    USES_HOST_WRITES,    /* layer/hazards/executed/host_writes.c */
     BATCH_USES,
 };
 

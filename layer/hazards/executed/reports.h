@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The state of the hazard check, and the reports of what it finds. One thread at a time, without a
  * lock. */
-#ifndef ASSAY_LAYER_EXECUTION_HAZARDS_REPORTS_H
-#define ASSAY_LAYER_EXECUTION_HAZARDS_REPORTS_H
+#ifndef ASSAY_LAYER_HAZARDS_EXECUTED_REPORTS_H
+#define ASSAY_LAYER_HAZARDS_EXECUTED_REPORTS_H
 
-#include "layer/execution/hazards/batches.h"
-#include "layer/execution/hazards/shaders.h"
+#include "layer/hazards/executed/batches.h"
+#include "layer/hazards/executed/shaders.h"
 #include "layer/layer.h"
 
 enum { HAZARD_KINDS_REPORTED = 8 }; /* in one command; each is reported once */
@@ -26,6 +26,9 @@ struct hazard_judge {
     struct layer_device *device;
     struct hazards *hazards;
     struct shader_judge shaders;
+    /* Setting advice: a top-level structure is traced, and a structure that it refers to has been
+     * written since it was built (`changed`; 0: none has). Or NULL. */
+    void (*advise_rebuild)(struct layer_device *device, uint64_t top, uint64_t changed);
     bool lost; /* memory ran out: what is known proves nothing */
     /* Batches that later ones are compared with are kept: in execution order, and so in ascending
      * order of their accesses' numbers, up to `last`; NULL: none. */

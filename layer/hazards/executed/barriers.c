@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Finds the barrier between two commands of a hazard that lacks a stage or an access on one side:
  * walks the barriers that were recorded between two commands of one queue. */
-#include "layer/execution/hazards/reports.h"
+#include "layer/hazards/executed/reports.h"
 
 #include "src/state/order/order.h"
 

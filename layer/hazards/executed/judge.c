@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Walks the journals of a batch, and reports the hazards of each command. */
-#include "layer/execution/hazards/judge.h"
+#include "layer/hazards/executed/judge.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/execution/hazards/overwritten.h"
-#include "layer/execution/hazards/traces.h"
+#include "layer/hazards/executed/overwritten.h"
+#include "layer/hazards/executed/traces.h"
 #include "src/state/commands/journal.h"
 #include "src/state/order/order.h"
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "layer/execution/hazards/reports.h"
+#include "layer/hazards/executed/reports.h"
 
 #include "src/state/order/order.h"
 

@@ -8,8 +8,8 @@
  * application submits or waits again, it takes them once more.
  *
  * The functions accept NULL, and may be called on any thread. */
-#ifndef ASSAY_LAYER_EXECUTION_HAZARDS_HOST_WRITES_H
-#define ASSAY_LAYER_EXECUTION_HAZARDS_HOST_WRITES_H
+#ifndef ASSAY_LAYER_HAZARDS_EXECUTED_HOST_WRITES_H
+#define ASSAY_LAYER_HAZARDS_EXECUTED_HOST_WRITES_H
 
 #include "layer/layer.h"
 #include "src/state/order/order.h"

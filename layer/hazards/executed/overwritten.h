@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The part of the hazard check that is about structures whose memory something else has
  * overwritten. */
-#ifndef ASSAY_LAYER_EXECUTION_HAZARDS_OVERWRITTEN_H
-#define ASSAY_LAYER_EXECUTION_HAZARDS_OVERWRITTEN_H
+#ifndef ASSAY_LAYER_HAZARDS_EXECUTED_OVERWRITTEN_H
+#define ASSAY_LAYER_HAZARDS_EXECUTED_OVERWRITTEN_H
 
-#include "layer/execution/hazards/reports.h"
+#include "layer/hazards/executed/reports.h"
 
 /* The access of that number wrote a structure, and these bytes of it. Number 0: that is
  * not certain, and nothing is known then. */

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The part of the hazard check that is about commands which trace rays. */
-#ifndef ASSAY_LAYER_EXECUTION_HAZARDS_TRACES_H
-#define ASSAY_LAYER_EXECUTION_HAZARDS_TRACES_H
+#ifndef ASSAY_LAYER_HAZARDS_EXECUTED_TRACES_H
+#define ASSAY_LAYER_HAZARDS_EXECUTED_TRACES_H
 
-#include "layer/execution/hazards/reports.h"
+#include "layer/hazards/executed/reports.h"
 
 /* A structure was written that may be a top-level one. */
 void judge_top(struct hazard_judge *judge, const struct hazard_command *command,

@@ -9,10 +9,10 @@
  *
  * The functions accept NULL. They may be called on any thread. No lock is held while a message is
  * sent. */
-#ifndef ASSAY_LAYER_EXECUTION_HAZARDS_CHECKS_H
-#define ASSAY_LAYER_EXECUTION_HAZARDS_CHECKS_H
+#ifndef ASSAY_LAYER_HAZARDS_EXECUTED_CHECKS_H
+#define ASSAY_LAYER_HAZARDS_EXECUTED_CHECKS_H
 
-#include "layer/execution/hazards/batches.h"
+#include "layer/hazards/executed/batches.h"
 #include "layer/layer.h"
 #include "src/state/order/order.h"
 
@@ -20,6 +20,10 @@ struct hazard_checks;
 
 /* Sets device->hazard_checks; NULL if setting hazards is off. Call once the device has an order. */
 VkResult hazard_checks_create(struct layer_device *device);
+/* What gives advice about traces, see struct hazard_judge. Call before batches are judged. */
+void hazard_checks_set_advice(struct hazard_checks *checks,
+                              void (*advise_rebuild)(struct layer_device *device, uint64_t top,
+                                                     uint64_t changed));
 /* Judges the batches that are left. */
 void hazard_checks_destroy(struct hazard_checks *checks);
 

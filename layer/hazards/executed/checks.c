@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Judges batches in execution order, each once its instances and indices are known. */
-#include "layer/execution/hazards/checks.h"
+#include "layer/hazards/executed/checks.h"
 
 #include <stdlib.h>
 
-#include "layer/execution/hazards/judge.h"
+#include "layer/hazards/executed/judge.h"
 #include "src/base/drain.h"
 #include "src/state/commands/object_names.h"
 
@@ -232,6 +232,14 @@ VkResult hazard_checks_create(struct layer_device *device)
     checks->ended_last = &checks->ended;
     device->hazard_checks = checks;
     return VK_SUCCESS;
+}
+
+void hazard_checks_set_advice(struct hazard_checks *checks,
+                              void (*advise_rebuild)(struct layer_device *device, uint64_t top,
+                                                     uint64_t changed))
+{
+    if (checks)
+        checks->judge.advise_rebuild = advise_rebuild;
 }
 
 void hazard_checks_destroy(struct hazard_checks *checks)

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the hazard check knows of a batch: which accesses of its commands the journal lacks, and
  * how the number of an access leads back to its command. */
-#ifndef ASSAY_LAYER_EXECUTION_HAZARDS_BATCHES_H
-#define ASSAY_LAYER_EXECUTION_HAZARDS_BATCHES_H
+#ifndef ASSAY_LAYER_HAZARDS_EXECUTED_BATCHES_H
+#define ASSAY_LAYER_HAZARDS_EXECUTED_BATCHES_H
 
-#include "layer/execution/hazards/shaders.h"
+#include "layer/hazards/executed/shaders.h"
 #include "src/hazards/hazards.h"
 #include "src/report/hazard_message.h"
 #include "src/state/commands/hazard_entries.h"

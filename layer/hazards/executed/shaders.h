@@ -12,8 +12,8 @@
  *
  * One thread at a time, without a lock, as src/hazards/hazards.h. If memory runs out, something is
  * not told. */
-#ifndef ASSAY_LAYER_EXECUTION_HAZARDS_SHADERS_H
-#define ASSAY_LAYER_EXECUTION_HAZARDS_SHADERS_H
+#ifndef ASSAY_LAYER_HAZARDS_EXECUTED_SHADERS_H
+#define ASSAY_LAYER_HAZARDS_EXECUTED_SHADERS_H
 
 #include "src/base/handle_table.h"
 #include "src/hazards/hazards.h"

@@ -1,12 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands that trace rays: what they read is compared with builds, and must not be destroyed. */
-#include "layer/execution/hazards/traces.h"
+#include "layer/hazards/executed/traces.h"
 
 #include <string.h>
 
-#include "layer/execution/advice.h"
-#include "layer/execution/hazards/overwritten.h"
-#include "src/rules/advice.h"
+#include "layer/hazards/executed/overwritten.h"
 
 /* ---- reports */
 
@@ -44,24 +42,6 @@ static void report_unbuilt(const struct hazard_judge *judge, uint64_t structure,
     report.later.type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
     report.later.object = structure;
     reporter_send_hazard(judge->device->instance->reporter, &report);
-}
-
-/* Each structure gets the advice once. It may be destroyed by now. */
-static void advise_rebuild(const struct hazard_judge *judge, const struct top_level *top)
-{
-    const struct layer_device *device = judge->device;
-    const enum advice advice = ADVICE_top_level_is_newer_than_its_bottom_levels;
-    const struct traced_view view = {top->changed};
-    const uint64_t id = resources_find_id(device->resources, RESOURCE_ACCEL, top->structure);
-    struct finding finding;
-    uint64_t weight;
-    if (!device->advice || !id ||
-        top_level_is_newer_than_its_bottom_levels(&view, &finding, &weight) ||
-        !structures_note_advised(device->structures, id, advice))
-        return;
-    advice_add(device->advice, advice, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, top->structure,
-               &finding, weight);
-    advice_send_certain(device->advice);
 }
 
 /* ---- what is built and traced */
@@ -103,8 +83,8 @@ static void note_trace(const struct hazard_judge *judge, struct top_level *top,
     top->trace = (struct top_trace){{batch.queue, number, access->kind}, batch, record->untracked};
     if (top->lost.structure)
         report_lost(judge, top, number, &top->lost, false, false);
-    else
-        advise_rebuild(judge, top);
+    else if (judge->advise_rebuild)
+        judge->advise_rebuild(judge->device, top->structure, top->changed);
     top->lost.structure = top->changed = 0;
 }
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "layer/execution/hazards/shaders.h"
+#include "layer/hazards/executed/shaders.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The bytes of a structure were last written by the structure's last build or copy. If another
  * access wrote some of them later, that has overwritten the structure. */
-#include "layer/execution/hazards/overwritten.h"
+#include "layer/hazards/executed/overwritten.h"
 
 #include <stdlib.h>
 #include <string.h>

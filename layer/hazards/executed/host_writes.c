@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "layer/execution/hazards/host_writes.h"
+#include "layer/hazards/executed/host_writes.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Keeps what instances and indices say, and finds accesses again. */
-#include "layer/execution/hazards/batches.h"
+#include "layer/hazards/executed/batches.h"
 
 #include <stdlib.h>
 

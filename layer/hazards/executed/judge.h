@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Judges batches one by one, in execution order: gives their accesses and synchronization to the
  * hazard check, and reports what it finds. One thread at a time, without a lock. */
-#ifndef ASSAY_LAYER_EXECUTION_HAZARDS_JUDGE_H
-#define ASSAY_LAYER_EXECUTION_HAZARDS_JUDGE_H
+#ifndef ASSAY_LAYER_HAZARDS_EXECUTED_JUDGE_H
+#define ASSAY_LAYER_HAZARDS_EXECUTED_JUDGE_H
 
-#include "layer/execution/hazards/reports.h"
+#include "layer/hazards/executed/reports.h"
 
 /* `judge` is zero-initialized. Returns false if memory runs out. */
 bool hazard_judge_begin(struct hazard_judge *judge, struct layer_device *device);
