@@ -14,10 +14,6 @@ KHRONOS_MANIFEST = "VkLayer_khronos_validation.json"
 LIBRARY = "libVkLayer_assay.so"
 PREFIX = "VK_ASSAY_VALIDATION_"
 
-# --everything: what the preset of the same name in the manifest sets, and what needs assay-run's log.
-EVERYTHING = {"level": "content", "hazards": "true", "guard": "references", "call_sites": "full",
-              "record_builds": "true", "advice": "true"}
-
 
 class EnvironmentFailure(Exception):
     """Something that the caller asked for cannot be found; the text says what."""
@@ -131,11 +127,7 @@ def layer_settings(arguments, records, environment):
         if getattr(arguments, key):
             settings[key] = getattr(arguments, key)
     if arguments.everything:
-        settings = {**EVERYTHING, **settings}
-        # The layer would warn that it guards only what a driver builds, and only at level content.
-        backend = settings.get("backend", environment.get(PREFIX + "BACKEND"))
-        if (backend == "cpu" or settings["level"] != "content") and "guard" not in dict(arguments.settings):
-            del settings["guard"]
+        settings.setdefault("preset", "everything")
     settings["log_format"] = "json"
     settings["log_filename"] = str(records).replace("%", "%%") + "/%p.jsonl"
     # The environment wins over settings of the application, so these two are always in it.

@@ -67,8 +67,9 @@ def make_parser():
     layer.add_argument("--level", choices=("parameters", "state", "execution", "content"))
     layer.add_argument("--backend", choices=("driver", "cpu"))
     layer.add_argument("--everything", action="store_true",
-                       help="all checks: level content, hazards, guarded builds, advice, full call "
-                            "sites and a record of all builds; --level and --set win over it")
+                       help="all checks, by setting preset=everything: level content, hazards, guarded "
+                            "builds, advice, full call sites and a record of all builds; a setting that "
+                            "is given, here or in the environment, wins over it")
     layer.add_argument("--set", dest="settings", metavar="KEY=VALUE", type=setting, action="append",
                        default=[], help="any other setting of the layer; may be repeated")
     layer.add_argument("--lavapipe", action="store_true", help="run on Mesa's CPU driver")

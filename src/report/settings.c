@@ -2,6 +2,7 @@
 /* The keys, their values, and the settings that they set. */
 #include "src/report/settings.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -105,6 +106,15 @@ static const struct choice guards[] = {
 static const struct choice limits[] = {
     {"driver", LIMITS_DRIVER},
     {"harsh", LIMITS_HARSH},
+    {NULL, 0},
+};
+
+enum preset { PRESET_NONE, PRESET_EVERYTHING, PRESET_CI };
+
+static const struct choice presets[] = {
+    {"none", PRESET_NONE},
+    {"everything", PRESET_EVERYTHING},
+    {"ci", PRESET_CI},
     {NULL, 0},
 };
 
@@ -244,11 +254,15 @@ static bool load_message_id_filter(const struct loader *loader, char *value)
     return true;
 }
 
+static bool load_preset(const struct loader *loader, char *value);
+
+/* The preset comes first, so that any other key that is given replaces the preset's value. */
 static const struct key {
     const char *name;
     bool (*load)(const struct loader *loader, char *value); /* NULL: log_filename */
     const char *accepts, *default_value;
 } keys[] = {
+    {"preset", load_preset, "none, everything or ci", "none"},
     {"level", load_level, "parameters, state, execution or content", "execution"},
     {"backend", load_backend, "driver or cpu", "driver"},
     {"limits", load_limits, "driver or harsh", "driver"},
@@ -276,6 +290,75 @@ static const struct key {
 
 enum { KEY_COUNT = sizeof(keys) / sizeof(keys[0]) };
 
+static const struct key *find_key(const char *name)
+{
+    const struct key *key = keys;
+    while (strcmp(key->name, name) != 0)
+        key++;
+    return key;
+}
+
+/* ---- presets */
+
+/* What presets set. Each preset sets what the presets before it set, too. */
+static const struct preset_value {
+    enum preset preset;
+    const char *key, *value;
+} preset_values[] = {
+    {PRESET_EVERYTHING, "level", "content"},
+    {PRESET_EVERYTHING, "hazards", "true"},
+    {PRESET_EVERYTHING, "guard", "references"},
+    {PRESET_EVERYTHING, "call_sites", "full"},
+    {PRESET_EVERYTHING, "record_builds", "true"},
+    {PRESET_EVERYTHING, "advice", "true"},
+    {PRESET_CI, "limits", "harsh"},
+};
+
+enum { PRESET_VALUE_COUNT = sizeof(preset_values) / sizeof(preset_values[0]), VALUE_SIZE = 16 };
+
+_Static_assert(KEY_COUNT <= 32, "settings.by_preset has a bit for each key");
+
+static uint32_t bit_of(const struct key *key)
+{
+    return 1u << (key - keys);
+}
+
+static bool load_preset(const struct loader *loader, char *value)
+{
+    uint32_t preset;
+    if (!value_read_choice(presets, value, &preset))
+        return false;
+    for (unsigned i = 0; i < PRESET_VALUE_COUNT; i++) {
+        const struct key *key = find_key(preset_values[i].key);
+        char copy[VALUE_SIZE];
+        if (preset_values[i].preset > preset)
+            continue;
+        snprintf(copy, sizeof(copy), "%s", preset_values[i].value);
+        key->load(loader, copy);
+        loader->settings->by_preset |= bit_of(key);
+    }
+    return true;
+}
+
+/* The value of a key that is not given: the preset's or the default. */
+static const char *usual_value(const struct settings *settings, const struct key *key)
+{
+    if (settings->by_preset & bit_of(key))
+        for (unsigned i = 0; i < PRESET_VALUE_COUNT; i++)
+            if (strcmp(preset_values[i].key, key->name) == 0)
+                return preset_values[i].value;
+    return key->default_value;
+}
+
+bool settings_leave_out(struct settings *settings, const char *name)
+{
+    const uint32_t bit = bit_of(find_key(name)), was_by_preset = settings->by_preset & bit;
+    settings->by_preset &= ~bit;
+    return was_by_preset;
+}
+
+/* ---- loading */
+
 static void warn_of_value(const struct loader *loader, const struct key *key, const char *value)
 {
     char line[LINE_SIZE];
@@ -283,8 +366,9 @@ static void warn_of_value(const struct loader *loader, const struct key *key, co
     text_begin(&text, line, sizeof(line));
     text_append(&text, "assay_validation.%s: ", key->name);
     text_append_quoted(&text, value, VALUE_SHOWN);
-    text_append(&text, " is not a valid value (%s). The default, %s, is used.", key->accepts,
-                key->default_value);
+    text_append(&text, " is not a valid value (%s). The %s, %s, is used.", key->accepts,
+                loader->settings->by_preset & bit_of(key) ? "preset's value" : "default",
+                usual_value(loader->settings, key));
     loader->warn(loader->context, line);
 }
 
@@ -294,7 +378,7 @@ static void note_value(const struct loader *loader, const struct key *key, const
     if (values)
         values[key - keys] = strdup(value);
     struct text_buffer *changes = loader->changes;
-    if (text_equals_in_any_case(value, key->default_value))
+    if (text_equals_in_any_case(value, usual_value(loader->settings, key)))
         return;
     text_append(changes, "%s%s = ", changes->length ? ", " : "", key->name);
     text_append_quoted(changes, value, VALUE_SHOWN);
@@ -326,10 +410,13 @@ static VkResult load_key(const struct loader *loader, const struct settings_sour
     if (result != VK_SUCCESS || !value)
         return result;
     char *as_given = strdup(value);
-    if (!key->load(loader, value))
+    if (key->load(loader, value)) {
+        if (as_given)
+            note_value(loader, key, as_given);
+        loader->settings->by_preset &= ~bit_of(key);
+    } else {
         warn_of_value(loader, key, as_given ? as_given : "");
-    else if (as_given)
-        note_value(loader, key, as_given);
+    }
     free(as_given);
     free(value);
     return VK_SUCCESS;
@@ -410,6 +497,6 @@ void settings_each(const struct settings *settings,
 {
     for (unsigned i = 0; i < KEY_COUNT; i++) {
         const char *given = settings->values ? settings->values[i] : NULL;
-        each(context, keys[i].name, given ? given : keys[i].default_value);
+        each(context, keys[i].name, given ? given : usual_value(settings, &keys[i]));
     }
 }

@@ -111,7 +111,8 @@ struct settings {
     /* The settings that differ from the defaults, and where each came from; owned. NULL: there are
      * none, report_flags lacks REPORT_INFO, or memory ran out. */
     char *changes;
-    char **values; /* by key; the settings own the array and its strings */
+    char **values;      /* by key; the settings own the array and its strings */
+    uint32_t by_preset; /* a bit for each key: its value is the preset's */
 };
 
 /* Reads the settings of an instance that is about to be created. An unknown key or an invalid value
@@ -130,7 +131,11 @@ void settings_each(const struct settings *settings,
 
 /* ---- settings that have no effect beside others */
 
-/* Calls `warn` with one line for each setting that has no effect, and turns it off. */
+/* Returns whether the preset has set a key, which then counts as not set. */
+bool settings_leave_out(struct settings *settings, const char *key);
+
+/* Turns each setting off that has no effect. Calls `warn` with one line for it, unless the preset
+ * has set it. */
 void settings_check(struct settings *settings, void (*warn)(void *context, const char *line),
                     void *context);
 

@@ -63,18 +63,13 @@ class Arguments(Runs):
                     "none.txt: No such file or directory\n")
 
     def test_everything(self):
-        names = ("LEVEL", "HAZARDS", "GUARD", "CALL_SITES", "RECORD_BUILDS", "ADVICE")
-        script = ("load(); print(*(os.environ.get('VK_ASSAY_VALIDATION_' + name) for name in " +
-                  f"{names}))")
+        script = ("load(); print(*(os.environ.get('VK_ASSAY_VALIDATION_' + name) for name in "
+                  "('PRESET', 'LEVEL', 'HAZARDS')))")
         result = self.expect(self.run_script(script, "--everything"), 0)
-        self.assertEqual(result.out, "content true references full true true\n")
-        result = self.run_script(script, "--set", "guard=off", "--everything", "--level", "execution")
-        self.assertEqual(result.out, "execution true off full true true\n")
-        for words in (("--backend", "cpu"), ("--set", "backend=cpu")):
-            result = self.run_script(script, "--everything", *words)
-            self.assertEqual(result.out, "content true None full true true\n")
-        result = self.run_script(script, "--everything", "--level", "execution")
-        self.assertEqual(result.out, "execution true None full true true\n")
+        self.assertEqual(result.out, "everything None None\n")
+        result = self.run_script(script, "--set", "hazards=off", "--everything", "--level", "execution")
+        self.assertEqual(result.out, "everything execution off\n")
+        self.assertEqual(self.run_script(script, "--everything", "--set", "preset=ci").out, "ci None None\n")
 
     def test_advice_is_error_turns_advice_on(self):
         script = "load(); print(os.environ.get('VK_ASSAY_VALIDATION_ADVICE'))"

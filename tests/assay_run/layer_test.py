@@ -117,10 +117,20 @@ class Layer(Runs):
         result = self.run_steps("clean mistake", "--everything", "--json", "a.json")
         self.assertNotIn("warning", result.err)
         settings = self.load("a.json")["headers"][0]["Settings"]
-        for key, value in (("level", "content"), ("hazards", "true"), ("guard", "references"),
-                           ("call_sites", "full"), ("record_builds", "true"),
-                           ("advice", "true")):
+        for key, value in (("preset", "everything"), ("level", "content"), ("hazards", "true"),
+                           ("guard", "references"), ("call_sites", "full"), ("record_builds", "true"),
+                           ("advice", "true"), ("limits", "driver")):
             self.assertEqual(settings[key], value)
+
+    def test_everything_beside_other_settings(self):
+        """Below level content and on backend cpu no builds are guarded, without a warning."""
+        self.environment["VK_ASSAY_VALIDATION_HAZARDS"] = "false"
+        for words in (("--level", "execution"), ("--backend", "cpu")):
+            result = self.run_steps("clean", "--everything", *words, "--json", "a.json")
+            self.assertNotIn("warning", self.expect(result, 0).err)
+            settings = self.load("a.json")["headers"][0]["Settings"]
+            for key, value in (("guard", "off"), ("hazards", "false"), ("advice", "true")):
+                self.assertEqual(settings[key], value)
 
     def test_messenger_and_log_action(self):
         for action in ("default", "callback", "log", "ignore", "fail"):

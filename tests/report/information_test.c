@@ -64,6 +64,22 @@ TEST_OPENED(sources_of_settings, surrounding_set_up)
     remove("a.txt");
 }
 
+/* The preset stands for what it sets. A key beside it is named if it changes that. */
+TEST_OPENED(preset, surrounding_set_up)
+{
+    struct hearing hearing = {0};
+    environment_set("PRESET=everything REPORT_FLAGS=info HAZARDS=false CALL_SITES=full");
+    struct reporter *reporter = announced(&hearing, NULL);
+    assert_string_equal(
+        hearing.text,
+        "Assay 1.2.3 validates acceleration-structure builds: level = content, backend = driver. "
+        "Settings that differ from the defaults: preset = \"everything\" (environment variable "
+        "VK_ASSAY_VALIDATION_PRESET), report_flags = \"info\" (environment variable "
+        "VK_ASSAY_VALIDATION_REPORT_FLAGS), hazards = \"false\" (environment variable "
+        "VK_ASSAY_VALIDATION_HAZARDS).");
+    finish(reporter);
+}
+
 TEST_OPENED(report_callbacks, surrounding_set_up)
 {
     struct hearing hearing = {0};

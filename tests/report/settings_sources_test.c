@@ -62,6 +62,42 @@ TEST_OPENED(precedence, surrounding_set_up)
     assert_int_equal(settings.level, LEVEL_CONTENT);
 }
 
+/* A key that is given wins over the preset, also if the preset's source comes before the key's. */
+TEST_OPENED(preset_and_keys_of_the_application, surrounding_set_up)
+{
+    const char *preset = "everything", *level = "execution";
+    const VkBool32 off = VK_FALSE;
+    VkLayerSettingEXT entries[] = {
+        text_given("preset", &preset),
+        text_given("level", &level),
+        setting_given("hazards", VK_LAYER_SETTING_TYPE_BOOL32_EXT, &off),
+        text_given("preset", &preset),
+    };
+    const VkLayerSettingsCreateInfoEXT preset_first = settings_given(entries, 3),
+                                       preset_last = settings_given(entries + 1, 3),
+                                       only_preset = settings_given(entries, 1),
+                                       only_keys = settings_given(entries + 1, 2);
+    struct settings settings = settings_read(&preset_first);
+    assert_string_equal(settings_text(&settings), "sites=2 advice=1");
+    settings = settings_read(&preset_last);
+    assert_string_equal(settings_text(&settings), "sites=2 advice=1");
+
+    surrounding_clear("assay_validation.guard = off\n");
+    environment_set("ADVICE=false");
+    settings = settings_read(&only_preset);
+    assert_string_equal(settings_text(&settings), "level=content sites=2 hazards=1");
+
+    surrounding_clear(NULL);
+    environment_set("PRESET=ci");
+    settings = settings_read(&only_keys);
+    assert_string_equal(settings_text(&settings), "limits=1 sites=2 advice=1");
+
+    surrounding_clear("assay_validation.preset = ci\n");
+    settings = settings_read(&only_keys);
+    assert_string_equal(settings_text(&settings), "limits=1 sites=2 advice=1");
+    assert_int_equal(warned.count, 0);
+}
+
 TEST_OPENED(several_lines_of_a_key, surrounding_set_up)
 {
     const char *level = "parameters";
@@ -173,4 +209,10 @@ TEST_OPENED(without_memory, surrounding_set_up)
         setting_given("enable_message_limit", VK_LAYER_SETTING_TYPE_BOOL32_EXT, &off);
     const VkLayerSettingsCreateInfoEXT info = settings_given(&entry, 1);
     settings_read_scarce(&info, 3);
+}
+
+TEST_OPENED(a_preset_without_memory, surrounding_set_up)
+{
+    environment_set("PRESET=ci LEVEL=state HAZARDS=true");
+    settings_read_scarce(NULL, 1);
 }

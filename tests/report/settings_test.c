@@ -5,6 +5,7 @@
 #define FILE_LINE(line) "assay_validation." line "\n"
 #define JSON FILE_LINE("log_format = json")
 #define CONTENT FILE_LINE("level = content")
+#define PRESET FILE_LINE("preset = everything")
 #define FILTER "MESSAGE_ID_FILTER="
 #define NAMED "\" is not a setting"
 
@@ -30,6 +31,39 @@ static const struct row {
      "", "level=content limit=0 file=a,b:c"},
     {"content_budget", FILE_LINE("content_budget_mib = 16") FILE_LINE("content_when_full = skip"),
      "", "budget=16 when_full=1"},
+
+    /* ---- presets: a key that is given wins, wherever it and the preset are. What has no effect
+     * beside other settings is left out, and only a key that is given brings a warning. */
+    {"preset_none", FILE_LINE("preset = none"), "", ""},
+    {"preset_everything", NULL, "PRESET=Everything",
+     "level=content guard=1 sites=2 hazards=1 advice=1"},
+    {"preset_everything_as_json", JSON, "PRESET=everything",
+     "level=content guard=1 json=1 sites=2 hazards=1 advice=1 records=1"},
+    {"preset_ci", JSON, "PRESET=ci",
+     "level=content limits=1 guard=1 json=1 sites=2 hazards=1 advice=1 records=1"},
+    {"preset_of_a_file_and_keys_of_the_environment", PRESET, "LEVEL=execution\nADVICE=false",
+     "sites=2 hazards=1"},
+    {"preset_of_the_environment_and_keys_of_a_file",
+     FILE_LINE("hazards = false") FILE_LINE("call_sites = frames"), "PRESET=ci",
+     "level=content limits=1 guard=1 sites=1 advice=1"},
+    {"preset_before_a_key", PRESET FILE_LINE("guard = off"), "",
+     "level=content sites=2 hazards=1 advice=1"},
+    {"preset_behind_a_key", FILE_LINE("guard = off") PRESET, "",
+     "level=content sites=2 hazards=1 advice=1"},
+    {"preset_of_a_file_and_of_the_environment", PRESET, "PRESET=none", ""},
+    {"preset_below_execution", PRESET, "LEVEL=state", "level=state sites=2"},
+    {"preset_on_backend_cpu", PRESET, "BACKEND=cpu",
+     "level=content backend=1 sites=2 hazards=1 advice=1"},
+    {"preset_beside_a_key_without_effect",
+     PRESET,
+     "LEVEL=state\nHAZARDS=true",
+     "level=state sites=2",
+     {"assay_validation.hazards needs level = execution"}},
+    {"preset_beside_an_invalid_value",
+     PRESET,
+     "LEVEL=contents",
+     "level=content guard=1 sites=2 hazards=1 advice=1",
+     {"assay_validation.level", "\"contents\"", "The preset's value, content, is used."}},
 
     /* ---- settings that need others: one line says why they have no effect */
     {"rays", CONTENT FILE_LINE("compare_rays = 64"), FILTER "ASSAY-compare-double",
@@ -223,7 +257,7 @@ static const struct row {
      "VK_LAYER_ASSAY_validation.levle = content\n",
      "",
      "",
-     {"\"VK_LAYER_ASSAY_validation.levle\"", "which has level", "vk_layer_settings.txt"}},
+     {"\"VK_LAYER_ASSAY_validation.levle\"", "which has preset, level", "vk_layer_settings.txt"}},
     {"short_name",
      NULL,
      "VK_ASSAY_LEVEL=content",
@@ -248,7 +282,7 @@ static const struct row {
      NULL,
      "VK_ASSAY_LEVLE=content",
      "",
-     {"\"VK_ASSAY_LEVLE\"", "level, backend,"}},
+     {"\"VK_ASSAY_LEVLE\"", "preset, level, backend,"}},
     {"other_variables", NULL,
      "VK_ASSAY_ENABLE=1\nVK_ASSAY_DISABLE=1\nVK_ASSAYER_LEVEL=1\nVK_LEVELS=1\nVK_ASSAY=1", ""},
     {"enable_takes_1",
@@ -330,6 +364,8 @@ TEST_OPENED(values_that_are_not_understood, surrounding_set_up)
         {"level", "contents", "parameters, state, execution or content", "execution"},
         {"level", "state,content", "parameters, state, execution or content", "execution"},
         {"backend", "gpu", "driver or cpu", "driver"},
+        {"preset", "all", "none, everything or ci", "none"},
+        {"preset", "everything,ci", "none, everything or ci", "none"},
         {"content_budget_mib", "-1", "a number", "256"},
         {"content_when_full", "drop", "wait or skip", "wait"},
         {"guard", "on", "off or references", "off"},

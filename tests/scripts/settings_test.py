@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The settings in the manifests are those of the layer: the same keys, defaults and choices."""
+"""The settings in the manifests are those of the layer: the same keys, defaults, choices and presets."""
 
 import json
 import pathlib
@@ -52,6 +52,22 @@ class Settings(unittest.TestCase):
                 setting = self.settings[chosen["key"]]
                 flags = [flag["key"] for flag in setting.get("flags", [])]
                 self.assertIn(chosen["value"], flags or [True, False])
+
+    def test_presets_of_the_layer(self):
+        """Vulkan Configurator has the layer's presets, but for the record of builds, which needs a log as
+        JSON. It writes all settings to its file, so that the layer's own preset has no effect there."""
+        shown = {preset["label"].lower(): {chosen["key"]: str(chosen["value"]).lower()
+                                           for chosen in preset["settings"]} for preset in self.presets}
+        values = re.findall(r'\{PRESET_(\w+), "(\w+)", "(\w+)"\},', self.source)
+        made, expected = {}, {}
+        for preset in dict.fromkeys(name for name, _, _ in values):  # each has what those before it have
+            made.update({key: value for name, key, value in values
+                         if name == preset and key != "record_builds"})
+            expected[preset.lower()] = dict(made)
+        self.assertEqual(sorted(expected), ["ci", "everything"])
+        for preset, settings in expected.items():
+            self.assertEqual(shown[preset], settings)
+        self.assertEqual(self.settings["preset"]["view"], "HIDDEN")
 
     def test_sentences(self):
         for setting in self.settings.values():

@@ -230,6 +230,18 @@ struct checker {
     struct settings *settings;
 };
 
+/* Warns of a setting that has no effect. What the preset has set is left out in silence. */
+static void warn_of_key(const struct checker *checker, const char *key, const char *reason)
+{
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    if (settings_leave_out(checker->settings, key))
+        return;
+    text_begin(&text, line, sizeof(line));
+    text_append(&text, "assay_validation.%s needs %s", key, reason);
+    checker->warn(checker->context, line);
+}
+
 /* Rays compare the driver's structures with structures built from the inputs that level content
  * reads. */
 static void check_compare_rays(const struct checker *checker)
@@ -239,9 +251,8 @@ static void check_compare_rays(const struct checker *checker)
         (settings->level == LEVEL_CONTENT && settings->backend == BACKEND_DRIVER))
         return;
     settings->compare_rays = 0;
-    checker->warn(checker->context,
-                  "assay_validation.compare_rays needs level = content and backend = driver. No "
-                  "rays are compared.");
+    warn_of_key(checker, "compare_rays",
+                "level = content and backend = driver. No rays are compared.");
 }
 
 /* The file would look as if there were no messages. */
@@ -269,9 +280,9 @@ static void check_record_builds(const struct checker *checker)
          settings->debug_action & (DEBUG_ACTION_LOG | DEBUG_ACTION_DEFAULT)))
         return;
     settings->record_builds = false;
-    checker->warn(checker->context,
-                  "assay_validation.record_builds needs level = execution or content, log_format = "
-                  "json, and a debug_action that logs. No builds are recorded.");
+    warn_of_key(checker, "record_builds",
+                "level = execution or content, log_format = json, and a debug_action that logs. No "
+                "builds are recorded.");
 }
 
 /* Journals, which hold what is to be ordered, begin at level execution. */
@@ -281,9 +292,7 @@ static void check_hazards(const struct checker *checker)
     if (!settings->hazards || settings->level >= LEVEL_EXECUTION)
         return;
     settings->hazards = false;
-    checker->warn(checker->context,
-                  "assay_validation.hazards needs level = execution or content. No hazards are "
-                  "reported.");
+    warn_of_key(checker, "hazards", "level = execution or content. No hazards are reported.");
 }
 
 /* What becomes of a structure is followed from journals, too. */
@@ -293,9 +302,7 @@ static void check_advice(const struct checker *checker)
     if (!settings->advice || settings->level >= LEVEL_EXECUTION)
         return;
     settings->advice = false;
-    checker->warn(
-        checker->context,
-        "assay_validation.advice needs level = execution or content. No advice is given.");
+    warn_of_key(checker, "advice", "level = execution or content. No advice is given.");
 }
 
 /* Guarded builds need what level content records. */
@@ -306,10 +313,7 @@ static void check_guard(const struct checker *checker)
         (settings->level == LEVEL_CONTENT && settings->backend == BACKEND_DRIVER))
         return;
     settings->guard = GUARD_OFF;
-    checker->warn(
-        checker->context,
-        "assay_validation.guard needs level = content and backend = driver. No builds are "
-        "guarded.");
+    warn_of_key(checker, "guard", "level = content and backend = driver. No builds are guarded.");
 }
 
 void settings_check(struct settings *settings, void (*warn)(void *context, const char *line),
