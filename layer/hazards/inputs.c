@@ -172,12 +172,6 @@ static const struct address_facts *facts_of(const struct reading *reading,
     return other;
 }
 
-/* VK_KHR_opacity_micromap has device addresses in builds of the host, too. */
-static bool is_of_device(enum input_role role)
-{
-    return role == INPUT_OPACITY_INDEX || role == INPUT_MICROMAP_TRIANGLES;
-}
-
 /* Indices may skip any vertex, and maxVertex is an upper bound: without the indices no vertex of an
  * indexed geometry is certain, with them those of the smallest and the largest one. */
 static void add_input(const struct reading *reading, const struct geometry_input *input)
@@ -190,7 +184,6 @@ static void add_input(const struct reading *reading, const struct geometry_input
         .geometry = reading->geometry->index,
         .index_size = input->role == INPUT_INDEX ? (uint32_t)input->size : 0,
     };
-    const bool is_indexed = input->role == INPUT_VERTEX || input->role == INPUT_MOTION_VERTEX;
     const struct hazard_elements elements = {
         .facts = facts_of(reading, input, &other),
         .host = reading->is_host ? input->address.hostAddress : NULL,
@@ -199,11 +192,11 @@ static void add_input(const struct reading *reading, const struct geometry_input
         .stride = input->stride,
         .size = input->size,
     };
-    if (reading->is_host && (!elements.host || is_of_device(input->role)))
+    if (reading->is_host && (!elements.host || input->is_of_device))
         return;
     if (!input->is_chosen)
         hazards_add_elements(reading->recording, &use, &elements);
-    else if (is_indexed && !reading->is_host)
+    else if (input->follows_indices && !reading->is_host)
         hazards_add_indexed(reading->recording, &use, &elements);
     if (input->role == INPUT_VERTEX || input->role == INPUT_AABBS)
         await_data(reading, elements.facts);

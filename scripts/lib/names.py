@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Checks that the files and functions that docs/architecture.md, glossary.md and threads.md name in
-backticks exist. Prints each that doesn't, and fails if there is one."""
+"""Checks that the files and functions that docs/architecture.md, commands.md, glossary.md and threads.md
+name in backticks exist, and that a function stands in the file which the sentence gives for it. Prints
+each that doesn't, and fails if there is one."""
 
 import argparse
 import pathlib
 import re
 import sys
 
-PAGES = ("docs/architecture.md", "docs/glossary.md", "docs/threads.md")
+PAGES = ("docs/architecture.md", "docs/commands.md", "docs/glossary.md", "docs/threads.md")
 FOLDERS = ("layer", "src", "vuid-tables")
 SUFFIXES = (".c", ".h", ".comp", ".def", ".py")
 
@@ -21,6 +22,9 @@ def missing(root, page):
             yield f"{page.name}: there is no {path}"
     sources = "\n".join(file.read_text(encoding="utf-8") for folder in FOLDERS
                         for file in (root / folder).rglob("*") if file.suffix in SUFFIXES)
+    for function, path in sorted(set(re.findall(r"`(\w+)\(\)`\s+(?:in\s+)?\(?`([\w-]+(?:/[\w.-]+)+)`", text))):
+        if (root / path).is_file() and f"{function}(" not in (root / path).read_text(encoding="utf-8"):
+            yield f"{page.name}: {path} has no function {function}()"
     for function in sorted({name[:-2] for name in names if re.fullmatch(r"\w+\(\)", name)}):
         if not re.search(rf"^(?![ \t*/]).*\b{function}\(|^{function}\(", sources, re.M):
             yield f"{page.name}: there is no function {function}()"

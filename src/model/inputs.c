@@ -13,8 +13,11 @@ struct found_inputs {
     uint32_t count;
 };
 
+/* The bound only protects memory: GEOMETRY_INPUTS is as many as a geometry can have. */
 static void add(struct found_inputs *found, const struct geometry_input *input)
 {
+    if (found->count == GEOMETRY_INPUTS)
+        return;
     struct geometry_input *added = &found->items[found->count++];
     *added = *input;
     added->address = *input_place(found->geometry, found->chained, input->role);
@@ -57,6 +60,7 @@ static void add_vertices(struct found_inputs *found,
     struct geometry_input vertices = {
         .role = INPUT_VERTEX,
         .is_chosen = is_indexed,
+        .follows_indices = is_indexed,
         .offset = input_extent(is_indexed ? 0 : range->primitiveOffset, range->firstVertex,
                                triangles->vertexStride, 0),
         .count = vertex_count(triangles, range),
@@ -81,6 +85,7 @@ static void add_opacity(struct found_inputs *found, uint64_t count, bool is_cert
             found, opacity->indexType,
             (struct geometry_input){.role = is_ext ? INPUT_OPACITY_EXT_INDEX : INPUT_OPACITY_INDEX,
                                     .is_chosen = !is_certain || !opacity->micromap,
+                                    .is_of_device = !is_ext,
                                     .count = count,
                                     .stride = opacity->indexStride});
 }
@@ -230,10 +235,13 @@ static void add_micromap(struct found_inputs *found, const struct micromap_param
     if (!count)
         return;
     add(found, &(struct geometry_input){.role = INPUT_MICROMAP_TRIANGLES,
+                                        .is_of_device = micromap->is_khr,
                                         .count = count,
                                         .stride = micromap->stride,
                                         .size = sizeof(VkMicromapTriangleEXT)});
-    add(found, &(struct geometry_input){.role = INPUT_MICROMAP_DATA, .is_chosen = true});
+    add(found, &(struct geometry_input){.role = INPUT_MICROMAP_DATA,
+                                        .is_chosen = true,
+                                        .is_of_device = micromap->is_khr});
 }
 
 uint32_t inputs_of_geometry(VkBuildAccelerationStructureFlagsKHR flags,

@@ -47,7 +47,9 @@ enum input_role {
  * one lies `offset` bytes behind the address. */
 struct geometry_input {
     enum input_role role;
-    bool is_chosen; /* indices or other data choose; otherwise the build reads each element */
+    bool is_chosen;       /* indices or other data choose; otherwise the build reads each element */
+    bool follows_indices; /* the indices of the triangles choose, as they choose vertices */
+    bool is_of_device;    /* the address is one of the device in builds of the host, too */
     VkDeviceOrHostAddressConstKHR address; /* as input_place() holds it; may be 0 */
     uint64_t offset;                       /* UINT64_MAX: beyond all addresses */
     uint64_t count, stride, size;          /* size 0: the format is unknown */

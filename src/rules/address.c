@@ -42,8 +42,7 @@ static bool has_build_input_usage(const struct address_view *address, struct fin
 /* The valid usage names these members only, not those of extension structures. */
 static bool is_input_of_geometry(enum input_role role)
 {
-    return role == INPUT_VERTEX || role == INPUT_INDEX || role == INPUT_MATRIX ||
-           role == INPUT_AABBS || role == INPUT_INSTANCES;
+    return role <= INPUT_LAST_PLAIN;
 }
 
 bool input_buffer_has_build_input_usage(const struct address_view *address, struct finding *finding)

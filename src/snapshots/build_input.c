@@ -156,13 +156,11 @@ static struct found_bytes place_of(struct build_input *input, uint32_t geometry,
 #undef OPTIONAL
 }
 
-/* The index buffer of VK_KHR_opacity_micromap has a device address in builds of the host, too. */
-static bool is_left_out(const struct input_memory *memory, enum input_role role)
+static bool is_left_out(const struct input_memory *memory, const struct geometry_input *input)
 {
     const bool is_of_displacement =
-        role >= INPUT_DISPLACEMENT_INDEX && role <= INPUT_DISPLACEMENT_FLAGS;
-    return (memory->is_for_rules && is_of_displacement) ||
-           (memory->is_host && role == INPUT_OPACITY_INDEX);
+        input->role >= INPUT_DISPLACEMENT_INDEX && input->role <= INPUT_DISPLACEMENT_FLAGS;
+    return (memory->is_for_rules && is_of_displacement) || (memory->is_host && input->is_of_device);
 }
 
 /* Indices come before what they choose among. */
@@ -181,7 +179,7 @@ static void find_data(const struct input_memory *memory, const struct build_para
         return;
     for (uint32_t i = 0; i < count; i++) {
         const struct found_bytes place = place_of(input, geometry, inputs[i].role);
-        if (!place.bytes || is_left_out(memory, inputs[i].role))
+        if (!place.bytes || is_left_out(memory, &inputs[i]))
             continue;
         const uint64_t end = is_sphere ? end_of_spheres(memory, &to->spheres, is_swept,
                                                         &build->ranges[geometry], &inputs[i])

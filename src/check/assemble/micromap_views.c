@@ -149,7 +149,24 @@ void view_opacity_ext_state(struct check_context *context, struct geometry_view 
                       opacity->indexBuffer.deviceAddress);
 }
 
-void view_displacement_state(struct check_context *context, struct displacement_view *view)
+void view_displacement_state(struct check_context *context, struct geometry_view *geometry,
+                             struct displacement_view *view)
 {
-    find_micromap(context, view->displacement->micromap, &view->micromap);
+    const VkAccelerationStructureTrianglesDisplacementMicromapNV *data = view->displacement;
+    const struct {
+        enum input_role role;
+        VkDeviceAddress address; /* 0: it is not given */
+    } inputs[] = {
+        {INPUT_DISPLACEMENT_VECTOR, data->displacementVectorBuffer.deviceAddress},
+        {INPUT_DISPLACEMENT_BIAS, data->displacementBiasAndScaleBuffer.deviceAddress},
+        {INPUT_DISPLACEMENT_FLAGS, data->displacedMicromapPrimitiveFlags.deviceAddress},
+        {INPUT_DISPLACEMENT_INDEX,
+         index_type_size(data->indexType) ? data->indexBuffer.deviceAddress : 0},
+    };
+    find_micromap(context, data->micromap, &view->micromap);
+    if (!has_addresses(geometry) || !data->micromap)
+        return;
+    for (size_t i = 0; i < sizeof(inputs) / sizeof(inputs[0]); i++)
+        if (inputs[i].address)
+            chained_input(context, geometry, inputs[i].role, inputs[i].address);
 }

@@ -103,7 +103,8 @@ void view_opacity_state(struct check_context *context, struct geometry_view *geo
                         struct opacity_view *view);
 void view_opacity_ext_state(struct check_context *context, struct geometry_view *geometry,
                             struct opacity_ext_view *view);
-void view_displacement_state(struct check_context *context, struct displacement_view *view);
+void view_displacement_state(struct check_context *context, struct geometry_view *geometry,
+                             struct displacement_view *view);
 
 /* ---- Misaligned parameters of a build call are replaced by aligned copies in the views.
  * Unreadable parameters stay as they are. The copies belong to the context's aligned_copies. */

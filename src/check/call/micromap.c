@@ -106,8 +106,7 @@ static void check_opacity_ext(struct walk *walk, struct geometry_view *geometry,
     note_opacity_ext(walk, &view);
 }
 
-static void check_displacement(struct walk *walk, const struct geometry_view *geometry,
-                               bool with_state)
+static void check_displacement(struct walk *walk, struct geometry_view *geometry, bool with_state)
 {
     struct displacement_view view;
     if (!view_displacement(walk->context, geometry, &view))
@@ -115,7 +114,7 @@ static void check_displacement(struct walk *walk, const struct geometry_view *ge
     walk_displacement(walk, &view, LEVEL_PARAMETERS);
     if (!with_state)
         return;
-    view_displacement_state(walk->context, &view);
+    view_displacement_state(walk->context, geometry, &view);
     walk_displacement(walk, &view, LEVEL_STATE);
 }
 

@@ -128,8 +128,11 @@ static bool view_arguments(struct walk *walk, const struct call_view *call, stru
     case COMMAND_CmdCopyMemoryToMicromapEXT:
     case COMMAND_CopyMemoryToMicromapEXT:
         VIEW_INFO(view_micromap_deserialization, VkCopyMemoryToMicromapInfoEXT)
-    default:
+    case COMMAND_CmdCopyAccelerationStructureKHR:
+    case COMMAND_CopyAccelerationStructureKHR:
         VIEW_INFO(view_copy, VkCopyAccelerationStructureInfoKHR)
+    default:
+        return false;
     }
 }
 
