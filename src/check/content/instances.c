@@ -356,12 +356,12 @@ static void read_some_instances(struct content *content, uint32_t first,
                                 const struct content_elements *some)
 {
     const size_t size = sizeof(VkAccelerationStructureInstanceKHR);
+    const uint8_t *const end = some->bytes + some->size;
     if (content->walk->context->hooks->reads)
         content->hash = content_hash(some, content->hash);
-    for (uint32_t i = 0; i < some->size / size; i++) {
-        const uint8_t *next = some->bytes + i * size;
+    for (const uint8_t *next = some->bytes; next < end; next += size) {
         __builtin_prefetch(next + PREFETCHED * size); /* processors do not, across pages */
-        read_instance(content, first + i, next);
+        read_instance(content, first++, next);
     }
 }
 

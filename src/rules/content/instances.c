@@ -12,7 +12,8 @@ static const struct device_facts *device_of(const struct instance_view *view)
 }
 
 /* Says what the data looks like, if it is not what the build reads. */
-static bool remarks_on_look(struct finding *finding, const struct data_look *look)
+__attribute__((cold, noinline)) static bool remarks_on_look(struct finding *finding,
+                                                            const struct data_look *look)
 {
     switch (look->kind) {
     case LOOKS_LIKE_INSTANCES:
@@ -97,8 +98,9 @@ static struct value accel(VkAccelerationStructureKHR handle)
     return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle_number(handle));
 }
 
-static bool shows_what_was_written(const VkAccelerationStructureInstanceKHR *instance,
-                                   const struct data_look *look, struct finding *finding)
+__attribute__((cold, noinline)) static bool
+shows_what_was_written(const VkAccelerationStructureInstanceKHR *instance,
+                       const struct data_look *look, struct finding *finding)
 {
     return shows_instance(finding, instance) || remarks_on_look(finding, look);
 }
@@ -238,9 +240,10 @@ static struct value buffer(const struct reference_view *reference)
 
 bool instances_are_backed_by_memory(const struct reference_view *reference, struct finding *finding)
 {
+    if (reference->referenced->backed != NO)
+        return true;
     const struct holding_buffer held_by = holding_buffer_of_accel(reference->referenced);
-    return reference->referenced->backed != NO ||
-           violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
+    return violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
                     REFERS_TO "which lies in {}, {}", number(reference->instance),
                     structure(reference), held_by.value, text(held_by.lacks));
 }
