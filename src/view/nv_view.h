@@ -25,8 +25,9 @@ struct nv_call_view {
     const VkGeometryNV *geometries;
     uint32_t geometry_count;
     bool geometries_unreadable;
-    /* The same build as one of VK_KHR_acceleration_structure, whose addresses only tell which data
-     * is given. Its info is NULL if anything is not readable, or without memory. */
+    /* This build in the structures of VK_KHR_acceleration_structure. Its addresses are no real
+     * ones: an address that is not 0 says that the data is given. `info` is NULL if anything cannot
+     * be read, or if memory runs out. */
     struct build_view build;
 
     /* From level STATE on. */

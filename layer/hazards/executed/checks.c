@@ -234,9 +234,7 @@ VkResult hazard_checks_create(struct layer_device *device)
     return VK_SUCCESS;
 }
 
-void hazard_checks_set_advice(struct hazard_checks *checks,
-                              void (*advise_rebuild)(struct layer_device *device, uint64_t top,
-                                                     uint64_t changed))
+void hazard_checks_set_advice(struct hazard_checks *checks, trace_adviser *advise_rebuild)
 {
     if (checks)
         checks->judge.advise_rebuild = advise_rebuild;

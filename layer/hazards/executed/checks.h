@@ -12,7 +12,7 @@
 #ifndef ASSAY_LAYER_HAZARDS_EXECUTED_CHECKS_H
 #define ASSAY_LAYER_HAZARDS_EXECUTED_CHECKS_H
 
-#include "layer/hazards/executed/batches.h"
+#include "layer/hazards/executed/reports.h"
 #include "layer/layer.h"
 #include "src/state/order/order.h"
 
@@ -20,10 +20,8 @@ struct hazard_checks;
 
 /* Sets device->hazard_checks; NULL if setting hazards is off. Call once the device has an order. */
 VkResult hazard_checks_create(struct layer_device *device);
-/* What gives advice about traces, see struct hazard_judge. Call before batches are judged. */
-void hazard_checks_set_advice(struct hazard_checks *checks,
-                              void (*advise_rebuild)(struct layer_device *device, uint64_t top,
-                                                     uint64_t changed));
+/* Call before batches are judged. */
+void hazard_checks_set_advice(struct hazard_checks *checks, trace_adviser *advise_rebuild);
 /* Judges the batches that are left. */
 void hazard_checks_destroy(struct hazard_checks *checks);
 

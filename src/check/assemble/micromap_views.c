@@ -153,20 +153,16 @@ void view_displacement_state(struct check_context *context, struct geometry_view
                              struct displacement_view *view)
 {
     const VkAccelerationStructureTrianglesDisplacementMicromapNV *data = view->displacement;
-    const struct {
-        enum input_role role;
-        VkDeviceAddress address; /* 0: it is not given */
-    } inputs[] = {
-        {INPUT_DISPLACEMENT_VECTOR, data->displacementVectorBuffer.deviceAddress},
-        {INPUT_DISPLACEMENT_BIAS, data->displacementBiasAndScaleBuffer.deviceAddress},
-        {INPUT_DISPLACEMENT_FLAGS, data->displacedMicromapPrimitiveFlags.deviceAddress},
-        {INPUT_DISPLACEMENT_INDEX,
-         index_type_size(data->indexType) ? data->indexBuffer.deviceAddress : 0},
-    };
+    const struct chained_input chained = {.displacement = *data};
     find_micromap(context, data->micromap, &view->micromap);
     if (!has_addresses(geometry) || !data->micromap)
         return;
-    for (size_t i = 0; i < sizeof(inputs) / sizeof(inputs[0]); i++)
-        if (inputs[i].address)
-            chained_input(context, geometry, inputs[i].role, inputs[i].address);
+    for (enum input_role role = INPUT_DISPLACEMENT_INDEX; role <= INPUT_DISPLACEMENT_FLAGS;
+         role++) {
+        const VkDeviceAddress address =
+            input_place(geometry->geometry, &chained, role)->deviceAddress;
+        const bool is_used = role != INPUT_DISPLACEMENT_INDEX || index_type_size(data->indexType);
+        if (address && is_used)
+            chained_input(context, geometry, role, address);
+    }
 }

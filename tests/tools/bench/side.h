@@ -37,7 +37,7 @@ bool layer_find(const char *name, VkLayerProperties *found);
 /* `layer` is one of the names above, or NULL; `level` is a setting of GPU_LAYER, or NULL for its
  * default. */
 void side_open(struct side *side, const char *layer, const char *level);
-/* The same with any settings of the layer. */
+/* Opens a side whose layer gets `count` settings. */
 void side_open_with(struct side *side, const char *layer, const VkLayerSettingEXT *settings,
                     uint32_t count);
 void side_close(struct side *side);
