@@ -2,11 +2,22 @@
 """The signatures of commands, and the members of structures, from the registry."""
 
 import re
+import sys
 import xml.etree.ElementTree as ElementTree
 
 
 def is_of_vulkan(element):
     return "vulkan" in (element.get("api") or "vulkan").split(",")
+
+
+def read_commands(path):
+    """The names of commands.def. A command that is recorded has columns."""
+    text = re.sub(r"/\*.*?\*/", "", path.read_text(), flags=re.S)
+    rows = re.findall(r"^(COMMAND|JOURNALED)\((\w+)", text, re.M)
+    for macro, name in rows:
+        if macro == "COMMAND" and name.startswith("Cmd"):
+            sys.exit(f"{path}: {name} is recorded, and has no row JOURNALED")
+    return [name for _, name in rows]
 
 
 class Member:

@@ -89,7 +89,7 @@ static struct log_record describe_entry(const struct journal_walk *walk,
     const struct writer *writer = walk->user;
     struct log_record record = begin_record(walk, entry, kind, mode);
     record.type = "unknown";
-    if (journal_entry_is_nv(entry))
+    if (journal_entry_type(entry) == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV)
         describe_nv(writer, entry, &record);
     else
         describe_accel(writer, entry, &record);

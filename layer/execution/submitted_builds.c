@@ -35,9 +35,6 @@ static const struct journal *journal_of(const struct batch_cursor *at)
 
 /* ---- submissions */
 
-/* What uses structures. */
-#define ON_USES(function) ON_WRITES(function), .read = (function), .use_micromap = (function)
-
 static void end_at_use(struct journal_walk *walk, const struct journal_entry *entry)
 {
     (void)entry;

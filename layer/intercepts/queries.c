@@ -55,26 +55,13 @@ struct queried {
     uint32_t tracked_count; /* as many queries from the first one on have ids */
 };
 
-static VkObjectType queried_type(const struct queried *queried)
-{
-    switch ((int)queried->command) {
-    case COMMAND_CmdWriteMicromapsPropertiesEXT:
-    case COMMAND_WriteMicromapsPropertiesEXT:
-        return VK_OBJECT_TYPE_MICROMAP_EXT;
-    case COMMAND_CmdWriteAccelerationStructuresPropertiesNV:
-        return VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV;
-    default:
-        return VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
-    }
-}
-
 static struct journal_entry read_entry(const struct layer_device *device,
                                        const struct queried *queried, uint32_t i)
 {
     uint64_t handle;
     memcpy(&handle, (const char *)queried->handles + i * sizeof(handle), sizeof(handle));
     const struct object_facts facts =
-        object_facts_find(device->resources, queried_type(queried), handle);
+        object_facts_find(device->resources, journal_object_type(queried->command), handle);
     struct journal_entry entry = journal_read_entry(queried->command, queried->type);
     entry.src_backing = object_backing(&facts);
     entry.info = i;

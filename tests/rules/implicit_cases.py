@@ -227,7 +227,8 @@ def main():
     arguments = parser.parse_args()
     sys.path.insert(0, str(arguments.tables))
     from plain_text import plain_text
-    names = re.findall(r"^COMMAND\((\w+)\)$", (arguments.tables / "commands.def").read_text(), re.M)
+    from signatures import read_commands
+    names = read_commands(arguments.tables / "commands.def")
     scopes = {f"vk{name}" for name in names if re.search("Accel|Micromap", name)} | PLACES.keys()
     usage = json.loads(arguments.registry.read_text(encoding="utf-8"))
     sentences = {entry["vuid"]: plain_text(entry["text"])

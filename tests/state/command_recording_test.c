@@ -146,3 +146,20 @@ TEST(submissions_have_the_labels_of_their_queue)
     shared_labels_release(open);
     queue_labels_destroy(NULL);
 }
+
+static void nothing(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    (void)walk;
+    (void)entry;
+}
+
+/* What the lists of kinds in journal.h must have follows from journal_entries.def. */
+TEST(readers_of_writes_and_uses_get_all_kinds_of_them)
+{
+    static const struct journal_events writes = {ON_WRITES(nothing)}, uses = {ON_USES(nothing)};
+    for (int kind = 0; kind < JOURNAL_KINDS; kind++) {
+        const struct journal_entry entry = {.kind = (unsigned char)kind};
+        assert_int_equal(writes.of_kind[kind] != NULL, journal_entry_writes(&entry));
+        assert_int_equal(uses.of_kind[kind] != NULL, journal_entry_use(&entry) != NO_USE);
+    }
+}

@@ -193,6 +193,16 @@ static void check_any_input(struct journal_walk *walk, const struct journal_inpu
 
 /* ---- the journal */
 
+static void check_use(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    if (entry->command < BUILD_COMMAND_COUNT && journal_entry_writes(entry))
+        check_build(walk, entry);
+    else if (journal_is_use_micromap(entry))
+        replay_destroyed_micromap(walk, entry);
+    else
+        replay_destroyed_command(walk, entry);
+}
+
 static void check_secondary(struct journal_walk *walk, const struct journal_entry *entry)
 {
     replay_destroyed(walk->user, entry->secondary);
@@ -201,12 +211,7 @@ static void check_secondary(struct journal_walk *walk, const struct journal_entr
 /* If no object was destroyed since the recording began, only secondary command buffers matter. */
 void replay_destroyed(struct replay *replay, const struct journal *journal)
 {
-    static const struct journal_events uses = {ON_BUILDS(check_build),
-                                               .copy = replay_destroyed_command,
-                                               .fill = replay_destroyed_command,
-                                               .read = replay_destroyed_command,
-                                               .use_micromap = replay_destroyed_micromap,
-                                               .execute = check_secondary};
+    static const struct journal_events uses = {ON_USES(check_use), .execute = check_secondary};
     static const struct journal_events inputs = {.use_buffer = check_any_input};
     if (journal->destroy_count != resources_destroy_count(replay->resources)) {
         journal_walk(journal, &uses, replay);

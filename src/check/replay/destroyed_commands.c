@@ -13,53 +13,16 @@ struct command_rules {
     enum rule src_alive, src_backed, dst_alive, dst_backed;
 };
 
-static struct command_rules rules_of_command(enum build_command command)
-{
-#define RULES(src, src_backed, dst, dst_backed)                                                    \
-    (struct command_rules)                                                                         \
+static const struct command_rules rules_of_commands[COMMAND_COUNT] = {
+#define NO_USES USES(COUNT, COUNT, COUNT, COUNT)
+#define USES(src, src_backed, dst, dst_backed)                                                     \
     {                                                                                              \
         RULE_##src, RULE_##src_backed, RULE_##dst, RULE_##dst_backed                               \
     }
-    switch ((int)command) {
-    case COMMAND_CmdCopyAccelerationStructureKHR:
-        return RULES(VkCopyAccelerationStructureInfoKHR_src_parameter, copy_src_is_backed,
-                     VkCopyAccelerationStructureInfoKHR_dst_parameter, copy_dst_is_backed);
-    case COMMAND_CmdCopyAccelerationStructureNV:
-        return RULES(vkCmdCopyAccelerationStructureNV_src_parameter, copy_src_is_backed,
-                     vkCmdCopyAccelerationStructureNV_dst_parameter, copy_dst_is_backed);
-    case COMMAND_CmdCopyAccelerationStructureToMemoryKHR:
-        return RULES(VkCopyAccelerationStructureToMemoryInfoKHR_src_parameter, copy_src_is_backed,
-                     COUNT, COUNT);
-    case COMMAND_CmdCopyMemoryToAccelerationStructureKHR:
-        return RULES(COUNT, COUNT, VkCopyMemoryToAccelerationStructureInfoKHR_dst_parameter,
-                     copy_dst_is_backed);
-    case COMMAND_CmdWriteAccelerationStructuresPropertiesKHR:
-        return RULES(
-            vkCmdWriteAccelerationStructuresPropertiesKHR_pAccelerationStructures_parameter,
-            queried_structure_is_backed,
-            vkCmdWriteAccelerationStructuresPropertiesKHR_queryPool_parameter, COUNT);
-    case COMMAND_CmdWriteAccelerationStructuresPropertiesNV:
-        return RULES(vkCmdWriteAccelerationStructuresPropertiesNV_pAccelerationStructures_parameter,
-                     queried_structure_is_backed,
-                     vkCmdWriteAccelerationStructuresPropertiesNV_queryPool_parameter, COUNT);
-    case COMMAND_CmdBuildMicromapsEXT:
-        return RULES(COUNT, COUNT, built_micromap_is_valid, built_micromap_is_backed);
-    case COMMAND_CmdCopyMicromapEXT:
-        return RULES(VkCopyMicromapInfoEXT_src_parameter, copy_src_is_backed,
-                     VkCopyMicromapInfoEXT_dst_parameter, copy_dst_is_backed);
-    case COMMAND_CmdCopyMicromapToMemoryEXT:
-        return RULES(VkCopyMicromapToMemoryInfoEXT_src_parameter, copy_src_is_backed, COUNT, COUNT);
-    case COMMAND_CmdCopyMemoryToMicromapEXT:
-        return RULES(COUNT, COUNT, VkCopyMemoryToMicromapInfoEXT_dst_parameter, copy_dst_is_backed);
-    case COMMAND_CmdWriteMicromapsPropertiesEXT:
-        return RULES(vkCmdWriteMicromapsPropertiesEXT_pMicromaps_parameter,
-                     queried_structure_is_backed,
-                     vkCmdWriteMicromapsPropertiesEXT_queryPool_parameter, COUNT);
-    default:
-        return RULES(COUNT, COUNT, COUNT, COUNT);
-    }
-#undef RULES
-}
+#define COMMAND(name)
+#define JOURNALED(name, type, uses) [COMMAND_##name] = uses,
+#include "vuid-tables/commands.def"
+};
 
 /* An object that a command uses. */
 struct command_use {
@@ -69,19 +32,10 @@ struct command_use {
     enum rule alive, backed;
 };
 
-static VkObjectType type_of_entry(const struct journal_entry *entry)
-{
-    if (journal_entry_reads_micromap(entry) ||
-        (journal_is_fill(entry) && entry->info != FILL_READS_ACCEL))
-        return VK_OBJECT_TYPE_MICROMAP_EXT;
-    return journal_entry_is_nv(entry) ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
-                                      : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
-}
-
 static void check_use(struct replay *replay, const struct journal *journal,
                       const struct journal_entry *entry, const struct command_use *use)
 {
-    const VkObjectType type = type_of_entry(entry);
+    const VkObjectType type = journal_entry_type(entry);
     if (!use->id || use->alive == RULE_COUNT)
         return;
     const struct object_state state =
@@ -151,9 +105,9 @@ void replay_destroyed_command(struct journal_walk *walk, const struct journal_en
 {
     struct replay *replay = walk->user;
     const struct journal *journal = walk->journal;
-    const struct command_rules rules = rules_of_command((enum build_command)entry->command);
+    const struct command_rules rules = rules_of_commands[entry->command];
     const bool is_query = journal_entry_is_query(entry);
-    if (journal_is_copy(entry) || journal_is_read(entry))
+    if (journal_entry_use(entry) & READS_SRC)
         check_use(replay, journal, entry,
                   &(struct command_use){is_query ? "" : "src", entry->src, entry->src_id,
                                         entry->src_backing, rules.src_alive, rules.src_backed});

@@ -44,8 +44,9 @@ static struct location location_of_read(const struct journal_entry *entry)
         .argument = entry->command == COMMAND_CmdCopyAccelerationStructureNV ? NULL : "pInfo",
     };
     if (journal_entry_is_query(entry)) {
-        location.argument =
-            journal_entry_reads_micromap(entry) ? "pMicromaps" : "pAccelerationStructures";
+        location.argument = journal_entry_type(entry) == VK_OBJECT_TYPE_MICROMAP_EXT
+                                ? "pMicromaps"
+                                : "pAccelerationStructures";
         location.is_element = true;
         location.build = entry->info;
     } else if (entry->command == COMMAND_CmdBuildMicromapsEXT) {
@@ -199,17 +200,9 @@ void judge_update(struct replay *replay, const struct journal *journal,
 
 static WALK_ALL(used_source) static WALK_ALL(sized_copy)
 
-    static VkObjectType type_of_source(const struct journal_entry *entry)
-{
-    if (journal_entry_reads_micromap(entry))
-        return VK_OBJECT_TYPE_MICROMAP_EXT;
-    return journal_entry_is_nv(entry) ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
-                                      : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
-}
-
-/* Returns a micromap that the source refers to by deserialized data, and that was certainly not
- * deserialized; or 0. */
-static uint64_t undeserialized_micromap(struct replay *replay, const struct built *source)
+    /* Returns a micromap that the source refers to by deserialized data, and that was certainly not
+     * deserialized; or 0. */
+    static uint64_t undeserialized_micromap(struct replay *replay, const struct built *source)
 {
     const struct geometry_shapes *shapes = source->state == BUILT_FILLED ? source->shapes : NULL;
     for (uint32_t i = 0; shapes && i < shapes->count; i++) {
@@ -230,7 +223,7 @@ void judge_read(struct replay *replay, const struct journal *journal,
     struct judge judge;
     judge_begin_read(&judge, replay, journal, entry);
     const struct used_source_view view = {
-        .object_type = type_of_source(entry),
+        .object_type = journal_entry_type(entry),
         .handle = entry->src,
         .read = &entry->read,
         .built = source,
@@ -273,7 +266,7 @@ static struct object_facts find_copied(const struct replay *replay,
                                        uint64_t id)
 {
     const struct object_facts facts =
-        object_facts_find(replay->resources, type_of_source(entry), handle);
+        object_facts_find(replay->resources, journal_entry_type(entry), handle);
     return facts.id == id ? facts : (struct object_facts){0};
 }
 
@@ -333,7 +326,7 @@ void judge_copy_size(struct replay *replay, const struct journal *journal,
         dst = find_copied(replay, entry, entry->dst, entry->dst_id);
     }
     const struct sized_copy_view view = {
-        .object_type = type_of_source(entry),
+        .object_type = journal_entry_type(entry),
         .src = entry->src,
         .dst = entry->dst,
         .serializes = journal_is_read(entry),

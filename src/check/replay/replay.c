@@ -164,13 +164,6 @@ static void judge_micromap(struct journal_walk *walk, const struct journal_entry
         replay_submit_micromap(walk, entry);
 }
 
-static const struct journal_events judges = {.build = judge_backing,
-                                             .update = judge_update_entry,
-                                             .copy = judge_copy,
-                                             .read = judge_read_entry,
-                                             .use_micromap = judge_micromap,
-                                             .ranges = replay_ranges};
-
 /* ---- what is written */
 
 /* Whether nothing but builds will have written the dst of a build. */
@@ -228,18 +221,29 @@ static void submit_secondary(struct journal_walk *walk, const struct journal_ent
     replay_submitted(walk->user, entry->secondary);
 }
 
-static const struct journal_events writes = {.build = write_build,
-                                             .update = write_update,
-                                             .copy = write_copy,
-                                             .fill = write_fill,
-                                             .use_micromap = replay_note_micromap,
-                                             .bind = replay_bind,
-                                             .execute = submit_secondary,
-                                             .read = replay_query,
-                                             .reset_queries = replay_reset_queries,
-                                             .answer = replay_answer};
-
 /* ---- submissions */
+
+static void submit_entry(struct journal_walk *walk, const struct journal_entry *entry);
+
+/* What is done with entries of a kind: how they are validated, and then what is written. */
+#define ENTRIES(ON)                                                                                \
+    ON(build, judge_backing, write_build)                                                          \
+    ON(update, judge_update_entry, write_update)                                                   \
+    ON(copy, judge_copy, write_copy)                                                               \
+    ON(fill, NULL, write_fill)                                                                     \
+    ON(read, judge_read_entry, replay_query)                                                       \
+    ON(use_micromap, judge_micromap, replay_note_micromap)                                         \
+    ON(ranges, replay_ranges, NULL)                                                                \
+    ON(bind, NULL, replay_bind)                                                                    \
+    ON(execute, NULL, submit_secondary)                                                            \
+    ON(reset_queries, NULL, replay_reset_queries)                                                  \
+    ON(answer, NULL, replay_answer)
+#define ON_JUDGED(event, judge, write) .event = (judge),
+#define ON_WRITTEN(event, judge, write) .event = (write),
+#define ON_SUBMITTED(event, judge, write) .event = submit_entry,
+static const struct journal_events judges = {ENTRIES(ON_JUDGED)};
+static const struct journal_events writes = {ENTRIES(ON_WRITTEN)};
+static const struct journal_events submits = {ENTRIES(ON_SUBMITTED)};
 
 /* The tables are constants of this file, so the compiler calls their functions directly. */
 static void submit_entry(struct journal_walk *walk, const struct journal_entry *entry)
@@ -247,11 +251,6 @@ static void submit_entry(struct journal_walk *walk, const struct journal_entry *
     journal_hand(walk, &judges, entry);
     journal_hand(walk, &writes, entry);
 }
-
-static const struct journal_events submits = {
-    ON_WRITES(submit_entry),       .execute = submit_entry, .use_micromap = submit_entry,
-    .ranges = submit_entry,        .bind = submit_entry,    .read = submit_entry,
-    .reset_queries = submit_entry, .answer = submit_entry};
 
 /* Live states are in no order in memory, so a replay mostly waits for memory: prefetches the states
  * of this many entries together. */

@@ -19,9 +19,10 @@ static bool is_visible(const struct replay *replay, struct timestamp written)
 
 static enum resource_kind kind_of_source(const struct journal_entry *entry)
 {
-    if (journal_entry_reads_micromap(entry))
+    const VkObjectType type = journal_entry_type(entry);
+    if (type == VK_OBJECT_TYPE_MICROMAP_EXT)
         return RESOURCE_MICROMAP;
-    return journal_entry_is_nv(entry) ? RESOURCE_ACCEL_NV : RESOURCE_ACCEL;
+    return type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV ? RESOURCE_ACCEL_NV : RESOURCE_ACCEL;
 }
 
 static bool source_is_alive(struct replay *replay, const struct journal_entry *entry)

@@ -9,6 +9,20 @@
 #include "src/base/recording_path.h"
 #include "src/state/commands/bound_shaders.h"
 
+VkObjectType journal_object_type(enum build_command command)
+{
+    static const VkObjectType types[COMMAND_COUNT] = {
+        [COMMAND_DEVICE] = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+        [COMMAND_INDIRECT] = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+        [COMMAND_HOST] = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+        [COMMAND_NV] = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
+#define COMMAND(name)
+#define JOURNALED(name, type, uses) [COMMAND_##name] = VK_OBJECT_TYPE_##type,
+#include "vuid-tables/commands.def"
+    };
+    return types[command];
+}
+
 struct journal *journal_create(VkCommandBuffer command_buffer)
 {
     struct journal *journal = calloc(1, sizeof(*journal));

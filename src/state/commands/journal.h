@@ -33,12 +33,20 @@ struct recorded_command;
 
 /* Each entry begins with its kind and its size. */
 enum journal_kind {
-#define ENTRY(kind, event, type) kind,
+#define ENTRY(kind, event, type, use) kind,
 #include "src/state/commands/journal_entries.def"
 #undef ENTRY
     JOURNAL_KINDS,
 };
 _Static_assert(JOURNAL_KINDS <= UCHAR_MAX, "an entry has room for its kind");
+
+/* What a command does with the structures of its entry. */
+enum journal_use {
+    NO_USE,
+    READS_SRC = 1,
+    WRITES_DST = 2,
+    READS_AND_WRITES = READS_SRC | WRITES_DST,
+};
 
 /* A command sets or resets an event, or waits for it. */
 enum journal_event_use { EVENT_SET, EVENT_RESET, EVENT_WAIT };
@@ -98,7 +106,7 @@ struct journal_entry {
     uint32_t info;   /* builds and updates: index in pInfos; JOURNAL_FILL: enum journal_fill;
                       * JOURNAL_READ: index of the structure in the query; see the other kinds */
     uint32_t origin; /* see journal_note_origin() */
-    /* Structures by handle (see journal_entry_is_nv) and by id; the id changes if the handle is
+    /* Structures by handle (see journal_entry_type) and by id; the id changes if the handle is
      * reused. */
     uint64_t dst, src;
     uint64_t dst_id, src_id;
@@ -117,26 +125,16 @@ struct journal_entry {
     };
 };
 
-/* Whether the structures of the entry are VkAccelerationStructureNV, or src is a VkMicromapEXT. */
-static inline bool journal_entry_is_nv(const struct journal_entry *entry)
+/* The type of the structures that a command names, if it has entries. */
+VkObjectType journal_object_type(enum build_command command);
+
+/* The type of the structures of an entry that uses some. */
+static inline VkObjectType journal_entry_type(const struct journal_entry *entry)
 {
-    return entry->command == COMMAND_NV ||
-           entry->command == COMMAND_CmdCopyAccelerationStructureNV ||
-           entry->command == COMMAND_CmdWriteAccelerationStructuresPropertiesNV;
-}
-static inline bool journal_entry_reads_micromap(const struct journal_entry *entry)
-{
-    switch (entry->command) {
-    case COMMAND_CmdCopyMicromapEXT:
-    case COMMAND_CmdCopyMicromapToMemoryEXT:
-    case COMMAND_CmdWriteMicromapsPropertiesEXT:
-    case COMMAND_CopyMicromapEXT:
-    case COMMAND_CopyMicromapToMemoryEXT:
-    case COMMAND_WriteMicromapsPropertiesEXT:
-        return true;
-    default:
-        return entry->kind == JOURNAL_USE_MICROMAP && entry->micromap.is_ext;
-    }
+    if (entry->kind == JOURNAL_USE_MICROMAP)
+        return entry->micromap.is_ext ? VK_OBJECT_TYPE_MICROMAP_EXT
+                                      : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
+    return journal_object_type((enum build_command)entry->command);
 }
 
 static inline bool journal_fill_reads_memory(const struct journal_entry *entry)
@@ -230,7 +228,7 @@ bool journal_is_shared(const struct journal *journal);
 bool journal_contains(const struct journal *journal, const struct journal *other);
 
 /* Whether an entry, of any type, is of a kind: journal_is_build() and so on. */
-#define ENTRY(number, event, type)                                                                 \
+#define ENTRY(number, event, type, use)                                                            \
     static inline bool journal_is_##event(const void *entry)                                       \
     {                                                                                              \
         return ((const struct journal_entry *)entry)->kind == (number);                            \
@@ -243,10 +241,21 @@ static inline bool journal_entry_is_query(const struct journal_entry *entry)
     return journal_is_read(entry) && entry->read.query != VK_QUERY_TYPE_MAX_ENUM;
 }
 
+/* enum journal_use */
+static inline unsigned journal_entry_use(const struct journal_entry *entry)
+{
+    static const unsigned char uses[JOURNAL_KINDS] = {
+#define ENTRY(kind, event, type, use) use,
+#include "src/state/commands/journal_entries.def"
+#undef ENTRY
+    };
+    return uses[entry->kind];
+}
+
 /* Whether dst is a structure that is written. */
 static inline bool journal_entry_writes(const struct journal_entry *entry)
 {
-    return entry->kind <= JOURNAL_FILL;
+    return journal_entry_use(entry) & WRITES_DST;
 }
 
 /* Whether the entry is a compacting copy. */
@@ -258,8 +267,7 @@ static inline bool journal_entry_compacts(const struct journal_entry *entry)
 /* Whether the validation of an entry depends on the build of its source. */
 static inline bool journal_entry_has_source_to_check(const struct journal_entry *entry)
 {
-    return journal_is_update(entry) || journal_is_copy(entry) || journal_is_read(entry) ||
-           journal_is_use_micromap(entry);
+    return journal_entry_use(entry) & READS_SRC;
 }
 
 static inline bool journal_entry_writes_query(const struct journal_entry *entry)
@@ -483,7 +491,7 @@ struct journal_walk;
 struct journal_events {
     union {
         struct {
-#define ENTRY(kind, event, type) void (*event)(struct journal_walk * walk, const type *entry);
+#define ENTRY(kind, event, type, use) void (*event)(struct journal_walk * walk, const type *entry);
 #include "src/state/commands/journal_entries.def"
 #undef ENTRY
         };
@@ -493,9 +501,10 @@ struct journal_events {
 _Static_assert(sizeof(struct journal_events) == JOURNAL_KINDS * sizeof(void (*)(void)),
                "each kind has its function");
 
-/* One function for several kinds: builds; what writes a structure. */
+/* One function for several kinds: builds; what writes a structure; what uses one. */
 #define ON_BUILDS(function) .build = (function), .update = (function)
 #define ON_WRITES(function) ON_BUILDS(function), .copy = (function), .fill = (function)
+#define ON_USES(function) ON_WRITES(function), .read = (function), .use_micromap = (function)
 
 /* A walk over the entries that `events` has functions for, up to where the journal ended when the
  * walk was started. The caller may change `place`, from which the walk goes on, and set `end` to an
@@ -522,7 +531,7 @@ static inline void journal_hand(struct journal_walk *walk, const struct journal_
                                 const void *entry)
 {
     switch ((enum journal_kind)((const struct journal_entry *)entry)->kind) {
-#define ENTRY(kind, event, type)                                                                   \
+#define ENTRY(kind, event, type, use)                                                              \
     case kind:                                                                                     \
         if (events->event)                                                                         \
             events->event(walk, entry);                                                            \
