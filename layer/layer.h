@@ -203,6 +203,15 @@ void layer_free_device(struct layer_device *device);
 VkResult layer_track_submissions(struct layer_device *device);
 VkResult layer_register_consumers(struct layer_device *device);
 
+/* What messages say of a call of the application on the device, and of a command that was recorded
+ * in a command buffer and submitted: `entry` is the origin of an entry of its journal, and
+ * `first_build` the number of builds that were recorded before the command. */
+struct call_origin layer_origin(const struct layer_device *device);
+struct call_origin layer_origin_of(const struct layer_device *device,
+                                   const struct submission_origin *submission,
+                                   const struct journal *journal, uint32_t first_build,
+                                   uint32_t entry);
+
 /* The loader's link information in a creation chain: a structure of type
  * VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO, or of VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO.
  * Returns NULL if the chain lacks it. */

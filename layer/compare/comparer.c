@@ -228,15 +228,9 @@ void comparer_report(const struct comparer *comparer, const struct retained_buil
 {
     const struct layer_device *device = comparer->device;
     const uint32_t at = journal_origin_at(build->journal, build->place.position);
-    const struct call_origin origin = {
-        .device = device->handle,
-        .command_buffer = build->journal->command_buffer,
-        .build_index = build->place.position - build->place.info,
-        .names = device->names,
-        .labels = journal_labels(build->journal, at),
-        .call_site = journal_site(build->journal, at),
-        .queue = build->queue,
-    };
+    const struct call_origin origin =
+        layer_origin_of(device, &(struct submission_origin){.queue = build->queue}, build->journal,
+                        build->place.position - build->place.info, at);
     for (enum difference d = 0; d < DIFFERENCE_COUNT; d++) {
         char words[SUMMARY_TEXT];
         const struct judgement *judgement = &summary->found[d].judgement;

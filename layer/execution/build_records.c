@@ -172,8 +172,7 @@ static void add_submission(const struct layer_device *device, const struct order
     reporter_record(device->instance->reporter, &(struct log_record){
                                                     .kind = RECORD_SUBMISSION,
                                                     .device = device->handle,
-                                                    .queue = batch->queue,
-                                                    .submission = batch->number,
+                                                    .submission = batch->origin,
                                                     .commands = batch->commands,
                                                     .command_count = batch->command_count,
                                                 });
@@ -195,11 +194,9 @@ static void build_records_run(void *user, struct order_batch *batch)
         return;
     if (batch->work == WORK_OF_QUEUE)
         add_submission(device, batch);
-    struct writer writer = {.device = device,
-                            .record = {.device = device->handle,
-                                       .queue = batch->queue,
-                                       .submission = batch->number,
-                                       .names = device->names}};
+    struct writer writer = {
+        .device = device,
+        .record = {.device = device->handle, .submission = batch->origin, .names = device->names}};
     for (uint32_t i = 0; i < batch->command_count; i++)
         if (batch->commands[i].captured)
             journal_walk(batch->commands[i].captured, &records, &writer);
@@ -248,8 +245,7 @@ void build_records_add_instances(const struct recorded_instances *instances,
     struct log_record record = {
         .kind = RECORD_INSTANCES,
         .device = device->handle,
-        .queue = instances->batch->queue,
-        .submission = instances->batch->number,
+        .submission = instances->batch->origin,
         .names = device->names,
         .object_type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
         .dst = handle_number(instances->dst),

@@ -105,23 +105,13 @@ static void report_findings(struct reading *reading)
     while (reading->findings) {
         struct pending_finding *pending = reading->findings;
         uint32_t position = pending->first + pending->location.build;
-        const struct call_origin origin = {
-            .device = device->handle,
-            .names = device->names,
-            .queue = reading->ran->batch->queue,
-            .submission = reading->ran->batch->number,
-            .queue_labels = shared_labels_stack(reading->ran->batch->labels),
-            .command_buffer = pending->journal->command_buffer,
-            .build_index = pending->first,
-            .labels = journal_labels(pending->journal, pending->origin),
-            .call_site = journal_site(pending->journal, pending->origin),
-            .replaced =
-                guard_results_explain(&reading->guarded, pending->journal, position, pending->rule),
-            .when = reading->when,
-            .destroyed = device->destroyed,
-            .resources = device->resources,
-            .submissions = reading->ran->execution->submissions,
-        };
+        struct call_origin origin =
+            layer_origin_of(device, &reading->ran->batch->origin, pending->journal, pending->first,
+                            pending->origin);
+        origin.replaced =
+            guard_results_explain(&reading->guarded, pending->journal, position, pending->rule);
+        origin.when = reading->when;
+        origin.submissions = reading->ran->execution->submissions;
         reporter_send(device->instance->reporter, pending->rule, &pending->location, &origin,
                       &pending->finding);
         reading->findings = pending->next;
@@ -456,7 +446,7 @@ static void read_copies(struct read_buffer *buffer, const struct journal_entry *
                                          build,
                                          &executed.memory,
                                          buffer->execution->destroy_count,
-                                         reading->ran->batch->queue};
+                                         reading->ran->batch->origin.queue};
     if (!reading->when)
         consumers_keep(reading->ran->device, &input);
     snapshot_memory_close(&memory);

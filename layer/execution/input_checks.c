@@ -345,7 +345,7 @@ struct ticket *input_checks_next_ticket(struct input_checks *input_checks, VkQue
     pthread_mutex_lock(&input_checks->batches->lock);
     for (struct batch_cursor at = start_batches_read(input_checks); batch_cursor_next(&at);) {
         struct ticket *ticket = check_of(&at)->execution->ticket;
-        if (ticket->number > after && (!queue || at.batch->queue == queue) &&
+        if (ticket->number > after && (!queue || at.batch->origin.queue == queue) &&
             (!next || ticket->number < next->number))
             next = ticket;
     }

@@ -142,7 +142,7 @@ static void add_journal(struct batch_queries *queries, const struct journal *jou
 static bool has_queries(const struct order_batch *batch)
 {
     bool has_any = false;
-    for (uint32_t i = 0; batch->queue && i < batch->command_count; i++) {
+    for (uint32_t i = 0; batch->origin.queue && i < batch->command_count; i++) {
         const struct journal *journal = batch->commands[i].captured;
         has_any |= journal && (is_observable(journal) || journal->incomplete);
     }

@@ -67,7 +67,6 @@ static void set_order_unknown(struct submissions *submissions, enum order_unknow
 struct judging {
     struct submissions *submissions;
     struct order_batch *batch;
-    struct call_origin origin;
 };
 
 static bool send_found(void *user, const struct journal *journal, uint32_t first_build,
@@ -78,12 +77,11 @@ static bool send_found(void *user, const struct journal *journal, uint32_t first
     struct recording *recording = journal->work;
     if (recording)
         atomic_store(&recording->has_findings, true);
-    judging->origin.command_buffer = journal->command_buffer;
-    judging->origin.build_index = first_build;
-    judging->origin.labels = journal_labels(journal, origin);
-    judging->origin.call_site = journal_site(journal, origin);
-    struct reporter *reporter = judging->submissions->device->instance->reporter;
-    if (reporter_send(reporter, rule, location, &judging->origin, finding))
+    const struct layer_device *device = judging->submissions->device;
+    const struct call_origin from =
+        layer_origin_of(device, &judging->batch->origin, journal, first_build, origin);
+    struct reporter *reporter = device->instance->reporter;
+    if (reporter_send(reporter, rule, location, &from, finding))
         judging->batch->skips_call = true;
     return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
 }
@@ -129,27 +127,12 @@ static void replay_work(struct replay *replay, const struct journal *journal,
     replay_begin_work(replay, journal);
 }
 
-static struct judging begin_judging(struct submissions *submissions, struct order_batch *batch)
-{
-    return (struct judging){
-        .submissions = submissions,
-        .batch = batch,
-        .origin = {.device = submissions->device->handle,
-                   .names = submissions->device->names,
-                   .destroyed = submissions->device->destroyed,
-                   .resources = submissions->device->resources,
-                   .queue = batch->queue,
-                   .submission = batch->number,
-                   .queue_labels = shared_labels_stack(batch->labels)},
-    };
-}
-
 /* Judges a batch and applies it; a check of the host's work (`is_check` set) is not applied. If a
  * command buffer lacks a complete journal, it may have written anything, so the order becomes
  * unknown. */
 static void replay_batch(struct submissions *submissions, struct order_batch *batch, bool is_check)
 {
-    struct judging judging = begin_judging(submissions, batch);
+    struct judging judging = {submissions, batch};
     struct replay replay = replay_of(&judging, batch);
     replay.may_fail = is_check;
     structures_forget_destroyed(submissions->device->structures);
@@ -232,7 +215,7 @@ struct execution_hooks submissions_hooks(struct submissions *submissions)
 static void inspect(void *user, struct order_batch *batch)
 {
     struct submissions *submissions = user;
-    struct judging judging = begin_judging(submissions, batch);
+    struct judging judging = {submissions, batch};
     struct replay replay = replay_of(&judging, batch);
     for (uint32_t i = 0; i < batch->command_count; i++) {
         const struct journal *journal = batch->commands[i].captured;

@@ -216,7 +216,7 @@ static bool is_certainly_pending(const struct order_batch *batch,
                                  const struct execution_clock *seen, uint64_t untracked)
 {
     enum order_batch_state state = atomic_load(&batch->state);
-    if (!batch->queue || (uintptr_t)batch->slots[USES_PENDING_BUILDS] != untracked)
+    if (!batch->origin.queue || (uintptr_t)batch->slots[USES_PENDING_BUILDS] != untracked)
         return false;
     return state == BATCH_HELD ||
            (state == BATCH_ORDERED && !execution_clock_has(seen, batch->timestamp));
@@ -238,8 +238,8 @@ bool submitted_builds_find_use(struct submitted_builds *submitted, const struct 
          !is_found && batch_cursor_next(&at);) {
         is_found = is_certainly_pending(at.batch, &seen, untracked) &&
                    !journal_walk(journal_of(&at), &finds_uses, &search);
-        use->queue = at.batch->queue;
-        use->submission = at.batch->number;
+        use->queue = at.batch->origin.queue;
+        use->submission = at.batch->origin.number;
         timed_out_waits = at.batch->timed_out_waits;
     }
     pthread_mutex_unlock(&submitted->batches->lock);
@@ -317,9 +317,7 @@ bool submitted_builds_each(struct submitted_builds *submitted, bool waits,
     while (goes_on && batch_cursor_next(&at)) {
         const struct journal *journal = journal_of(&at);
         visitor.build.primary = journal->command_buffer;
-        visitor.build.queue = at.batch->queue;
-        visitor.build.submission = at.batch->number;
-        visitor.build.queue_labels = shared_labels_stack(at.batch->labels);
+        visitor.build.submission = &at.batch->origin;
         goes_on =
             (visitor.has_marks && is_repeated(at)) || journal_walk(journal, &visits, &visitor);
     }

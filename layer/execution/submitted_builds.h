@@ -44,9 +44,7 @@ struct submitted_build {
     const struct journal *journal; /* of its command buffer, which may be a secondary one */
     const struct journal_entry *entry;
     VkCommandBuffer primary;
-    VkQueue queue;
-    uint64_t submission; /* number, see struct order_batch */
-    const struct label_stack *queue_labels;
+    const struct submission_origin *submission;
     enum mark_state state;               /* MARK_IS_UNKNOWN below level CONTENT */
     bool lacks_inputs;                   /* the layer could not copy all of its inputs */
     const struct recorded_build *copies; /* of its inputs, or NULL */

@@ -33,17 +33,12 @@ void build_call_start_recorded(struct build_call *call, struct layer_device *dev
 
 static struct call_origin origin_of(const struct build_call *call)
 {
-    const struct command_buffer_facts *facts = &call->view.command_buffer;
-    return (struct call_origin){
-        .device = call->device->handle,
-        .command_buffer = facts->handle,
-        .build_index = facts->build_index,
-        .names = call->device->names,
-        .destroyed = call->device->destroyed,
-        .resources = call->device->resources,
-        .labels = call->command_buffer ? &call->command_buffer->labels : NULL,
-        .call_site = call_site_of_thread(),
-    };
+    struct call_origin origin = layer_origin(call->device);
+    origin.command_buffer = call->view.command_buffer.handle;
+    origin.build_index = call->view.command_buffer.build_index;
+    origin.labels = call->command_buffer ? &call->command_buffer->labels : NULL;
+    origin.call_site = call_site_of_thread();
+    return origin;
 }
 
 /* Reports a finding. Returns whether a callback asks to skip the call. */

@@ -113,7 +113,7 @@ bool host_work_prepare(struct host_work *work, bool skip)
         journal_release(work->journal);
         return skip;
     }
-    submission_set_origin(work->submission, 0, NULL,
+    submission_set_origin(work->submission, &(struct submission_origin){0},
                           resources_destroy_count(work->device->resources));
     submission_add_batch(work->submission);
     submission_add_work(work->submission, work->journal);

@@ -78,12 +78,11 @@ static void add_submit(struct submission *submission, const struct layer_device 
 /* Counts the call, whether or not it will succeed. */
 static struct submission *begin_submission(struct layer_device *device, VkQueue queue)
 {
-    struct shared_labels *labels;
     destroyed_objects_count_submission(device->destroyed);
     guard_begin_submission();
-    const uint64_t number = queue_labels_submit(device->queue_labels, queue, &labels);
+    const struct submission_origin origin = queue_labels_submit(device->queue_labels, queue);
     struct submission *submission = submission_begin(device->order, SUBMIT_COMMANDS, queue);
-    submission_set_origin(submission, number, labels, resources_destroy_count(device->resources));
+    submission_set_origin(submission, &origin, resources_destroy_count(device->resources));
     return submission;
 }
 

@@ -138,12 +138,12 @@ static void append_build(const struct list *list, const struct submitted_build *
         append_object(list, VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(build->primary));
     }
     text_append_plain(list->text, ", as submitted to ");
-    append_object(list, VK_OBJECT_TYPE_QUEUE, handle_number(build->queue));
-    if (build->submission) {
+    append_object(list, VK_OBJECT_TYPE_QUEUE, handle_number(build->submission->queue));
+    if (build->submission->number) {
         text_append_plain(list->text, ", submission ");
-        text_append_decimal(list->text, build->submission);
+        text_append_decimal(list->text, build->submission->number);
     }
-    append_labels(list, ", queue labels ", build->queue_labels);
+    append_labels(list, ", queue labels ", shared_labels_stack(build->submission->labels));
     text_append_plain(list->text, words_of(build));
     if (has_findings(build))
         text_append_plain(list->text, "; there are findings about its inputs");

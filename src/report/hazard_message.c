@@ -153,12 +153,12 @@ static void append_place(struct text_buffer *text, struct message *message,
     if (access->is_build)
         text_append(text, ", build %" PRIu64, (uint64_t)origin->build_index + access->info);
     message_append_labels(text, "labels", origin->labels);
-    if (origin->queue) {
+    if (origin->submission.queue) {
         text_append(text, ", submitted to ");
-        message_append_object(text, message, VK_OBJECT_TYPE_QUEUE, handle_number(origin->queue),
-                              origin->names);
-        if (origin->submission)
-            text_append(text, ", submission %" PRIu64, origin->submission);
+        message_append_object(text, message, VK_OBJECT_TYPE_QUEUE,
+                              handle_number(origin->submission.queue), origin->names);
+        if (origin->submission.number)
+            text_append(text, ", submission %" PRIu64, origin->submission.number);
     }
 }
 

@@ -277,11 +277,11 @@ static void append_submission(struct text_buffer *text, struct message *message,
                               const struct call_origin *origin)
 {
     text_append(text, ", as submitted to ");
-    message_append_object(text, message, VK_OBJECT_TYPE_QUEUE, handle_number(origin->queue),
-                          origin->names);
-    if (origin->submission)
-        text_append(text, ", submission %" PRIu64, origin->submission);
-    message_append_labels(text, "queue labels", origin->queue_labels);
+    message_append_object(text, message, VK_OBJECT_TYPE_QUEUE,
+                          handle_number(origin->submission.queue), origin->names);
+    if (origin->submission.number)
+        text_append(text, ", submission %" PRIu64, origin->submission.number);
+    message_append_labels(text, "queue labels", shared_labels_stack(origin->submission.labels));
 }
 
 static void append_place(struct text_buffer *text, struct message *message)
@@ -295,7 +295,7 @@ static void append_place(struct text_buffer *text, struct message *message)
     if (location_is_of_build(at))
         text_append(text, ", build %" PRIu64, (uint64_t)origin->build_index + at->build);
     message_append_labels(text, "labels", origin->labels);
-    if (origin->queue)
+    if (origin->submission.queue)
         append_submission(text, message, origin);
     if (origin->when)
         text_append(text, ", %s", origin->when);
@@ -345,7 +345,8 @@ void message_set_origin(struct message *message, const struct call_origin *origi
     else if (origin->device)
         mention(message, VK_OBJECT_TYPE_DEVICE, handle_number(origin->device), origin->names);
     message->label_count = copy_labels(message->labels, origin->labels);
-    message->queue_label_count = copy_labels(message->queue_labels, origin->queue_labels);
+    message->queue_label_count =
+        copy_labels(message->queue_labels, shared_labels_stack(origin->submission.labels));
 }
 
 void message_append_last_notice(struct text_buffer *text, const char *what,
@@ -393,7 +394,7 @@ bool message_is_muted(const struct message *message, const struct narrow_filter 
         if (narrow_filters_match(filters, id, message->objects[i].pObjectName))
             return true;
     return mutes_label(filters, id, message->origin->labels) ||
-           mutes_label(filters, id, message->origin->queue_labels);
+           mutes_label(filters, id, shared_labels_stack(message->origin->submission.labels));
 }
 
 static void each_line(const struct message *message, void (*write)(void *context, const char *line),

@@ -13,6 +13,7 @@
 #include "src/base/text_buffer.h"
 #include "src/report/ids/message_id.h"
 #include "src/report/settings.h"
+#include "src/state/commands/label_stack.h"
 #include "src/view/finding.h"
 #include "src/view/location.h"
 
@@ -20,7 +21,6 @@ struct call_site;
 struct destroyed_objects;
 struct object_names;
 struct resources;
-struct label_stack;
 
 /* The objects that a message names in addition to the finding's. Members may be null or 0. */
 struct call_origin {
@@ -28,12 +28,9 @@ struct call_origin {
     VkCommandBuffer command_buffer;
     uint32_t build_index; /* builds recorded in the command buffer before this call */
     const struct object_names *names;
-    const struct label_stack *labels;  /* of the command buffer */
-    const struct call_site *call_site; /* of the call that recorded the build, or made it */
-    /* The submission, if the finding arose from one. */
-    VkQueue queue;
-    uint64_t submission; /* number of the call that submitted to the queue, from 1; 0: unknown */
-    const struct label_stack *queue_labels;
+    const struct label_stack *labels;    /* of the command buffer */
+    const struct call_site *call_site;   /* of the call that recorded the build, or made it */
+    struct submission_origin submission; /* if the finding arose from one */
     /* Number of references that the layer replaced by 0 because of the mistake (setting guard). */
     uint32_t replaced;
     /* When the data was read, if that was not after completion: static text such as "read after the

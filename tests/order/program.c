@@ -51,7 +51,7 @@ static void run(void *user, struct order_batch *batch)
     assert_true(program->run_count < PROGRAM_RUNS);
     struct heard *heard = &program->runs[program->run_count++];
     *heard = (struct heard){.command_count = batch->command_count,
-                            .queue = batch->queue,
+                            .queue = batch->origin.queue,
                             .timestamp = batch->timestamp,
                             .checked = batch->is_checked,
                             .predecessors_known = batch->predecessors_known};

@@ -77,7 +77,8 @@ static struct reporter *begin(const char *application)
 static void send_named(struct reporter *reporter, const char *name)
 {
     struct object_names *names;
-    struct label_stack labels = {0}, queue_labels = {0};
+    struct label_stack labels = {0};
+    struct shared_labels queue_labels = {0};
     const STRUCT(VkDebugUtilsLabelEXT, label, .pLabelName = name);
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
     const struct call_site site = {3, {{name, UINT64_MAX}, {NULL, 0}, {name, 1}}};
@@ -92,23 +93,22 @@ static void send_named(struct reporter *reporter, const char *name)
     object_names_set(names, VK_OBJECT_TYPE_MICROMAP_EXT, 1, name);
     for (int i = 0; i < 20; i++) {
         label_stack_push(&labels, &label);
-        label_stack_push(&queue_labels, &label);
+        label_stack_push(&queue_labels.stack, &label);
     }
-    reporter_send(reporter, RULE_scratch_address_is_aligned, &location,
-                  &(struct call_origin){
-                      .device = (VkDevice)(uintptr_t)0xd,
-                      .command_buffer = (VkCommandBuffer)(uintptr_t)0xc,
-                      .build_index = 3,
-                      .queue = (VkQueue)(uintptr_t)0xe,
-                      .submission = 7,
-                      .names = names,
-                      .labels = &labels,
-                      .queue_labels = &queue_labels,
-                      .call_site = &site,
-                  },
-                  &finding);
+    reporter_send(
+        reporter, RULE_scratch_address_is_aligned, &location,
+        &(struct call_origin){
+            .device = (VkDevice)(uintptr_t)0xd,
+            .command_buffer = (VkCommandBuffer)(uintptr_t)0xc,
+            .build_index = 3,
+            .submission = {.queue = (VkQueue)(uintptr_t)0xe, .number = 7, .labels = &queue_labels},
+            .names = names,
+            .labels = &labels,
+            .call_site = &site,
+        },
+        &finding);
     label_stack_clear(&labels);
-    label_stack_clear(&queue_labels);
+    label_stack_clear(&queue_labels.stack);
     object_names_destroy(names);
 }
 

@@ -8,7 +8,8 @@
 /* ---- one finding, with all that a line may have */
 
 static struct object_names *names;
-static struct label_stack labels, queue_labels;
+static struct label_stack labels;
+static struct shared_labels queue_labels;
 
 static void push(struct label_stack *stack, const char *name)
 {
@@ -19,7 +20,7 @@ static void set_up_names(void)
 {
     assert_int_equal(object_names_create(&names), VK_SUCCESS);
     object_names_set(names, VK_OBJECT_TYPE_BUFFER, 0xb, "rock, \"large\"");
-    push(&queue_labels, "frame 7");
+    push(&queue_labels.stack, "frame 7");
     push(&labels, "scene");
     push(&labels, "rocks");
 }
@@ -28,7 +29,7 @@ static void free_names(void)
 {
     object_names_destroy(names);
     label_stack_clear(&labels);
-    label_stack_clear(&queue_labels);
+    label_stack_clear(&queue_labels.stack);
 }
 
 static bool send_full(struct reporter *reporter)
@@ -38,18 +39,17 @@ static bool send_full(struct reporter *reporter)
     finding_says(&finding, "scratchData.deviceAddress", "is in {}",
                  object(VK_OBJECT_TYPE_BUFFER, 0xb));
     also_violates(&finding, RULE_build_flags_are_valid);
-    return reporter_send(reporter, SENT_RULE, &location,
-                         &(struct call_origin){
-                             .device = (VkDevice)(uintptr_t)0xd,
-                             .command_buffer = (VkCommandBuffer)(uintptr_t)0xc,
-                             .build_index = 3,
-                             .queue = (VkQueue)(uintptr_t)0xe,
-                             .submission = 7,
-                             .names = names,
-                             .labels = &labels,
-                             .queue_labels = &queue_labels,
-                         },
-                         &finding);
+    return reporter_send(
+        reporter, SENT_RULE, &location,
+        &(struct call_origin){
+            .device = (VkDevice)(uintptr_t)0xd,
+            .command_buffer = (VkCommandBuffer)(uintptr_t)0xc,
+            .build_index = 3,
+            .submission = {.queue = (VkQueue)(uintptr_t)0xe, .number = 7, .labels = &queue_labels},
+            .names = names,
+            .labels = &labels,
+        },
+        &finding);
 }
 
 TEST(test_lines_of_an_instance)

@@ -154,20 +154,20 @@ TEST(test_too_much_text_is_cut)
 
 TEST_OPENED(test_submission, surrounding_set_up)
 {
-    struct label_stack labels = {0}, queue_labels = {0};
+    struct label_stack labels = {0};
+    struct shared_labels queue_labels = {0};
     struct hearing hearing = {0};
     struct reporter *reporter = reporter_heard_by(&hearing);
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
-    struct call_origin origin = {.command_buffer = (VkCommandBuffer)(uintptr_t)0xc,
-                                 .labels = &labels,
-                                 .queue = (VkQueue)(uintptr_t)0x9,
-                                 .submission = 3,
-                                 .queue_labels = &queue_labels};
+    struct call_origin origin = {
+        .command_buffer = (VkCommandBuffer)(uintptr_t)0xc,
+        .labels = &labels,
+        .submission = {.queue = (VkQueue)(uintptr_t)0x9, .number = 3, .labels = &queue_labels}};
     struct finding finding;
     violated_plainly(&finding, "", "is wrong");
     label_push(&labels, "build");
-    label_push(&queue_labels, "frame\n");
-    label_push(&queue_labels, "pass");
+    label_push(&queue_labels.stack, "frame\n");
+    label_push(&queue_labels.stack, "pass");
     reporter_send(reporter, SENT_RULE, &location, &origin, &finding);
     assert_has(hearing.text,
                "Command buffer VkCommandBuffer 0xc, labels \"build\", as submitted to "
@@ -175,12 +175,12 @@ TEST_OPENED(test_submission, surrounding_set_up)
     assert_int_equal(hearing.label_count, 1);
     assert_int_equal(hearing.queue_label_count, 2);
 
-    origin.submission = 0;
-    origin.queue_labels = NULL;
+    origin.submission.number = 0;
+    origin.submission.labels = NULL;
     reporter_send(reporter, SENT_RULE, &location, &origin, &finding);
     assert_has(hearing.text, "as submitted to VkQueue 0x9.\n");
     assert_int_equal(hearing.queue_label_count, 0);
     reporter_destroy(reporter);
     label_stack_clear(&labels);
-    label_stack_clear(&queue_labels);
+    label_stack_clear(&queue_labels.stack);
 }

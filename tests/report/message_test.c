@@ -305,7 +305,7 @@ TEST(test_every_object_has_room)
                  object(VK_OBJECT_TYPE_DEVICE_MEMORY, 5));
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
     const struct call_origin origin = {.command_buffer = COMMAND_BUFFER_HANDLE,
-                                       .queue = (VkQueue)(uintptr_t)0x9};
+                                       .submission.queue = (VkQueue)(uintptr_t)0x9};
     word(&location, &origin, &finding);
     assert_int_equal(message.object_count, MESSAGE_OBJECTS);
     assert_has(message.text, "VkBuffer 0x5 VkDeviceMemory 0x5.");

@@ -137,13 +137,13 @@ TEST(a_stack_of_labels_that_is_emptied_has_changed)
 TEST(submissions_have_the_labels_of_their_queue)
 {
     struct queue_labels *labels;
-    struct shared_labels *open;
     assert_int_equal(queue_labels_create(&labels), VK_SUCCESS);
     queue_labels_push(labels, (VkQueue)1, &(VkDebugUtilsLabelEXT){.pLabelName = "frame"});
-    assert_int_equal(queue_labels_submit(labels, (VkQueue)1, &open), 1);
+    const struct submission_origin origin = queue_labels_submit(labels, (VkQueue)1);
+    assert_int_equal(origin.number, 1);
     queue_labels_destroy(labels);
-    assert_string_equal(open->stack.labels[0].pLabelName, "frame");
-    shared_labels_release(open);
+    assert_string_equal(origin.labels->stack.labels[0].pLabelName, "frame");
+    shared_labels_release(origin.labels);
     queue_labels_destroy(NULL);
 }
 

@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 
+#include "layer/layer.h"
 #include "src/base/array.h"
 #include "src/state/builds/structures.h"
 
@@ -225,23 +226,8 @@ static const struct hazard_command *find_command(const struct hazard_batch_recor
     return low ? &batch->commands[low - 1] : NULL;
 }
 
-static struct call_origin origin_of(const struct hazard_batch_record *batch,
-                                    const struct hazard_command *command)
-{
-    const struct journal *journal = command->journal;
-    return (struct call_origin){
-        .command_buffer = journal->command_buffer,
-        .build_index = command->item->geometry,
-        .labels = journal_labels(journal, command->item->origin),
-        .call_site = journal_site(journal, command->item->origin),
-        .queue = batch->batch->queue,
-        .submission = batch->batch->number,
-        .queue_labels = shared_labels_stack(batch->batch->labels),
-    };
-}
-
 /* Fills the members that all accesses of a command share. */
-static void begin_side(const struct hazard_batch_record *batch,
+static void begin_side(const struct layer_device *device, const struct hazard_batch_record *batch,
                        const struct hazard_command *command, uint32_t build,
                        struct hazard_access_text *side)
 {
@@ -249,16 +235,18 @@ static void begin_side(const struct hazard_batch_record *batch,
         .command = command->item->command,
         .is_build = command->item->info != 0,
         .info = build,
-        .origin = origin_of(batch, command),
+        .origin = layer_origin_of(device, &batch->batch->origin, command->journal,
+                                  command->item->geometry, command->item->origin),
     };
 }
 
-static void describe_reference(const struct hazard_batch_record *batch,
+static void describe_reference(const struct layer_device *device,
+                               const struct hazard_batch_record *batch,
                                const struct hazard_command *command,
                                const struct hazard_input *reference,
                                struct hazard_access_text *side)
 {
-    begin_side(batch, command, reference->place.position - command->item->geometry, side);
+    begin_side(device, batch, command, reference->place.position - command->item->geometry, side);
     side->role = HAZARD_REFERENCE;
     side->kind = ACCESS_BUILD_ACCEL_READ;
     side->type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
@@ -287,8 +275,8 @@ static void end_search(struct journal_walk *walk, const struct hazard_entry *ite
     walk->is_over = true;
 }
 
-bool hazard_batch_find(const struct hazard_batch_record *batch, uint64_t number,
-                       struct hazard_access_text *side)
+bool hazard_batch_find(const struct layer_device *device, const struct hazard_batch_record *batch,
+                       uint64_t number, struct hazard_access_text *side)
 {
     static const struct journal_events passes = {
         .hazard_access = pass_access, .hazard_indexed = pass_access, .hazard_command = end_search};
@@ -301,7 +289,7 @@ bool hazard_batch_find(const struct hazard_batch_record *batch, uint64_t number,
     journal_go_on(&walk);
     if (search.found) {
         const struct hazard_entry *item = search.found;
-        begin_side(batch, command, item->info, side);
+        begin_side(device, batch, command, item->info, side);
         side->role = (enum hazard_role)item->role;
         side->kind = (enum access_kind)item->access;
         side->geometry = item->geometry;
@@ -313,6 +301,6 @@ bool hazard_batch_find(const struct hazard_batch_record *batch, uint64_t number,
     const struct hazard_input *references = hazard_batch_references(batch, command, &count);
     if (search.left >= count)
         return false;
-    describe_reference(batch, command, &references[search.left], side);
+    describe_reference(device, batch, command, &references[search.left], side);
     return true;
 }

@@ -11,6 +11,7 @@
 #include "src/state/order/order.h"
 #include "src/state/resources/destroyed.h"
 
+struct layer_device;
 struct structures;
 
 enum hazard_input_kind {
@@ -119,7 +120,7 @@ struct hazard_bytes hazard_batch_copied(const struct hazard_batch_record *batch,
 bool hazard_batch_note(struct hazard_batch_record *batch, const struct hazard_command *command);
 
 /* Describes an access of the batch by its number. Returns false if it is unknown. */
-bool hazard_batch_find(const struct hazard_batch_record *batch, uint64_t number,
-                       struct hazard_access_text *side);
+bool hazard_batch_find(const struct layer_device *device, const struct hazard_batch_record *batch,
+                       uint64_t number, struct hazard_access_text *side);
 
 #endif

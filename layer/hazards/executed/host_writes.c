@@ -329,7 +329,6 @@ static void report_host_write(const struct host_writes *host_writes,
                               uint32_t more)
 {
     const struct layer_device *device = host_writes->device;
-    const struct journal *journal = input->journal;
     const struct hazard_entry *access = input->access;
     const struct hazard_report hazard = {
         .hazard = {.type = READ_RACING_HOST, .bytes = bytes_of(input)},
@@ -342,16 +341,8 @@ static void report_host_write(const struct host_writes *host_writes,
                   .geometry = access->geometry,
                   .type = access->object_type,
                   .object = access->object,
-                  .origin = {.device = device->handle,
-                             .names = device->names,
-                             .destroyed = device->destroyed,
-                             .command_buffer = journal->command_buffer,
-                             .build_index = input->command->geometry,
-                             .labels = journal_labels(journal, input->command->origin),
-                             .call_site = journal_site(journal, input->command->origin),
-                             .queue = batch->queue,
-                             .submission = batch->number,
-                             .queue_labels = shared_labels_stack(batch->labels)}},
+                  .origin = layer_origin_of(device, &batch->origin, input->journal,
+                                            input->command->geometry, input->command->origin)},
         .more = more,
         .timeout = execution_order_find_timeout(device->order, batch->timed_out_waits, UINT64_MAX),
     };

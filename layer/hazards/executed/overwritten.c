@@ -222,7 +222,8 @@ static void note_overwriting(struct hazard_judge *judge, struct written *written
         return;
     *overwriting = (struct overwriting){.number = number, .bytes = *bytes};
     if (hazard_judge_find_side(judge, number, &overwriting->side)) {
-        overwriting->side.origin.labels = overwriting->side.origin.queue_labels = NULL;
+        overwriting->side.origin.labels = NULL;
+        overwriting->side.origin.submission.labels = NULL;
         written->overwriting = overwriting;
     } else {
         free(overwriting);

@@ -3,15 +3,6 @@
 
 #include "src/state/order/order.h"
 
-static struct call_origin origin_for(const struct hazard_judge *judge, struct call_origin origin)
-{
-    const struct layer_device *device = judge->device;
-    origin.device = device->handle;
-    origin.names = device->names;
-    origin.destroyed = device->destroyed;
-    return origin;
-}
-
 struct order_batch *hazard_judge_next(const struct hazard_judge *judge,
                                       const struct order_batch *after)
 {
@@ -28,17 +19,15 @@ struct order_batch *hazard_judge_next(const struct hazard_judge *judge,
 bool hazard_judge_find_side(const struct hazard_judge *judge, uint64_t number,
                             struct hazard_access_text *side)
 {
-    bool found = judge->current && hazard_batch_find(judge->current, number, side);
+    bool found = judge->current && hazard_batch_find(judge->device, judge->current, number, side);
     for (struct order_batch *batch = NULL; !found && (batch = hazard_judge_next(judge, batch));) {
         const struct order_batch *behind = hazard_judge_next(judge, batch);
         const struct hazard_batch_record *record = batch->slots[USES_HAZARDS];
         const struct hazard_batch_record *next = behind ? behind->slots[USES_HAZARDS] : NULL;
         if (record->command_count && record->commands[0].first <= number &&
             (!next || !next->command_count || number < next->commands[0].first))
-            found = hazard_batch_find(record, number, side);
+            found = hazard_batch_find(judge->device, record, number, side);
     }
-    if (found)
-        side->origin = origin_for(judge, side->origin);
     return found;
 }
 

@@ -218,15 +218,21 @@ static void write_also(struct json *json, const struct message *message)
     json_end_array(json);
 }
 
+static void write_submission(struct json *json, const struct submission_origin *submission)
+{
+    if (!submission->queue)
+        return;
+    json_hex(json, "queue", handle_number(submission->queue));
+    if (submission->number)
+        json_number(json, "submission", submission->number);
+}
+
 static void write_origin(struct json *json, const struct message *message)
 {
     const struct call_origin *origin = message->origin;
     if (origin->device)
         json_hex(json, "device", handle_number(origin->device));
-    if (origin->queue)
-        json_hex(json, "queue", handle_number(origin->queue));
-    if (origin->queue && origin->submission)
-        json_number(json, "submission", origin->submission);
+    write_submission(json, &origin->submission);
     if (origin->when)
         json_text(json, "when", origin->when);
     if (origin->command_buffer && location_is_of_build(&message->location))
@@ -326,16 +332,6 @@ static void write_object(struct json *json, const char *key, const char *name_ke
     write_name(json, name_key, record, type, handle);
 }
 
-static void write_queue(struct json *json, const struct log_record *record)
-{
-    json_hex(json, "device", handle_number(record->device));
-    if (!record->queue)
-        return;
-    json_hex(json, "queue", handle_number(record->queue));
-    if (record->submission)
-        json_number(json, "submission", record->submission);
-}
-
 static void write_command_buffers(struct json *json, const struct log_record *record)
 {
     json_begin_array(json, "command_buffers");
@@ -405,7 +401,8 @@ bool line_of_record(struct json *json, const struct log_record *record)
         [RECORD_EXPECTATION] = "Expectation",
     };
     line_begin(json, types[record->kind]);
-    write_queue(json, record);
+    json_hex(json, "device", handle_number(record->device));
+    write_submission(json, &record->submission);
     switch (record->kind) {
     case RECORD_SUBMISSION:
         write_command_buffers(json, record);

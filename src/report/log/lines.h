@@ -67,8 +67,7 @@ struct log_reference {
 struct log_record {
     enum record_kind kind;
     VkDevice device;
-    VkQueue queue; /* VK_NULL_HANDLE: the host */
-    uint64_t submission;
+    struct submission_origin submission;
     const struct object_names *names;
 
     /* RECORD_SUBMISSION. */

@@ -205,13 +205,15 @@ static struct shared_labels *share_open_labels(struct queue_record *queue)
     return shared_labels_share(queue->shared);
 }
 
-uint64_t queue_labels_submit(struct queue_labels *labels, VkQueue handle,
-                             struct shared_labels **open)
+struct submission_origin queue_labels_submit(struct queue_labels *labels, VkQueue handle)
 {
+    struct submission_origin origin = {.queue = handle};
     pthread_mutex_lock(&labels->lock);
     struct queue_record *queue = find_or_add_queue(labels, handle);
-    uint64_t number = queue ? ++queue->submissions : 0;
-    *open = queue ? share_open_labels(queue) : NULL;
+    if (queue) {
+        origin.number = ++queue->submissions;
+        origin.labels = share_open_labels(queue);
+    }
     pthread_mutex_unlock(&labels->lock);
-    return number;
+    return origin;
 }

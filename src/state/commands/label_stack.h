@@ -56,10 +56,15 @@ void queue_labels_insert(struct queue_labels *labels, VkQueue queue,
                          const VkDebugUtilsLabelEXT *label);
 void queue_labels_pop(struct queue_labels *labels, VkQueue queue);
 
-/* Counts a submitting call. Returns its number, from 1; 0 without memory. Sets `open` to a
- * reference to the open labels, which the caller releases; NULL if there are none. */
-uint64_t queue_labels_submit(struct queue_labels *labels, VkQueue queue,
-                             struct shared_labels **open);
+/* What messages and records say of a submission. */
+struct submission_origin {
+    VkQueue queue;                /* VK_NULL_HANDLE: the host, or no submission */
+    uint64_t number;              /* of the call among those of the queue, from 1; 0: unknown */
+    struct shared_labels *labels; /* that were open in the queue; NULL: none, or forgotten */
+};
+
+/* Counts a submitting call, and describes it. The caller releases the reference to the labels. */
+struct submission_origin queue_labels_submit(struct queue_labels *labels, VkQueue queue);
 
 /* Both accept NULL. */
 void shared_labels_release(struct shared_labels *labels);

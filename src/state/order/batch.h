@@ -100,11 +100,9 @@ enum batch_sequence { IN_SUBMISSION_ORDER, IN_EXECUTION_ORDER, BATCH_SEQUENCES }
 
 struct order_batch {
     /* The first group. */
-    VkQueue queue;                /* VK_NULL_HANDLE: the host */
-    uint64_t number;              /* of its submission, see submission_set_origin(); 0: unknown */
-    struct shared_labels *labels; /* of the queue; NULL: none */
-    uint64_t destroy_count;       /* see submission_set_origin(): objects may have been destroyed
-                                     since the submission */
+    struct submission_origin origin;
+    uint64_t destroy_count; /* see submission_set_origin(): objects may have been destroyed since
+                               the submission */
     const struct execution_clock *host; /* all work that the host had observed to be complete */
     uint64_t timed_out_waits; /* number of waits of the host that had returned VK_TIMEOUT */
     struct submitted_commands *commands;

@@ -78,7 +78,7 @@ static void retire_submission(struct submission *submission)
     for (uint32_t i = 0; i < submission->batch_count; i++)
         CALL_CONSUMERS(order, retire, &submission->batches[i])
     release_captured(submission);
-    shared_labels_release(submission->labels);
+    shared_labels_release(submission->origin.labels);
     pthread_mutex_lock(&order->lock);
     submission->next = order->spare;
     order->spare = submission;

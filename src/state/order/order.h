@@ -153,11 +153,11 @@ void submission_set_stages(struct submission *submission, VkPipelineStageFlags2 
 /* Makes submission_prepare skip the call, whatever the consumers return. */
 void submission_set_skip(struct submission *submission);
 
-/* The number of the submitting call among those of its queue, the labels that are open in the
- * queue, and the number of objects that were destroyed before. The submission takes over the
- * reference to the labels; if the submission is NULL, the reference is released. */
-void submission_set_origin(struct submission *submission, uint64_t number,
-                           struct shared_labels *queue_labels, uint64_t destroy_count);
+/* What messages say of the submission, and the number of objects that were destroyed before. The
+ * submission takes over the reference to the labels; if the submission is NULL, the reference is
+ * released. */
+void submission_set_origin(struct submission *submission, const struct submission_origin *origin,
+                           uint64_t destroy_count);
 
 /* The fence is signaled when the whole submission has executed. */
 void submission_set_fence(struct submission *submission, VkFence fence);

@@ -128,7 +128,7 @@ static bool has_queue(enum submission_kind kind)
  * layer can't know which of them comes first, so the order becomes unknown. */
 static bool take_queue(struct submission *submission)
 {
-    struct order_queue *queue = find_queue(submission->order, submission->queue);
+    struct order_queue *queue = find_queue(submission->order, submission->origin.queue);
     if (!queue || queue->under_way) {
         execution_order_set_unknown_locked(submission->order, queue
                                                                   ? ORDER_UNKNOWN_RACING_THREADS

@@ -141,10 +141,8 @@ struct submission {
     struct submission *next; /* in the order's spare list */
     enum submission_kind kind;
     bool is_under_way; /* the call is prepared, and has not returned */
-    VkQueue queue;
     VkFence fence;
-    uint64_t number;              /* among the calls that submit to the queue */
-    struct shared_labels *labels; /* open in the queue */
+    struct submission_origin origin;
     uint64_t destroy_count;
     struct order_queue *queue_record; /* NULL: the host */
     uint64_t serial;                  /* number among the calls that succeeded */

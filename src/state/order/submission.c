@@ -13,8 +13,7 @@ static void start_over(struct submission *submission)
     submission->next = NULL;
     submission->is_under_way = false;
     submission->fence = VK_NULL_HANDLE;
-    submission->number = submission->destroy_count = 0;
-    submission->labels = NULL;
+    submission->destroy_count = 0;
     submission->queue_record = NULL;
     atomic_init(&submission->references, 1);
     submission->out_of_memory = submission->may_follow_held = false;
@@ -37,7 +36,7 @@ struct submission *submission_create(struct execution_order *order, enum submiss
     }
     submission->order = order;
     submission->kind = kind;
-    submission->queue = queue;
+    submission->origin = (struct submission_origin){.queue = queue};
     start_over(submission);
     return submission;
 }
@@ -166,9 +165,9 @@ void submission_describe(struct submission *submission)
 {
     for (uint32_t i = 0; i < submission->batch_count; i++) {
         struct order_batch *batch = &submission->batches[i];
-        batch->queue = submission->queue_record ? submission->queue : VK_NULL_HANDLE;
-        batch->number = submission->number;
-        batch->labels = submission->labels;
+        batch->origin = submission->origin;
+        if (!submission->queue_record)
+            batch->origin.queue = VK_NULL_HANDLE;
         batch->destroy_count = submission->destroy_count;
         batch->host = &submission->host;
         batch->timed_out_waits = submission->timed_out_waits;
@@ -188,7 +187,7 @@ void submission_add_commands(struct submission *submission, VkCommandBuffer comm
     struct order_batch *batch = last_batch(submission);
     void *captured = hooks->capture ? hooks->capture(hooks->user, command_buffer) : NULL;
     if (batch && captured && hooks->is_open &&
-        hooks->is_open(hooks->user, submission->queue, captured))
+        hooks->is_open(hooks->user, submission->origin.queue, captured))
         batch->is_open = true;
     add_commands(submission, command_buffer, captured);
 }
@@ -205,15 +204,14 @@ void submission_set_skip(struct submission *submission)
         submission->skip = true;
 }
 
-void submission_set_origin(struct submission *submission, uint64_t number,
-                           struct shared_labels *queue_labels, uint64_t destroy_count)
+void submission_set_origin(struct submission *submission, const struct submission_origin *origin,
+                           uint64_t destroy_count)
 {
     if (!submission) {
-        shared_labels_release(queue_labels);
+        shared_labels_release(origin->labels);
         return;
     }
-    submission->number = number;
-    submission->labels = queue_labels;
+    submission->origin = *origin;
     submission->destroy_count = destroy_count;
 }
 
