@@ -6,6 +6,8 @@ the command, the labels and the member stand for the place. Advice is about one 
 import os
 import re
 
+from .properties import RANGES
+
 # These objects say where a mistake was found, not what it is about: each frame has its own.
 CARRIERS = ("VkInstance", "VkDevice", "VkQueue", "VkCommandBuffer")
 # What differs between findings of one kind: handles with the debug names of their objects, numbers, and
@@ -87,10 +89,10 @@ class Group:
     def title(self):
         return self.first["VUID"] + (f" ({self.layers})" if self.layers else "")
 
-    def submissions(self):
-        """Returns the numbers of the first and the last submission; None if no finding has one."""
-        numbers = [finding["submission"] for finding in self.findings if "submission" in finding]
-        return (min(numbers), max(numbers)) if numbers else None
+    def ranges(self):
+        """Returns the first and the last submission, frame and so on, of those that the findings have."""
+        numbers = {key: [finding[key] for finding in self.findings if key in finding] for key in RANGES}
+        return {key: (min(found), max(found)) for key, found in numbers.items() if found}
 
     def variants(self):
         """Returns the first finding of each kind of message."""
@@ -130,9 +132,8 @@ def repetition_lines(group):
     if group.count == 1:
         return []
     text = f"{group.count:,} times"
-    submissions = group.submissions()
-    if submissions and submissions[0] != submissions[1]:
-        text += f", from submission {submissions[0]:,} to submission {submissions[1]:,}"
+    for key, (first, last) in group.ranges().items():
+        text += ", " + RANGES[key].format(f"{first:,}", f"{last:,}") if first != last else ""
     buffers = group.command_buffers()
     if len(buffers) > 1:
         text += f", in {len(buffers):,} command buffers: {first_names(buffers)}"
@@ -146,11 +147,12 @@ def repetition_lines(group):
     return lines
 
 
+def range_data(group):
+    return {f"{name}_{key}": number for key, numbers in group.ranges().items()
+            for name, number in zip(("first", "last"), numbers)}
+
+
 def group_data(group):
     """Returns the repetition of a group for reports in JSON."""
-    submissions = group.submissions()
-    data = {"VUID": group.first["VUID"], "count": group.count,
-            "command_buffers": group.command_buffers(), "objects": group.objects()}
-    if submissions:
-        data["first_submission"], data["last_submission"] = submissions
-    return data
+    return {"VUID": group.first["VUID"], "count": group.count,
+            "command_buffers": group.command_buffers(), "objects": group.objects(), **range_data(group)}

@@ -84,9 +84,14 @@ function placeItems(finding, structures) {
   const isNew = (link, i) => typeof link !== "string" || !finding.message.includes(finding.objects[i].handle);
   const items = links.filter(isNew).map(link => itemElement(link));
   if (finding.labels) items.push(element("li", `labels: ${finding.labels.replaceAll("::", " › ")}`));
+  const others = data.axis.filter(key => key !== "submission" && report[key] !== null)
+    .map(key => `${key} ${report[key]}`).join(", ");
   if (report.submission !== null)
     items.push(itemElement(report.isRecorded ? "recorded in a command buffer of " : "",
-      submissionLink(report), report.ms === null ? "" : `, ${seconds(report.ms)} after the start`));
+      submissionLink(report), others ? `, ${others}` : "",
+      report.ms === null ? "" : `, ${seconds(report.ms)} after the start`));
+  else if (others)
+    items.push(itemElement(others));
   return items;
 }
 

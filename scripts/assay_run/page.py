@@ -9,6 +9,7 @@ import re
 
 from .call_sites import frames_of_application, place_of
 from .groups import Group, identity, repetition_lines, subjects
+from .properties import RANGES
 from .verdict import describe_exit, mistake_lines
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -17,7 +18,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 # name each member; for thousands of builds the names would take most of the page.
 WORDS = ("Type", "mode", "type", "queue", "dst", "dst_name", "src", "command_buffer",
          "command_buffer_name", "device", "memory", "flags", "references")
-NUMBERS = ("submission", "build", "primitives", "size", "scratch_size", "compacted_size",
+NUMBERS = (*RANGES, "build", "primitives", "size", "scratch_size", "compacted_size",
            "memory_offset", "referring")
 SCRIPTS = ("page_builds.js", "page_structures.js", "page.js")
 MISSING = -1
@@ -55,8 +56,8 @@ def place_data(finding, process, recorded, clock):
     """`recorded` has the submissions of findings that the record does not tie to one."""
     place = recorded.get(id(finding))
     queue, submission = place or (finding.get("queue"), finding.get("submission"))
-    return {"queue": queue, "submission": submission, "isRecorded": bool(place), "process": process,
-            "ms": clock.at(process, finding)}
+    return {**{key: finding.get(key) for key in RANGES}, "queue": queue, "submission": submission,
+            "isRecorded": bool(place), "process": process, "ms": clock.at(process, finding)}
 
 
 def object_data(item):
@@ -168,6 +169,7 @@ def page_data(verdict, command):
             "mistakes": mistake_lines(verdict) + [one.text for one in verdict.absent] +
                         ([describe_exit(verdict.status)] if verdict.status else []),
             "processes": [str(pid) for _, pid in record.processes],
+            "axis": list(RANGES),
             "version": header.get("LayerVersion", ""), "settings": header.get("Settings", {}),
             "drivers": sorted({describe_driver(device) for device in record.devices}),
             "new": show(verdict.new_groups),

@@ -46,14 +46,17 @@ function namesOf(builds) {
    counts as one. Handles may be the same in several processes. */
 function submissionsByQueue(builds) {
   const queues = new Map();
-  const submission = ({ queue, process, submission: number, ms }) => {
+  const submission = line => {
+    const { queue, process, ms } = line;
+    let number = line.submission;
     const of = data.processes.length > 1 ? `, process ${data.processes[process]}` : "";
     const title = (queue ? `Queue ${queue}` : "Host") + of;
     if (!queues.has(title)) queues.set(title, new Map());
     const submissions = queues.get(title);
     if (number === undefined) number = submissions.size + 1;
     if (!submissions.has(number))
-      submissions.set(number, { number, ms, key: `${process} ${queue} ${number}`, builds: [], findings: 0 });
+      submissions.set(number, { number, ms, key: `${process} ${queue} ${number}`, builds: [], findings: 0,
+        place: { ...line, submission: number } });
     return submissions.get(number);
   };
   for (const line of builds)
@@ -70,17 +73,34 @@ function columnsOf(submissions) {
   const columns = [];
   for (let i = 0; i < sorted.length; i += each) {
     const part = sorted.slice(i, i + each);
-    columns.push({ first: part[0].number, last: part[part.length - 1].number, ms: part[0].ms,
+    columns.push({ first: part[0].place, last: part[part.length - 1].place, ms: part[0].ms,
       keys: part.map(one => one.key), builds: part.flatMap(one => one.builds),
       findings: part.reduce((sum, one) => sum + one.findings, 0) });
   }
   return columns;
 }
 
+/* Where submissions are: their numbers, frames and so on, such as: submissions 3 to 5, frame 2. Commands of
+   the host count as submissions. */
+function describePlace(first, last, title) {
+  return data.axis.filter(key => (last[key] ?? null) !== null).map(key => {
+    const noun = key === "submission" && title?.startsWith("Host") ? "command" : key;
+    const from = first[key] ?? last[key];
+    return from === last[key] ? `${noun} ${from}` : `${noun}s ${from} to ${last[key]}`;
+  }).join(", ");
+}
+
+function axisElement(first, last, title) {
+  const axis = element("div", undefined, "axis");
+  for (const end of [first, last])
+    axis.append(element("span", describePlace(end, end, title) +
+      ((end.ms ?? null) === null ? "" : ` (${seconds(end.ms)})`)));
+  return axis;
+}
+
 function describeColumn(column, title) {
-  const noun = title.startsWith("Host") ? "Command" : "Submission";
-  const which = column.first === column.last ? `${noun} ${column.first}`
-    : `${noun}s ${column.first} to ${column.last}`;
+  const place = describePlace(column.first, column.last, title);
+  const which = place[0].toUpperCase() + place.slice(1);
   const when = column.ms === undefined ? "" : `, ${seconds(column.ms)} after the start`;
   return `${which}: ${plural(column.builds.length, "build or copy", "builds and copies")}, ` +
     plural(column.findings, "finding") + when;
@@ -118,7 +138,8 @@ function showTimeline(builds, names) {
     bars.append(...columns.map(column => barElement(column, title, most, names)));
     const part = element("div", undefined, "queue");
     part.append(element("h3", title), element("p", `at most ${plural(most, "build or copy",
-      "builds and copies")} in a column`, "muted"), bars);
+      "builds and copies")} in a column`, "muted"), bars,
+      axisElement(columns[0].first, columns[columns.length - 1].last, title));
     get("timeline").append(part);
   }
 }

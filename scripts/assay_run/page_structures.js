@@ -64,11 +64,11 @@ function addLine(one, line, names) {
 function structuresOf(builds, names) {
   const structures = [], current = new Map(), curves = new Map();
   const note = (line, change) => {
-    if (!curves.has(line.process)) curves.set(line.process, { bytes: 0, submissions: 0, points: [] });
+    if (!curves.has(line.process)) curves.set(line.process, { bytes: 0, submissions: 0, place: { submission: 0 }, points: [] });
     const curve = curves.get(line.process);
     curve.bytes += change;
-    curve.submissions += line.Type === "Submission" ? 1 : 0;
-    curve.points.push({ bytes: curve.bytes, submission: curve.submissions, ms: line.ms });
+    if (line.Type === "Submission") curve.place = { ...line, submission: ++curve.submissions };
+    curve.points.push({ ...curve.place, bytes: curve.bytes, ms: line.ms });
     return curve;
   };
   for (const line of builds) {
@@ -124,7 +124,7 @@ function drawing(name, attributes, title) {
 }
 
 function describePoint(point) {
-  return `submission ${point.submission}${point.ms === undefined ? "" : `, ${seconds(point.ms)}`}: ` +
+  return `${describePlace(point, point)}${point.ms === undefined ? "" : `, ${seconds(point.ms)}`}: ` +
     bytesText(point.bytes);
 }
 
@@ -153,17 +153,9 @@ function showMemory(curves) {
     const figure = element("figure");
     const of = data.processes.length > 1 ? `Process ${data.processes[process]}. ` : "";
     figure.append(element("figcaption", `${of}Peak: ${describePoint(peak)}. ` +
-      `At the end: ${bytesText(last.bytes)}.`), curveElement(points, peak), axisElement(points));
+      `At the end: ${bytesText(last.bytes)}.`), curveElement(points, peak), axisElement(points[0], last));
     get("memory").append(figure);
   }
-}
-
-function axisElement(points) {
-  const axis = element("div", undefined, "axis");
-  for (const point of [points[0], points[points.length - 1]])
-    axis.append(element("span", `submission ${point.submission}` +
-      (point.ms === undefined ? "" : ` (${seconds(point.ms)})`)));
-  return axis;
 }
 
 /* ---- the table */

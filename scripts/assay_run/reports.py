@@ -11,7 +11,7 @@ import urllib.parse
 import xml.etree.ElementTree as ElementTree
 
 from .call_sites import first_place, frames_of_application, place_of
-from .groups import group_data, group_findings, kind, place_in_command, repetition_lines
+from .groups import group_data, group_findings, kind, place_in_command, range_data, repetition_lines
 from .verdict import call_site_lines, command_lines, describe_exit, mistake_lines
 
 # XML 1.0 allows no other control characters, escaped or not.
@@ -149,8 +149,9 @@ def sarif_result(group, application, suppression=None):
               "locations": [sarif_location(finding, application)]}
     if finding.get("call_site"):
         result["stacks"] = [sarif_stack(finding)]
-    if group.layers:
-        result["properties"] = {"reportedBy": group.layers}
+    properties = ({"reportedBy": group.layers} if group.layers else {}) | range_data(group)
+    if properties:
+        result["properties"] = properties
     if suppression:
         kind, reason = suppression
         result["suppressions"] = [{"kind": kind, "justification": reason}]

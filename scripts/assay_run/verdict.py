@@ -7,6 +7,7 @@ from collections import Counter
 from .call_sites import frames_of_application, place_of
 from .groups import group_findings, identity, repetition_lines
 from .last_state import last_state_lines
+from .properties import COUNTS
 from .records import is_advice
 
 NOT_LOADED = 98  # exit status if a run has not loaded the layer in any process
@@ -68,7 +69,7 @@ def command_lines(finding):
     if buffers:
         name = f" \"{buffers[0]['name']}\"" if buffers[0].get("name") else ""
         parts.append(f"VkCommandBuffer {buffers[0]['handle']}{name}")
-    parts += [f"{word} {finding[word]}" for word in ("build", "submission") if word in finding]
+    parts += [f"{word} {finding[word]}" for word in COUNTS if word in finding]
     if finding.get("DebugRegion"):
         parts.append(f"labels {finding['DebugRegion']}")
     return [f"in {', '.join(parts)}"] if function and parts else []

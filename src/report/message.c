@@ -284,6 +284,14 @@ static void append_submission(struct text_buffer *text, struct message *message,
     message_append_labels(text, "queue labels", shared_labels_stack(origin->submission.labels));
 }
 
+int64_t message_build(const struct message *message)
+{
+    const struct location *at = &message->location;
+    return message->origin->command_buffer && location_is_of_build(at)
+               ? (int64_t)message->origin->build_index + at->build
+               : -1;
+}
+
 static void append_place(struct text_buffer *text, struct message *message)
 {
     const struct call_origin *origin = message->origin;

@@ -78,6 +78,9 @@ struct message {
     char names[MESSAGE_OBJECTS][MESSAGE_NAME_SIZE];
 };
 
+/* Returns the number of the build in its command buffer that the message is about; -1: none. */
+int64_t message_build(const struct message *message);
+
 /* If the message is the last one that duplicate_message_limit allows, its text says so. */
 enum last_message {
     LAST_OF_NOTHING,

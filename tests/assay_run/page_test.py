@@ -201,7 +201,7 @@ class Page(Runs):
                   build(6, size=1 << 19))
         self.assertIn("Peak: submission 2, 0.000 s: 4 MiB. At the end: 3.5 MiB.", self.text("figcaption"))
         self.assertEqual(self.count("#memory svg path"), 2)
-        self.assertEqual(self.text(".axis").split("\n"), ["submission 1 (0.000 s)", "submission 3 (0.000 s)"])
+        self.assertEqual(self.text("#memory .axis").split("\n"), ["submission 1 (0.000 s)", "submission 3 (0.000 s)"])
         self.assertIn("2 alive at the end", self.text("#totals"))
         self.choose("structure", "destroyed after submission 2")
         self.assertEqual(self.count("#structures tr"), 1)

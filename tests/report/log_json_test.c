@@ -87,9 +87,9 @@ TEST(test_lines_of_an_instance)
     assert_has(line, "\"SpecText\":\"For each element of pInfos");
     assert_has(line, "#" SENT_ID "\"");
     assert_has(line,
-               "\"device\":\"0xd\",\"queue\":\"0xe\",\"submission\":7,\"build\":3,"
                "\"level\":\"state\",\"also\":["
-               "\"VUID-VkAccelerationStructureBuildGeometryInfoKHR-flags-parameter\"]}");
+               "\"VUID-VkAccelerationStructureBuildGeometryInfoKHR-flags-parameter\"],"
+               "\"device\":\"0xd\",\"build\":3,\"queue\":\"0xe\",\"submission\":7}");
     assert_has(file_line(2), "\"Severity\":\"Warning\",\"VUID\":\"ASSAY-warning\"");
     assert_has(file_line(2), "\"Objects\":[],\"MainMessage\":\"Something is odd.\"}");
     line = file_line(3);

@@ -139,9 +139,9 @@ static const char *severity_name(enum report_flag severity)
     return "Info";
 }
 
-static void write_objects(struct json *json, const struct message *message)
+static void write_objects(struct json *json, const char *key, const struct message *message)
 {
-    json_begin_array(json, "Objects");
+    json_begin_array(json, key);
     for (uint32_t i = 0; i < message->object_count; i++) {
         const VkDebugUtilsObjectNameInfoEXT *object = &message->objects[i];
         const char *type = object_type_name(object->objectType);
@@ -170,80 +170,48 @@ static void append_labels(struct text_buffer *region, const VkDebugUtilsLabelEXT
                     (int)label_length(labels[i].pLabelName), labels[i].pLabelName);
 }
 
-static void write_region(struct json *json, const struct message *message)
+static void write_region(struct json *json, const char *key, const struct message *message)
 {
     char text[REGION_SIZE];
     struct text_buffer region;
     text_begin(&region, text, sizeof(text));
     append_labels(&region, message->queue_labels, message->queue_label_count);
     append_labels(&region, message->labels, message->label_count);
-    json_text(json, "DebugRegion", text);
+    json_text(json, key, text);
 }
 
-static void write_specification(struct json *json, const struct message *message,
-                                enum spec_text spec_text)
+static void write_location(struct json *json, const char *key, const struct message *message)
 {
-    const struct vuid_text *vuid = &vuid_texts[message->vuid];
-    char line[SPEC_SIZE];
-    struct text_buffer text;
-    if (message->vuid == VUID_NONE || !vuid->sentence[0] || spec_text == SPEC_TEXT_NONE)
-        return;
-    text_begin(&text, line, sizeof(line));
-    specification_append_sentence(&text, vuid, spec_text);
-    json_text(json, "SpecText", line);
-    text_begin(&text, line, sizeof(line));
-    specification_append_url(&text, vuid);
-    json_text(json, "SpecUrl", line);
+    json_text_of_size(json, key, message->main, message->path_length);
 }
 
-static void write_formerly(struct json *json, const struct message *message)
+static void write_main(struct json *json, const char *key, const struct message *message)
+{
+    json_text_of_size(json, key, message->main, message->main_length);
+}
+
+static void write_formerly(struct json *json, const char *key, const struct message *message)
 {
     const char *retired;
-    if (message->vuid == VUID_NONE || !vuid_retired(message->vuid, 0))
-        return;
-    json_begin_array(json, "formerly");
+    json_begin_array(json, key);
     for (unsigned n = 0; (retired = vuid_retired(message->vuid, n)); n++)
         if (strcmp(retired, message->id) != 0)
             json_text(json, NULL, retired);
     json_end_array(json);
 }
 
-static void write_also(struct json *json, const struct message *message)
+static void write_also(struct json *json, const char *key, const struct message *message)
 {
-    if (!message->also_count)
-        return;
-    json_begin_array(json, "also");
+    json_begin_array(json, key);
     for (uint32_t i = 0; i < message->also_count; i++)
         json_text(json, NULL, message->also[i]);
     json_end_array(json);
 }
 
-static void write_submission(struct json *json, const struct submission_origin *submission)
+static void write_call_site(struct json *json, const char *key, const struct message *message)
 {
-    if (!submission->queue)
-        return;
-    json_hex(json, "queue", handle_number(submission->queue));
-    if (submission->number)
-        json_number(json, "submission", submission->number);
-}
-
-static void write_origin(struct json *json, const struct message *message)
-{
-    const struct call_origin *origin = message->origin;
-    if (origin->device)
-        json_hex(json, "device", handle_number(origin->device));
-    write_submission(json, &origin->submission);
-    if (origin->when)
-        json_text(json, "when", origin->when);
-    if (origin->command_buffer && location_is_of_build(&message->location))
-        json_number(json, "build", (uint64_t)origin->build_index + message->location.build);
-}
-
-static void write_call_site(struct json *json, const struct call_site *site)
-{
-    if (!site)
-        return;
-    json_begin_array(json, "call_site");
+    const struct call_site *site = message->origin->call_site;
+    json_begin_array(json, key);
     for (uint32_t i = 0; i < site->count; i++) {
         json_begin_object(json, NULL);
         json_text(json, "module", call_frame_module(&site->frames[i]));
@@ -253,27 +221,52 @@ static void write_call_site(struct json *json, const struct call_site *site)
     json_end_array(json);
 }
 
+static void write_value(struct json *json, const char *key, struct value value)
+{
+    if (!key)
+        return;
+    if (value.kind == VALUE_TEXT)
+        json_text(json, key, value.text);
+    else if (value.kind == VALUE_NUMBER)
+        json_number(json, key, value.number);
+    else
+        json_hex(json, key, value.number);
+}
+
+/* Records of builds, too, have these properties. `build`: see properties.def. */
+static void write_place(struct json *json, const struct call_origin *origin, int64_t build)
+{
+#define PROPERTY(key, type, is_known, value, about)
+#define WRITTEN(key, type, is_known, write, about)
+#define PLACE(key, type, is_known, value, says, aside, range, about)                               \
+    if (is_known)                                                                                  \
+        write_value(json, key, value);
+#define LABELS(labels, says, aside)
+#include "src/report/properties.def"
+}
+
 bool line_of_message(struct json *json, const struct message *message, enum spec_text spec_text)
 {
+    const struct call_origin *origin = message->origin;
+    const struct vuid_text *vuid = &vuid_texts[message->vuid];
+    char sentence[SPEC_SIZE], url[SPEC_SIZE];
+    struct text_buffer words;
+    text_begin(&words, sentence, sizeof(sentence));
+    specification_append_sentence(&words, vuid, spec_text);
+    text_begin(&words, url, sizeof(url));
+    specification_append_url(&words, vuid);
     line_begin(json, "Finding");
-    json_text(json, "Severity", severity_name(message->severity));
-    json_text(json, "VUID", message->id);
-    json_hex(json, "MessageID", (uint32_t)message->id_number);
-    write_objects(json, message);
-    if (message->origin) {
-        json_text(json, "Function", message->function);
-        json_text_of_size(json, "Location", message->main, message->path_length);
-    }
-    json_text_of_size(json, "MainMessage", message->main, message->main_length);
-    if (message->origin) {
-        write_region(json, message);
-        write_specification(json, message, spec_text);
-        write_origin(json, message);
-        json_text(json, "level", level_name(message->level));
-        write_formerly(json, message);
-        write_also(json, message);
-        write_call_site(json, message->origin->call_site);
-    }
+#define PROPERTY(key, type, is_known, value, about)                                                \
+    if (is_known)                                                                                  \
+        write_value(json, key, value);
+#define WRITTEN(key, type, is_known, write, about)                                                 \
+    if (is_known)                                                                                  \
+        write_##write(json, key, message);
+#define PLACE(key, type, is_known, value, says, aside, range, about)
+#define LABELS(labels, says, aside)
+#include "src/report/properties.def"
+    if (origin)
+        write_place(json, origin, message_build(message));
     return json_end(json);
 }
 
@@ -401,8 +394,9 @@ bool line_of_record(struct json *json, const struct log_record *record)
         [RECORD_EXPECTATION] = "Expectation",
     };
     line_begin(json, types[record->kind]);
-    json_hex(json, "device", handle_number(record->device));
-    write_submission(json, &record->submission);
+    write_place(json,
+                &(struct call_origin){.device = record->device, .submission = record->submission},
+                -1);
     switch (record->kind) {
     case RECORD_SUBMISSION:
         write_command_buffers(json, record);
