@@ -3,13 +3,29 @@
 
 #include <stdlib.h>
 
-/* ---- which there are: each by the option of CMake that has its name */
+/* ---- which there are: each by the option of CMake that has its name. One that is left out warns
+ * of its setting. */
+
+#ifdef ASSAY_ADVICE
+extern const struct consumer adviser; /* layer/advice/adviser.c */
+#else
+static VkResult warn_of_advice(struct layer_device *device, void **self)
+{
+    (void)self;
+    if (reporter_settings(device->instance->reporter)->advice)
+        reporter_warn(device->instance->reporter,
+                      "assay_validation.advice: this library was built without ASSAY_ADVICE. No "
+                      "advice is given.");
+    return VK_SUCCESS;
+}
+static const struct consumer adviser = {.start = warn_of_advice};
+#endif
 
 #ifdef ASSAY_COMPARE
 extern const struct consumer comparison; /* layer/compare/comparer.c */
 #else
-static VkResult warn_of_setting(const struct layer_device *device, const VkDeviceCreateInfo **info,
-                                void **self)
+static VkResult warn_of_comparison(const struct layer_device *device,
+                                   const VkDeviceCreateInfo **info, void **self)
 {
     (void)info;
     (void)self;
@@ -19,10 +35,11 @@ static VkResult warn_of_setting(const struct layer_device *device, const VkDevic
                       "ASSAY_COMPARE. No rays are compared.");
     return VK_SUCCESS;
 }
-static const struct consumer comparison = {.begin = warn_of_setting};
+static const struct consumer comparison = {.begin = warn_of_comparison};
 #endif
 
-static const struct consumer *const consumers[] = {&comparison};
+static const struct consumer *const consumers[] = {&adviser, &comparison};
+enum { CONSUMERS = sizeof(consumers) / sizeof(consumers[0]) };
 
 /* ---- all consumers of a device */
 
@@ -32,6 +49,12 @@ struct attached_consumer {
     const struct consumer *consumer;
     void *self;
 };
+
+/* Calls a function of each consumer of a device that has it. */
+#define CALL_ALL(device, function, ...)                                                            \
+    for (const struct attached_consumer *at = (device)->consumers; at; at = at->next)              \
+        if (at->consumer->function)                                                                \
+    at->consumer->function(at->self __VA_OPT__(, ) __VA_ARGS__)
 
 static VkResult attach(struct layer_device *device, const struct consumer *consumer, void *self)
 {
@@ -55,28 +78,27 @@ static void detach(struct attached_consumer **link)
 
 VkResult consumers_begin(struct layer_device *device, const VkDeviceCreateInfo **info)
 {
-    for (size_t i = 0; i < sizeof(consumers) / sizeof(consumers[0]); i++) {
+    VkResult result = VK_SUCCESS;
+    for (int i = 0; result == VK_SUCCESS && i < CONSUMERS; i++) {
         void *self = NULL;
-        VkResult result = consumers[i]->begin(device, info, &self);
+        if (consumers[i]->begin)
+            result = consumers[i]->begin(device, info, &self);
         if (result == VK_SUCCESS && self)
             result = attach(device, consumers[i], self);
-        if (result != VK_SUCCESS)
-            return result;
     }
-    return VK_SUCCESS;
+    return result;
 }
 
 void consumers_refuse(const struct layer_device *device)
 {
-    for (struct attached_consumer *at = device->consumers; at; at = at->next)
-        at->consumer->refuse(at->self);
+    CALL_ALL(device, refuse);
 }
 
-VkResult consumers_start(struct layer_device *device)
+static VkResult start_attached(struct layer_device *device)
 {
     struct attached_consumer **link = &device->consumers;
     while (*link) {
-        const VkResult result = (*link)->consumer->start((*link)->self, device);
+        const VkResult result = (*link)->consumer->start(device, &(*link)->self);
         if (result == VK_INCOMPLETE)
             detach(link);
         else if (result != VK_SUCCESS)
@@ -85,6 +107,29 @@ VkResult consumers_start(struct layer_device *device)
             link = &(*link)->next;
     }
     return VK_SUCCESS;
+}
+
+VkResult consumers_start(struct layer_device *device)
+{
+    VkResult result = start_attached(device);
+    for (int i = 0; result == VK_SUCCESS && i < CONSUMERS; i++) {
+        void *self = NULL;
+        if (!consumers[i]->begin)
+            result = consumers[i]->start(device, &self);
+        if (result == VK_SUCCESS && self)
+            result = attach(device, consumers[i], self);
+    }
+    return result;
+}
+
+void consumers_conclude(const struct layer_device *device, bool destroys_device)
+{
+    CALL_ALL(device, conclude, destroys_device);
+}
+
+void consumers_stop(const struct layer_device *device)
+{
+    CALL_ALL(device, stop);
 }
 
 void consumers_destroy(struct layer_device *device)
@@ -101,22 +146,75 @@ const struct structure_inputs *consumers_inputs(const struct layer_device *devic
     return NULL;
 }
 
+bool consumers_add_to_order(const struct layer_device *device)
+{
+    bool has_room = true;
+    for (const struct attached_consumer *at = device->consumers; at; at = at->next)
+        if (at->consumer->batches)
+            has_room &=
+                execution_order_add_consumer(device->order, at->consumer->batches(at->self));
+    return has_room;
+}
+
+void consumers_on_destroy(const struct layer_device *device, VkAccelerationStructureKHR accel)
+{
+    CALL_ALL(device, on_destroy, accel);
+}
+
+void consumers_on_stale_trace(const struct layer_device *device, uint64_t top, uint64_t changed)
+{
+    CALL_ALL(device, on_stale_trace, top, changed);
+}
+
+struct build_reader *consumers_on_build(const struct layer_device *device,
+                                        const struct executed_input *executed)
+{
+    struct build_reader *readers = NULL;
+    for (const struct attached_consumer *at = device->consumers; at; at = at->next) {
+        struct build_reader *reader =
+            at->consumer->on_build ? at->consumer->on_build(at->self, executed) : NULL;
+        if (!reader)
+            continue;
+        reader->next = readers;
+        readers = reader;
+    }
+    return readers;
+}
+
+void consumers_end_readers(struct build_reader *readers)
+{
+    while (readers) {
+        struct build_reader *reader = readers;
+        readers = reader->next;
+        reader->end(reader);
+    }
+}
+
+void consumers_on_all_references(const struct layer_device *device, enum build_command command,
+                                 const struct instance_uses *uses)
+{
+    CALL_ALL(device, on_all_references, command, uses);
+}
+
 void consumers_keep(const struct layer_device *device, const struct executed_input *executed)
 {
-    for (struct attached_consumer *at = device->consumers; at; at = at->next)
-        at->consumer->keep(at->self, executed);
+    CALL_ALL(device, keep, executed);
+}
+
+void consumers_report(const struct layer_device *device)
+{
+    CALL_ALL(device, report);
 }
 
 void consumers_run(const struct layer_device *device)
 {
-    for (struct attached_consumer *at = device->consumers; at; at = at->next)
-        at->consumer->run(at->self);
+    CALL_ALL(device, run);
 }
 
 bool consumers_are_postponed(const struct layer_device *device)
 {
     bool are_postponed = false;
-    for (struct attached_consumer *at = device->consumers; at; at = at->next)
-        are_postponed |= at->consumer->is_postponed(at->self);
+    for (const struct attached_consumer *at = device->consumers; at; at = at->next)
+        are_postponed |= at->consumer->is_postponed && at->consumer->is_postponed(at->self);
     return are_postponed;
 }

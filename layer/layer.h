@@ -41,7 +41,6 @@
 #define ASSAY_LAYER_DESCRIPTION "Validates acceleration-structure builds"
 
 struct call_sites;
-struct device_advice;
 struct hazard_objects;
 
 /* A member of the list of all instances, or of the list of all devices (layer.c). */
@@ -98,7 +97,7 @@ struct layer_device {
     bool checks[COMMAND_COUNT];                  /* a rule about the command is active */
     bool finds_hazards;                          /* setting hazards */
     bool records_builds;                         /* setting record_builds */
-    bool notes_figures;                          /* the same, or setting advice */
+    bool notes_figures;                          /* the same, or a consumer needs them */
     const struct build_recorder *build_recorder; /* for journals; NULL below level EXECUTION */
     VkPhysicalDeviceMemoryProperties memory;
     bool is_on_processor;      /* VK_PHYSICAL_DEVICE_TYPE_CPU */
@@ -131,7 +130,6 @@ struct layer_device {
     struct submitted_builds *submitted_builds; /* for reports of a loss; NULL below EXECUTION */
     struct hazard_checks *hazard_checks;       /* NULL if setting hazards is off */
     struct host_writes *host_writes;           /* the same */
-    struct device_advice *advice;              /* NULL if setting advice is off */
     struct hazard_objects *hazard_objects; /* NULL if setting hazards is off, and without memory */
     struct told_queries told_queries;      /* findings about queries of sizes */
     /* From where build commands are called; NULL if setting call_sites is off, and without memory.

@@ -65,9 +65,9 @@ static void refuse(void *self)
     comparer->enabling.is_enabled = false;
 }
 
-static VkResult start(void *self, struct layer_device *device)
+static VkResult start(struct layer_device *device, void **self)
 {
-    struct comparer *comparer = self;
+    struct comparer *comparer = *self;
     struct snapshots *snapshots = device->snapshots;
     compare_enabling_end(&comparer->enabling);
     if (!snapshots)

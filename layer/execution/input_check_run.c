@@ -5,7 +5,6 @@
 #include <stdlib.h>
 
 #include "layer/consumers.h"
-#include "layer/execution/advice.h"
 #include "layer/execution/build_records.h"
 #include "layer/hazards/executed/checks.h"
 #include "layer/physical_device.h"
@@ -14,7 +13,6 @@
 #include "layer/snapshots/marks.h"
 #include "layer/snapshots/size_queries.h"
 #include "src/base/float_environment.h"
-#include "src/check/content/advice.h"
 #include "src/check/content/executed.h"
 #include "src/check/replay/judge.h"
 #include "src/platform/threads.h"
@@ -40,9 +38,8 @@ struct read_call {
     const struct journal *journal;
     uint32_t first;
     enum build_command command;
-    bool geometry_by_pointer; /* of the current build */
-    uint64_t dst_id;          /* of the current build; 0 if unknown */
-    VkAccelerationStructureKHR dst;
+    bool geometry_by_pointer;       /* of the current build */
+    VkAccelerationStructureKHR dst; /* of the current build */
     struct check_context context;
     struct executed_call *executed;
 };
@@ -145,7 +142,7 @@ static bool of_another_device(void *user, enum resource_kind kind, uint64_t hand
     return layer_other_device_has(call->reading->ran->device, kind, handle);
 }
 
-static void refers(void *user, uint32_t position, const struct accel_facts *referenced)
+static void on_reference(void *user, uint32_t position, const struct accel_facts *referenced)
 {
     const struct read_call *call = user;
     const struct ran_execution *ran = call->reading->ran;
@@ -153,7 +150,7 @@ static void refers(void *user, uint32_t position, const struct accel_facts *refe
                         referenced);
 }
 
-static void instances(void *user, uint32_t position, const struct instance_uses *uses)
+static void on_instances(void *user, uint32_t position, const struct instance_uses *uses)
 {
     const struct read_call *call = user;
     const struct ran_execution *ran = call->reading->ran;
@@ -163,8 +160,8 @@ static void instances(void *user, uint32_t position, const struct instance_uses 
         build_records_add_instances(&recorded, uses);
 }
 
-static void indexes(void *user, uint32_t build, uint32_t geometry, uint32_t smallest,
-                    uint32_t largest)
+static void on_index_range(void *user, uint32_t build, uint32_t geometry, uint32_t smallest,
+                           uint32_t largest)
 {
     const struct read_call *call = user;
     const struct ran_execution *ran = call->reading->ran;
@@ -177,7 +174,7 @@ static void indexes(void *user, uint32_t build, uint32_t geometry, uint32_t smal
 }
 
 /* Data in memory that only commands write which are known, and only as part of buffers. */
-static void reads(void *user, uint32_t build, uint32_t geometry, const struct elements_read *read)
+static void on_read(void *user, uint32_t build, uint32_t geometry, const struct elements_read *read)
 {
     const struct read_call *call = user;
     const struct ran_execution *ran = call->reading->ran;
@@ -231,54 +228,22 @@ static enum tristate is_compatible(void *user, bool is_micromap,
     return layer_find_compatibility(call->reading->ran->device, is_micromap, version);
 }
 
-static void referred(void *user, const struct instance_uses *uses)
+static void on_all_references(void *user, const struct instance_uses *uses)
 {
     const struct read_call *call = user;
-    struct device_advice *advice = call->reading->ran->device->advice;
-    if (advice && call->command != COMMAND_NV)
-        advice_note_references(advice, uses);
-}
-
-/* The structure may have been destroyed since, and the handle be that of another one. */
-static void advised(void *user, const struct content_advice *advice,
-                    const struct structure_contents *contents)
-{
-    const struct read_call *call = user;
-    const struct layer_device *device = call->reading->ran->device;
-    if (contents)
-        structures_note_contents(device->structures, call->dst_id, contents);
-    if (resources_find_id(device->resources, RESOURCE_ACCEL, handle_number(call->dst)) !=
-        call->dst_id)
-        return;
-    if (advice->refit.now)
-        advice_add_refit(device->advice, call->dst_id, call->dst, &advice->refit);
-    for (enum advice id = 0; id < ADVICE_COUNT; id++)
-        if (advice->kept[id].weight &&
-            structures_note_advised(device->structures, call->dst_id, id))
-            advice_add(device->advice, id, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                       handle_number(call->dst), &advice->kept[id].finding,
-                       advice->kept[id].weight);
-}
-
-static void digested(void *user, const struct input_digest *digest)
-{
-    const struct read_call *call = user;
-    const struct layer_device *device = call->reading->ran->device;
-    if (structures_note_input(device->structures, call->dst_id, digest) &&
-        !resources_accel_is_alone(device->resources, call->dst))
-        structures_note_shared(device->structures, call->dst_id);
+    consumers_on_all_references(call->reading->ran->device, call->command, uses);
 }
 
 #define HOOKS                                                                                      \
     .found = note_found, .find_sizes = find_sizes, .query_addresses = query_addresses,             \
     .of_another_device = of_another_device, .refers_to_destroyed = refers_to_destroyed,            \
-    .is_compatible = is_compatible, .advised = advised, .digested = digested,                      \
-    .instances = instances, .referred = referred
+    .is_compatible = is_compatible, .on_instances = on_instances,                                  \
+    .on_all_references = on_all_references
 
 static const struct check_hooks hooks = {HOOKS};
-#define HAZARD_HOOKS HOOKS, .refers = refers, .indexes = indexes
+#define HAZARD_HOOKS HOOKS, .on_reference = on_reference, .on_index_range = on_index_range
 static const struct check_hooks hazard_hooks = {HAZARD_HOOKS};
-static const struct check_hooks write_hooks = {HAZARD_HOOKS, .reads = reads};
+static const struct check_hooks write_hooks = {HAZARD_HOOKS, .on_read = on_read};
 
 /* What builds read is compared for writes of shaders alone. */
 static const struct check_hooks *hooks_of(const struct layer_device *device)
@@ -386,22 +351,6 @@ static struct found_notes take_notes(struct read_buffer *buffer, const struct jo
     return found;
 }
 
-/* Builds of VK_NV_ray_tracing get no advice. After the device was lost, several threads may read,
- * so the builds may be out of order. */
-static void begin_advice(const struct read_call *call, struct executed_build *executed)
-{
-    const struct layer_device *device = call->reading->ran->device;
-    if (!device->advice || !call->dst_id || call->command == COMMAND_NV)
-        return;
-    const struct reading_wanted wanted = structures_begin_read(device->structures, call->dst_id);
-    executed->wants_digest = wanted.is_compared && !call->reading->when;
-    if (wanted.is_compared && !executed->wants_digest)
-        structures_note_input(device->structures, call->dst_id, NULL);
-    executed->number = wanted.number;
-    if (wanted.is_judged)
-        executed->limits = &reporter_settings(device->instance->reporter)->advice_limits;
-}
-
 /* `dst_id` of an entry without a known structure is 0. */
 static void read_copies(struct read_buffer *buffer, const struct journal_entry *entry,
                         const struct found_notes *notes)
@@ -436,17 +385,21 @@ static void read_copies(struct read_buffer *buffer, const struct journal_entry *
         .used_count = notes->used_count,
     };
     buffer->call->geometry_by_pointer = build->place.geometry_by_pointer;
-    buffer->call->dst_id = entry->dst_id;
     buffer->call->dst = recorded_build_given(build)->info.dstAccelerationStructure;
-    begin_advice(buffer->call, &executed);
+    const struct executed_input input = {
+        .journal = buffer->execution->recording->journal,
+        .entry = known,
+        .build = build,
+        .memory = &executed.memory,
+        .point = notes->point,
+        .destroy_count = buffer->execution->destroy_count,
+        .queue = reading->ran->batch->origin.queue,
+        .is_in_order = !reading->when,
+    };
+    executed.readers = consumers_on_build(reading->ran->device, &input);
     executed_call_read(buffer->call->executed, &executed);
+    consumers_end_readers(executed.readers);
     guard_results_add(&reading->guarded, buffer->journal, build, buffer->execution->bases);
-    const struct executed_input input = {buffer->execution->recording->journal,
-                                         known,
-                                         build,
-                                         &executed.memory,
-                                         buffer->execution->destroy_count,
-                                         reading->ran->batch->origin.queue};
     if (!reading->when)
         consumers_keep(reading->ran->device, &input);
     snapshot_memory_close(&memory);
@@ -582,7 +535,7 @@ void input_checks_read(const struct ran_execution *ran, const char *when,
     float_environment_leave(&of_application);
     read_sizes(&reading);
     report_findings(&reading);
-    advice_send_certain(ran->device->advice);
+    consumers_report(ran->device);
     guard_results_end(&reading.guarded, ran->device);
     missed->device_lost += reading.lacks_marks;
     if (reading.lacks_copies && !when)

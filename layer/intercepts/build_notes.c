@@ -221,7 +221,7 @@ static bool count_primitives(const struct build_view *build, VkDeviceSize *count
     return true;
 }
 
-/* For settings record_builds and advice. */
+/* For setting record_builds, and consumers. */
 __attribute__((cold)) static void note_figures(const struct build_call *call,
                                                const struct build_view *build)
 {

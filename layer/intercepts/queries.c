@@ -2,7 +2,6 @@
 /* Observes queries of properties. Commands that query structures, and resets of their queries, are
  * recorded in journals; resets and reads by the host are placed in execution order among the
  * batches. */
-#include "layer/execution/advice.h"
 #include "layer/execution/input_checks.h"
 #include "layer/execution/query_writes.h"
 #include "src/state/commands/query_pools.h"

@@ -2,7 +2,7 @@
 /* Observes memory, buffers, their bindings and addresses, and acceleration structures. */
 #include "src/state/resources/resources.h"
 
-#include "layer/execution/advice.h"
+#include "layer/consumers.h"
 #include "layer/execution/build_records.h"
 #include "layer/execution/submitted_builds.h"
 #include "layer/hazards/executed/checks.h"
@@ -224,7 +224,7 @@ static void note_destroyed_accel(struct layer_device *device, VkAccelerationStru
 void forget_accel(struct layer_device *device, VkAccelerationStructureKHR accel)
 {
     hazard_checks_forget(device->hazard_checks, STRUCTURE_DESTROYED, handle_number(accel));
-    advice_judge_destroyed(device->advice, accel);
+    consumers_on_destroy(device, accel);
     build_records_add_destroyed(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                                 handle_number(accel));
     note_destroyed_accel(device, accel);

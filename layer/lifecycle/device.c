@@ -6,7 +6,6 @@
 
 #include "layer/consumers.h"
 #include "layer/cpu/overlay.h"
-#include "layer/execution/advice.h"
 #include "layer/execution/build_records.h"
 #include "layer/execution/input_checks.h"
 #include "layer/execution/query_writes.h"
@@ -33,7 +32,7 @@ static void apply_settings(struct layer_device *device)
     device->level = settings->level;
     device->finds_hazards = settings->hazards && !device->facts.is_group;
     device->records_builds = settings->record_builds;
-    device->notes_figures = settings->record_builds || settings->advice;
+    device->notes_figures = settings->record_builds;
     if (device->level >= LEVEL_EXECUTION)
         device->build_recorder =
             device->finds_hazards ? hazards_build_recorder() : build_notes_recorder();
@@ -55,7 +54,7 @@ void layer_free_device(struct layer_device *device)
     submitted_builds_destroy(device->submitted_builds);
     snapshots_release_held(device->snapshots);
     execution_order_destroy(device->order);
-    advice_destroy(device->advice);
+    consumers_stop(device);
     submissions_destroy(device->submissions);
     query_writes_destroy(device->query_writes);
     structures_destroy(device->structures);
@@ -131,8 +130,6 @@ VkResult layer_track_submissions(struct layer_device *device)
         result = host_writes_create(device);
     if (result == VK_SUCCESS && device->level >= LEVEL_EXECUTION)
         result = submitted_builds_create(device, &device->submitted_builds);
-    if (result == VK_SUCCESS)
-        result = advice_create(device);
     return result;
 }
 
@@ -172,7 +169,7 @@ VkResult layer_register_consumers(struct layer_device *device)
     ADD(true, submissions_consumer(device->submissions))
     ADD(device->snapshots && device->snapshots->guard, guard_consumer(device))
     ADD(device->records_builds, build_records_consumer(device))
-    ADD(device->advice, advice_consumer(device->advice))
+    has_room &= consumers_add_to_order(device);
     ADD(device->submitted_builds, submitted_builds_consumer(device->submitted_builds))
     ADD(device->hazard_checks, hazard_checks_consumer(device->hazard_checks))
     ADD(device->host_writes, host_writes_consumer(device->host_writes))
@@ -301,7 +298,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDevice(VkDevice device,
     while (state->snapshots && execution_order_wait(state->order))
         continue;
     snapshots_deliver(state);
-    advice_send(state->advice, true);
+    consumers_conclude(state, true);
     crash_remove_device(state);
     layer_remove_device(state);
     PFN_vkDestroyDevice destroy = state->vk.DestroyDevice;

@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "layer/consumers.h"
 #include "layer/cpu/overlay.h"
-#include "layer/execution/advice.h"
 #include "layer/harsh.h"
 #include "layer/layer.h"
 #include "layer/snapshots/snapshots.h"
@@ -183,14 +183,13 @@ static void note_left(void *user, struct layer_device *device)
         left->items[left->count++] = device;
 }
 
-/* The application has left these devices behind, so this is the last chance to advise. */
-static void advise_devices_left(const struct layer_instance *instance)
+static void conclude_devices_left(const struct layer_instance *instance)
 {
     struct devices_left left = {.count = 0};
     layer_visit_devices(instance, note_left, &left);
     for (uint32_t i = 0; i < left.count; i++) {
         snapshots_deliver(left.items[i]);
-        advice_send(left.items[i]->advice, false);
+        consumers_conclude(left.items[i], false);
     }
 }
 
@@ -201,7 +200,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyInstance(VkInstance instance,
     if (!state)
         return;
     reporter_set_instance_alive(state->reporter, false);
-    advise_devices_left(state);
+    conclude_devices_left(state);
     layer_remove_instance(state);
     reporter_summarize(state->reporter);
     state->vk.DestroyInstance(instance, pAllocator);

@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks the #include lines of layer/, src/ and vuid-tables/: a file may include files of its own
 folder and of folders below it in FOLDERS; no files include each other in a circle (a source and its
-header count as one file); a folder holds at most FILES_MAX files; a file's name doesn't repeat its
-folder's; outside PLATFORM, no file includes a header of a system, calls a function that only some
+header count as one file); no other folder includes those of CONSUMERS; a folder holds at most FILES_MAX
+files; a file's name doesn't repeat its folder's; outside PLATFORM, no file includes a header of a system, calls a function that only some
 systems have, or asks which system or compiler it is compiled for. Prints each offender, and fails if
 there is one."""
 
 import argparse
 import collections
+import fnmatch
 import os
 import pathlib
 import re
@@ -20,7 +21,6 @@ FOLDERS = (
     "src/platform",
     "src/base",
     "src/bvh",
-    "src/figures",
     "src/hazards",
     "src/shaders",
     "src/model",
@@ -31,6 +31,7 @@ FOLDERS = (
     "src/check",
     "src/report",
     "src/cpu",
+    "src/advice",
     "src/compare",
     "layer",
     "layer/snapshots",
@@ -38,6 +39,7 @@ FOLDERS = (
     "layer/cpu/driver",
     "layer/compare",
     "layer/hazards/executed",
+    "layer/advice",
     "layer/execution",
     "layer/postmortem",
     "layer/intercepts",
@@ -45,6 +47,8 @@ FOLDERS = (
     "layer/commands",
     "layer/lifecycle",
 )
+# Options of CMake leave them out. "*": src/ or layer/.
+CONSUMERS = ("*/advice/*", "*/compare/*")
 PLATFORM = "src/platform"
 # What all systems have: of C11 all but <time.h> and <threads.h>, whose place clock.h and threads.h of
 # PLATFORM take; <unwind.h>, which comes with the compiler; and the libraries.
@@ -160,6 +164,9 @@ def offenders(root):
             yield f"{file}: includes {included}, and one of the two is in no folder of FOLDERS"
         elif below > above:
             yield f"{file}: includes {included}, which is above it"
+        for consumer in CONSUMERS:
+            if fnmatch.fnmatch(included, consumer) and not fnmatch.fnmatch(file, consumer):
+                yield f"{file}: includes {included}, which an option of CMake leaves out"
     for group in circles(edges):
         yield "circle: " + ", ".join(group)
 

@@ -2,7 +2,7 @@
 /* Boxes that overlap: the figures, against random points and lines that look at each box. */
 #include <math.h>
 
-#include "src/figures/boxes.h"
+#include "src/advice/figures/boxes.h"
 #include "tests/figures/lines.h"
 #include "tests/state/unit_test.h"
 

@@ -2,8 +2,8 @@
 /* Indices of one type that are read as another, and valid ones that look alike. */
 #include <string.h>
 
+#include "src/advice/figures/indices.h"
 #include "src/bvh/input/formats.h"
-#include "src/figures/indices.h"
 #include "tests/state/random.h"
 #include "tests/state/unit_test.h"
 

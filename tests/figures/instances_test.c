@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "src/figures/instances.h"
+#include "src/advice/figures/instances.h"
 #include "tests/fixture/scarce_memory.h"
 #include "tests/state/random.h"
 #include "tests/state/unit_test.h"

@@ -3,8 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "src/advice/figures/refits.h"
 #include "src/bvh/trace.h"
-#include "src/figures/refits.h"
 #include "src/platform/aligned.h"
 #include "tests/figures/lines.h"
 #include "tests/fixture/scarce_memory.h"

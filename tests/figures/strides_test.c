@@ -2,7 +2,7 @@
 /* Meshes that are read with a wrong stride, and wide ones that are read with the right one. */
 #include <math.h>
 
-#include "src/figures/triangles.h"
+#include "src/advice/figures/triangles.h"
 #include "tests/state/random.h"
 #include "tests/state/unit_test.h"
 

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "src/figures/triangles.h"
+#include "src/advice/figures/triangles.h"
 #include "tests/state/random.h"
 #include "tests/state/unit_test.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The list of advice: which lines it keeps, in which order, and who gets them. */
 #include "hearing.h"
-#include "src/report/advice_list.h"
+#include "src/advice/list.h"
 
 enum { LINES = 2 };
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What is known of structures: flags at past execution points, first builds, inputs, and what is
  * undone. */
-#include "src/state/builds/structures.h"
+#include "src/advice/uses.h"
 #include "tests/state/unit_test.h"
 
 enum { QUEUE = 1, OTHER_QUEUE = 2, ID = 7, COPY_ID, OTHER_ID };
@@ -262,13 +262,13 @@ INPUTS_TEST(test_inputs_of_destroyed_structures)
 FLAGS_TEST(test_builds_that_are_judged)
 {
     const struct structure_contents solid = {.primitives = 2, .inactive = 1};
-    assert_false(structures_begin_read(structures, ID).is_judged); /* no record */
+    assert_false(uses_begin_read(structures, ID).is_judged); /* no record */
     write_flag(structures, false, batch(1));
-    assert_true(structures_note_build(structures, ID, 0, 0, 0));
+    assert_true(uses_note_build(structures, ID, 0, 0, 0));
     for (unsigned i = 1; i <= 70; i++) {
         const bool is_power = i == 1 || i == 8 || i == 64;
-        assert_int_equal(structures_begin_read(structures, ID).is_judged, is_power);
-        structures_note_contents(structures, ID, &solid);
+        assert_int_equal(uses_begin_read(structures, ID).is_judged, is_power);
+        uses_note_contents(structures, ID, &solid);
     }
 }
 
@@ -279,25 +279,25 @@ FLAGS_TEST(test_hollow_builds)
                                     nothing = {0};
     struct structure_uses uses;
     write_flag(structures, false, batch(1));
-    assert_true(structures_note_build(structures, ID, 0, 0, 0));
+    assert_true(uses_note_build(structures, ID, 0, 0, 0));
     for (unsigned i = 0; i < 5; i++) {
-        assert_true(structures_begin_read(structures, ID).is_judged);
-        structures_note_contents(structures, ID, i == 4 ? &hollow : &nothing);
+        assert_true(uses_begin_read(structures, ID).is_judged);
+        uses_note_contents(structures, ID, i == 4 ? &hollow : &nothing);
     }
-    assert_true(structures_find_uses(structures, ID, &uses));
+    assert_true(uses_find(structures, ID, &uses));
     assert_int_equal(uses.hollow_builds, 5);
     assert_int_equal(uses.contents.primitives, 3);
-    assert_true(structures_begin_read(structures, ID).is_judged); /* whose contents stay unknown */
-    assert_false(structures_begin_read(structures, ID).is_judged);
-    assert_true(structures_begin_read(structures, ID).is_judged); /* the eighth */
+    assert_true(uses_begin_read(structures, ID).is_judged); /* whose contents stay unknown */
+    assert_false(uses_begin_read(structures, ID).is_judged);
+    assert_true(uses_begin_read(structures, ID).is_judged); /* the eighth */
 }
 
 static struct structure_uses note_input(struct structures *structures,
                                         const struct input_digest *digest)
 {
     struct structure_uses uses = {0};
-    structures_note_input(structures, ID, digest);
-    structures_find_uses(structures, ID, &uses);
+    uses_note_input(structures, ID, digest);
+    uses_find(structures, ID, &uses);
     return uses;
 }
 
@@ -305,7 +305,7 @@ static struct structure_uses note_input(struct structures *structures,
 static void skip_builds(struct structures *structures, unsigned count)
 {
     while (count--)
-        structures_begin_read(structures, ID);
+        uses_begin_read(structures, ID);
 }
 
 static void next_input(struct structures *structures, const struct input_digest *digest,
@@ -321,9 +321,9 @@ FLAGS_TEST(test_repeated_input)
 {
     const struct input_digest one = {.words = {1, 2}}, two = {.words = {1, 3}},
                               three = {.words = {2, 3}};
-    assert_false(structures_note_input(structures, ID, &one)); /* no record */
+    assert_false(uses_note_input(structures, ID, &one)); /* no record */
     write_flag(structures, false, batch(1));
-    assert_true(structures_note_build(structures, ID, 0, 0, 0));
+    assert_true(uses_note_build(structures, ID, 0, 0, 0));
     next_input(structures, &one, 1, 0);
     next_input(structures, &one, 1, 1);
     skip_builds(structures, 2);
@@ -342,15 +342,15 @@ FLAGS_TEST(test_memory_that_is_shared)
     const struct input_digest digest = {.words = {1, 2}};
     unsigned asked = 0;
     write_flag(structures, false, batch(1));
-    assert_true(structures_note_build(structures, ID, 0, 0, 0));
+    assert_true(uses_note_build(structures, ID, 0, 0, 0));
     for (int i = 0; i < 10; i++) {
         skip_builds(structures, 1);
-        asked += structures_note_input(structures, ID, &digest);
+        asked += uses_note_input(structures, ID, &digest);
     }
     assert_int_equal(asked, 4); /* when 1, 2, 4 and 8 were equal */
-    structures_note_shared(structures, OTHER_ID);
+    uses_note_shared(structures, OTHER_ID);
     assert_false(note_input(structures, &digest).repeats.is_shared);
-    structures_note_shared(structures, ID);
+    uses_note_shared(structures, ID);
     assert_true(note_input(structures, &digest).repeats.is_shared);
 }
 
@@ -359,7 +359,7 @@ FLAGS_TEST(test_repeated_input_of_a_top_level)
 {
     struct input_digest digest = {.words = {1, 2}, .serial = 7, .is_top = true};
     write_flag(structures, false, batch(1));
-    assert_true(structures_note_build(structures, ID, 0, 0, 0));
+    assert_true(uses_note_build(structures, ID, 0, 0, 0));
     next_input(structures, &digest, 1, 0);
     digest.serial = 8;
     next_input(structures, &digest, 1, 1);
@@ -383,20 +383,20 @@ FLAGS_TEST(test_builds_that_are_compared)
     const size_t count = sizeof(numbers) / sizeof(numbers[0]);
     size_t compared = 0;
     write_flag(structures, false, batch(1));
-    assert_true(structures_note_build(structures, ID, 0, 0, 0));
+    assert_true(uses_note_build(structures, ID, 0, 0, 0));
     for (unsigned i = 1; i < 200; i++)
-        if (structures_begin_read(structures, ID).is_compared)
+        if (uses_begin_read(structures, ID).is_compared)
             assert_int_equal(numbers[compared++ % count], i);
     assert_int_equal(compared, count);
 }
 
 FLAGS_TEST(test_advice_is_given_once)
 {
-    assert_false(structures_note_advised(structures, ID, 1));
+    assert_false(uses_note_advised(structures, ID, 1));
     write_flag(structures, false, batch(1));
-    assert_true(structures_note_build(structures, ID, 0, 0, 0));
-    assert_true(structures_note_advised(structures, ID, 1));
-    assert_false(structures_note_advised(structures, ID, 1));
-    assert_true(structures_note_advised(structures, ID, 40));
-    assert_false(structures_note_advised(structures, OTHER_ID, 1));
+    assert_true(uses_note_build(structures, ID, 0, 0, 0));
+    assert_true(uses_note_advised(structures, ID, 1));
+    assert_false(uses_note_advised(structures, ID, 1));
+    assert_true(uses_note_advised(structures, ID, 40));
+    assert_false(uses_note_advised(structures, OTHER_ID, 1));
 }

@@ -3,7 +3,7 @@
  * removes and changes records. The thread sanitizer sees whether that is synchronized. */
 #include <pthread.h>
 
-#include "src/state/builds/structures.h"
+#include "src/advice/uses.h"
 #include "tests/state/unit_test.h"
 
 enum { STRUCTURES = 2000, QUEUE = 1 };
@@ -18,9 +18,9 @@ static void *write_structures(void *unused)
     for (uint32_t id = 1; id <= STRUCTURES; id++) {
         assert_true(structures_set(structures, id, &built, (struct timestamp){QUEUE, id}));
         assert_true(structures_add_writer(structures, id));
-        structures_note_build(structures, id, id, 0, 0);
+        uses_note_build(structures, id, id, 0, 0);
         structures_note_first_build(structures, id, id);
-        structures_copy_box(structures, id, id / 2);
+        uses_copy_box(structures, id, id / 2);
         structures_remove_writer(structures, id);
         atomic_store(&written, id);
         if (id % 16 == 0) {
@@ -38,15 +38,15 @@ static void deliver(uint32_t id)
     struct structure_uses uses;
     struct figure_box box;
     uint64_t serial;
-    assert_true(structures_note_use(structures, id, USE_REFERRED_TO));
-    structures_note_tiny(structures, id, true);
-    structures_begin_read(structures, id);
-    structures_note_input(structures, id, NULL);
-    structures_note_shared(structures, id);
-    structures_note_contents(structures, id, &contents);
-    structures_find_box(structures, id, &box);
-    structures_note_advised(structures, id, 1);
-    structures_find_uses(structures, id, &uses);
+    assert_true(uses_note(structures, id, USE_REFERRED_TO));
+    uses_note_tiny(structures, id, true);
+    uses_begin_read(structures, id);
+    uses_note_input(structures, id, NULL);
+    uses_note_shared(structures, id);
+    uses_note_contents(structures, id, &contents);
+    uses_find_box(structures, id, &box);
+    uses_note_advised(structures, id, 1);
+    uses_find(structures, id, &uses);
     structures_first_build(structures, id);
     structures_find_serial(structures, &serial);
     structures_allow_disabling(structures, id, &point);

@@ -234,12 +234,6 @@ VkResult hazard_checks_create(struct layer_device *device)
     return VK_SUCCESS;
 }
 
-void hazard_checks_set_advice(struct hazard_checks *checks, trace_adviser *advise_rebuild)
-{
-    if (checks)
-        checks->judge.advise_rebuild = advise_rebuild;
-}
-
 void hazard_checks_destroy(struct hazard_checks *checks)
 {
     if (!checks)

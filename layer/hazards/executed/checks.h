@@ -20,8 +20,6 @@ struct hazard_checks;
 
 /* Sets device->hazard_checks; NULL if setting hazards is off. Call once the device has an order. */
 VkResult hazard_checks_create(struct layer_device *device);
-/* Call before batches are judged. */
-void hazard_checks_set_advice(struct hazard_checks *checks, trace_adviser *advise_rebuild);
 /* Judges the batches that are left. */
 void hazard_checks_destroy(struct hazard_checks *checks);
 

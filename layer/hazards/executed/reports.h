@@ -22,16 +22,11 @@ struct kind_of_hazard {
     struct hazard_access_text earlier;
 };
 
-/* Gives advice about a trace of a top-level structure. `changed`: a structure that it refers to,
- * and that was written after the top-level structure was built; 0: there is none. */
-typedef void trace_adviser(struct layer_device *device, uint64_t top, uint64_t changed);
-
 struct hazard_judge {
     struct layer_device *device;
     struct hazards *hazards;
     struct shader_judge shaders;
-    trace_adviser *advise_rebuild; /* NULL if setting advice is off */
-    bool lost;                     /* memory ran out: what is known proves nothing */
+    bool lost; /* memory ran out: what is known proves nothing */
     /* Batches that later ones are compared with are kept: in execution order, and so in ascending
      * order of their accesses' numbers, up to `last`; NULL: none. */
     struct batch_list *batches;

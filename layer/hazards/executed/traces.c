@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "layer/consumers.h"
 #include "layer/hazards/executed/overwritten.h"
 
 /* ---- reports */
@@ -83,8 +84,8 @@ static void note_trace(const struct hazard_judge *judge, struct top_level *top,
     top->trace = (struct top_trace){{batch.queue, number, access->kind}, batch, record->untracked};
     if (top->lost.structure)
         report_lost(judge, top, number, &top->lost, false, false);
-    else if (judge->advise_rebuild)
-        judge->advise_rebuild(judge->device, top->structure, top->changed);
+    else if (top->changed)
+        consumers_on_stale_trace(judge->device, top->structure, top->changed);
     top->lost.structure = top->changed = 0;
 }
 

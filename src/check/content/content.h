@@ -16,6 +16,21 @@
  * report unreadable data and unknown build ranges. */
 void check_host_inputs(struct walk *walk, const struct range_view *range);
 
+struct content;
+
+/* Consumes the data of one executed build while it is read, besides the rules. A function may be
+ * NULL. In inputs that are kept for later updates (content->retained) it may set `kept`, which
+ * updates of the structure then have, too. */
+struct build_reader {
+    struct build_reader *next; /* another one of the same build */
+    /* Called before the instances of a geometry, for each of them, and after each geometry. */
+    void (*on_instances)(struct build_reader *reader, struct content *content);
+    void (*on_instance)(struct build_reader *reader, struct content *content,
+                        const VkAccelerationStructureInstanceKHR *instance);
+    void (*on_geometry)(struct build_reader *reader, struct content *content);
+    void (*end)(struct build_reader *reader); /* the build was read; frees the reader */
+};
+
 /* Evaluates the rules about the data of a geometry, which `memory` provides. `chained` is a copy of
  * the chained structures, or NULL. */
 void content_check_geometry(struct walk *walk, const struct range_view *range,

@@ -8,8 +8,6 @@
 
 #include "src/base/array.h"
 #include "src/check/assemble/views.h"
-#include "src/check/content/advice.h"
-#include "src/check/content/digest.h"
 #include "src/check/content/micromap.h"
 #include "src/check/content/unbuilt.h"
 #include "src/check/life/life.h"
@@ -193,10 +191,11 @@ static void report_references(const struct executed_call *call,
                               const struct instance_uses *uses)
 {
     const struct check_context *context = call->walk.context;
-    for (uint32_t i = 0; context->hooks->refers && i < uses->count; i++)
-        context->hooks->refers(context->user, recorded->place.position, &uses->items[i].referenced);
-    if (context->hooks->instances)
-        context->hooks->instances(context->user, recorded->place.position, uses);
+    for (uint32_t i = 0; context->hooks->on_reference && i < uses->count; i++)
+        context->hooks->on_reference(context->user, recorded->place.position,
+                                     &uses->items[i].referenced);
+    if (context->hooks->on_instances)
+        context->hooks->on_instances(context->user, recorded->place.position, uses);
 }
 
 static void collect_instances(struct executed_call *call, const struct recorded_build *recorded)
@@ -204,8 +203,8 @@ static void collect_instances(struct executed_call *call, const struct recorded_
     const struct check_context *context = call->walk.context;
     struct instance_uses *uses = call->walk.instances;
     struct build_view build = view_of(call, recorded, NULL);
-    if (context->hooks->referred && call->walk.knows_references)
-        context->hooks->referred(context->user, uses);
+    if (context->hooks->on_all_references && call->walk.knows_references)
+        context->hooks->on_all_references(context->user, uses);
     if (!uses || !uses->count)
         return;
     report_references(call, recorded, uses);
@@ -281,54 +280,6 @@ static void retain_data(struct executed_call *call, const struct executed_build 
     call->data = (struct retained_data){build->deserialization, copy, copy ? size : 0};
 }
 
-/* Without memory the build is not judged. */
-static void begin_advice(struct executed_call *call, const struct executed_build *build)
-{
-    call->walk.advice = build->limits ? calloc(1, sizeof(*call->walk.advice)) : NULL;
-    if (!call->walk.advice)
-        return;
-    call->walk.advice->limits = build->limits;
-    call->walk.advice->number = build->number;
-}
-
-static void end_advice(struct executed_call *call, const struct executed_build *build)
-{
-    struct content_advice *advice = call->walk.advice;
-    const struct check_context *context = call->walk.context;
-    if (!advice)
-        return;
-    const VkAccelerationStructureBuildGeometryInfoKHR *info =
-        &recorded_build_given(build->build)->info;
-    advice->contents.is_top = info->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
-    const bool is_known = content_advice_end(advice, info->geometryCount);
-    context->hooks->advised(context->user, advice, is_known ? &advice->contents : NULL);
-    content_advice_free(advice);
-    call->walk.advice = NULL;
-}
-
-static void read_geometries(struct executed_call *call, const struct executed_build *build)
-{
-    begin_advice(call, build);
-    if (build->build->is_indirect)
-        read_indirect(call, build);
-    else
-        read_direct(call, build);
-    end_advice(call, build);
-}
-
-static void read_and_digest(struct executed_call *call, const struct executed_build *build)
-{
-    const struct build_parameters *given = recorded_build_given(build->build);
-    const struct check_context *context = call->walk.context;
-    struct input_digesting digesting;
-    content_begin_digest(&digesting, given);
-    call->walk.digesting = &digesting;
-    read_geometries(call, build);
-    call->walk.digesting = NULL;
-    const bool is_known = content_end_digest(&digesting, given, build->point);
-    context->hooks->digested(context->user, is_known ? &digesting.digest : NULL);
-}
-
 void executed_call_read(struct executed_call *call, const struct executed_build *build)
 {
     if (build->build->deserialization) {
@@ -343,10 +294,12 @@ void executed_call_read(struct executed_call *call, const struct executed_build 
     call->walk.source_inputs = build->source_inputs;
     call->walk.point = build->point;
     call->walk.knows_references = false;
-    if (build->wants_digest)
-        read_and_digest(call, build);
+    call->walk.readers = build->readers;
+    if (build->build->is_indirect)
+        read_indirect(call, build);
     else
-        read_geometries(call, build);
+        read_direct(call, build);
+    call->walk.readers = NULL;
     build_inputs_mark_known(build->inputs);
     call->walk.inputs = NULL;
     call->walk.source_inputs = NULL;

@@ -7,8 +7,6 @@
 #include "src/check/replay/update_inputs.h"
 #include "src/snapshots/recorded_build.h"
 
-struct advice_limits;
-
 /* One build of one execution. */
 struct executed_build {
     const struct recorded_build *build;
@@ -18,9 +16,7 @@ struct executed_build {
     const struct build_inputs *source_inputs; /* of an update; NULL: not needed, or unknown */
     const struct used_micromap_note *used;    /* the micromaps that its geometries use */
     uint32_t used_count;
-    const struct advice_limits *limits;  /* to judge it by, see struct content_advice; or NULL */
-    uint32_t number;                     /* if there are limits: see struct content_advice */
-    bool wants_digest;                   /* of what it reads */
+    struct build_reader *readers;        /* the caller ends them; NULL: none */
     const struct execution_point *point; /* of a build of instances; NULL: unknown */
 };
 

@@ -6,7 +6,6 @@
 #include "src/base/array.h"
 #include "src/bvh/expansion.h"
 #include "src/bvh/input/source.h"
-#include "src/check/content/advice.h"
 #include "src/check/content/content.h"
 #include "src/state/builds/structures.h"
 
@@ -243,8 +242,9 @@ static void read_instance(struct content *content, uint32_t index, const void *b
     VkAccelerationStructureInstanceKHR instance;
     memcpy(&instance, bytes, sizeof(instance));
     check_plain_instance(content, index, &instance);
-    if (content->walk->advice)
-        content_advise_instance(content, &instance);
+    for (struct build_reader *reader = content->walk->readers; reader; reader = reader->next)
+        if (reader->on_instance)
+            reader->on_instance(reader, content, &instance);
     content_retain_instance(content, index, instance.accelerationStructureReference);
 }
 
@@ -357,7 +357,7 @@ static void read_some_instances(struct content *content, uint32_t first,
 {
     const size_t size = sizeof(VkAccelerationStructureInstanceKHR);
     const uint8_t *const end = some->bytes + some->size;
-    if (content->walk->context->hooks->reads)
+    if (content->walk->context->hooks->on_read)
         content->hash = content_hash(some, content->hash);
     for (const uint8_t *next = some->bytes; next < end; next += size) {
         __builtin_prefetch(next + PREFETCHED * size); /* processors do not, across pages */

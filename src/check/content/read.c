@@ -9,8 +9,6 @@
 
 #include "src/base/recording_path.h"
 #include "src/bvh/input/formats.h"
-#include "src/check/content/advice.h"
-#include "src/check/content/digest.h"
 #include "src/check/content/micromap.h"
 #include "src/check/walk/rows.h"
 #include "src/model/formats.h"
@@ -177,14 +175,14 @@ static void report_elements(const struct content *content, const struct geometry
                                        .size = input->size,
                                        .hash = hash};
     if (geometry->build->call->command != COMMAND_NV)
-        context->hooks->reads(context->user, geometry->build->index, geometry->index, &read);
+        context->hooks->on_read(context->user, geometry->build->index, geometry->index, &read);
 }
 
 static void hash_and_report_elements(const struct content *content,
                                      const struct geometry_input *input)
 {
     const struct check_context *context = content->walk->context;
-    const uint8_t *bytes = context->hooks->reads ? content_find_input(content, input) : NULL;
+    const uint8_t *bytes = context->hooks->on_read ? content_find_input(content, input) : NULL;
     const bool is_packed = input->stride == input->size;
     struct content_elements part = {bytes, is_packed ? input->count * input->size : input->size};
     uint64_t hash = 0;
@@ -218,12 +216,12 @@ static void report_triangles(const struct content *content)
     const struct content_indices *indices = &content->indices;
     const struct geometry_view *geometry = content->range->geometry;
     uint32_t smallest = 0;
-    if (!context->hooks->indexes || (indices->size && !indices->bytes))
+    if (!context->hooks->on_index_range || (indices->size && !indices->bytes))
         return;
     if (indices->size) {
         smallest = smallest_index(indices);
-        context->hooks->indexes(context->user, geometry->build->index, geometry->index, smallest,
-                                indices->max);
+        context->hooks->on_index_range(context->user, geometry->build->index, geometry->index,
+                                       smallest, indices->max);
     }
     report_vertices(content, smallest);
 }
@@ -324,6 +322,13 @@ static void read_boxes(struct content *content)
 
 /* ---- geometries */
 
+static void begin_instances(struct content *content)
+{
+    for (struct build_reader *reader = content->walk->readers; reader; reader = reader->next)
+        if (reader->on_instances)
+            reader->on_instances(reader, content);
+}
+
 void content_check_geometry(struct walk *walk, const struct range_view *range,
                             const struct input_memory *memory, const struct chained_input *chained)
 {
@@ -348,16 +353,15 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
         content_retain_inputs(&content);
     if (range->geometry->build->call->device->extension.linear_swept_spheres_nv)
         content_read_radii(&content);
-    if (instances && walk->advice)
-        content_advise_begin(&content);
-    if (instances)
+    if (instances) {
+        begin_instances(&content);
         content_read_instances(&content);
+    }
     if (content.hash)
         report_elements(&content, content_input(&content, INPUT_INSTANCES), content.hash);
-    if (walk->advice)
-        content_advise(&content);
-    if (walk->digesting)
-        content_add_to_digest(&content);
+    for (struct build_reader *reader = walk->readers; reader; reader = reader->next)
+        if (reader->on_geometry)
+            reader->on_geometry(reader, &content);
     content_report(&content);
 }
 

@@ -5,7 +5,6 @@
 
 #include "src/bvh/input/source.h"
 #include "src/check/content/content.h"
-#include "src/figures/refits.h"
 #include "src/model/geometry.h"
 #include "src/snapshots/build_input.h"
 
@@ -95,21 +94,19 @@ static void retain_indices(const struct content_indices *indices, struct geometr
         return;
     retained->indices =
         indices->same
-            ? kept_indices_share(indices->same)
+            ? (struct kept_indices *)kept_block_share(&indices->same->block)
             : kept_indices_create(indices->bytes, indices->count * indices->size, indices->max);
 }
 
 /* An update keeps the tree that its source was built with. */
-static void retain_sample(const struct content *content)
+static void retain_kept(const struct content *content)
 {
     const struct geometry_inputs *source =
         build_inputs_of(content->walk->source_inputs, content->range->geometry->index);
-    if (source && source->sample)
-        content->retained->sample = triangle_sample_share(source->sample);
+    if (source && source->kept)
+        content->retained->kept = kept_block_share(source->kept);
 }
 
-/* Returns the retained inputs of the geometry, or NULL. Creates them for host builds; for device
- * builds the caller has created them. */
 static struct geometry_inputs *retained_inputs_of(struct content *content)
 {
     const struct build_view *build = content->range->geometry->build;
@@ -137,7 +134,7 @@ void content_retain_inputs(const struct content *content)
         return;
     content->retained->inactive = find_inactive(content);
     retain_indices(&content->indices, content->retained);
-    retain_sample(content);
+    retain_kept(content);
 }
 
 void content_retain_instance(const struct content *content, uint32_t index, uint64_t reference)

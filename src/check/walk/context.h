@@ -15,12 +15,9 @@
 #include "src/view/nv_view.h"
 #include "src/view/view.h"
 
-struct content_advice;
-struct input_digest;
 struct instance_uses;
 struct query_pools;
 struct pending_use;
-struct structure_contents;
 struct update_templates;
 struct used_object;
 struct structures;
@@ -57,10 +54,10 @@ struct check_hooks {
     enum tristate (*radius_format_supported)(void *user, VkFormat format);
     /* An instance of an executed build, at `position` of its command buffer, refers to a live
      * structure. Called once for each structure of a build. NULL: not needed. */
-    void (*refers)(void *user, uint32_t position, const struct accel_facts *referenced);
+    void (*on_reference)(void *user, uint32_t position, const struct accel_facts *referenced);
     /* The live structures that the instances of an executed build refer to, at least one, and how
      * many refer to each. NULL: not needed. */
-    void (*instances)(void *user, uint32_t position, const struct instance_uses *uses);
+    void (*on_instances)(void *user, uint32_t position, const struct instance_uses *uses);
     /* An instance of an executed build has a reference that may be that of a structure which was
      * destroyed after the submission. NULL: not needed. */
     void (*refers_to_destroyed)(void *user, uint32_t build, uint32_t instance, uint64_t reference);
@@ -69,20 +66,15 @@ struct check_hooks {
     void (*query_addresses)(void *user);
     /* The smallest and the largest index of a geometry of triangles of an executed build. NULL: not
      * needed. */
-    void (*indexes)(void *user, uint32_t build, uint32_t geometry, uint32_t smallest,
-                    uint32_t largest);
+    void (*on_index_range)(void *user, uint32_t build, uint32_t geometry, uint32_t smallest,
+                           uint32_t largest);
     /* Elements that a device build has read, a multiple of `stride` behind an address, and a hash
      * of them. At most once for each geometry. NULL: not needed. */
-    void (*reads)(void *user, uint32_t build, uint32_t geometry, const struct elements_read *read);
+    void (*on_read)(void *user, uint32_t build, uint32_t geometry,
+                    const struct elements_read *read);
     /* The structures that the instances of an executed build refer to, if all are known. `uses` is
      * NULL if there are none. NULL: not needed. */
-    void (*referred)(void *user, const struct instance_uses *uses);
-    /* What is advised about the input data of an executed build that has `advice`. `contents` is
-     * NULL if they are not all known. NULL: not needed. */
-    void (*advised)(void *user, const struct content_advice *advice,
-                    const struct structure_contents *contents);
-    /* What an executed build has read of which the digest is wanted. NULL: that is not known. */
-    void (*digested)(void *user, const struct input_digest *digest);
+    void (*on_all_references)(void *user, const struct instance_uses *uses);
     /* Returns whether another device of the process has such an object with that handle. */
     bool (*of_another_device)(void *user, enum resource_kind kind, uint64_t handle);
     /* Returns whether the physical device can read serialized data of this version: two UUIDs. */

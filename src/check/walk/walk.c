@@ -21,8 +21,7 @@ void walk_start(struct walk *walk, struct check_context *context)
     walk->hides_sizes = false;
     walk->micromaps = (struct micromap_uses){0};
     walk->instances = NULL;
-    walk->advice = NULL;
-    walk->digesting = NULL;
+    walk->readers = NULL;
     walk->inputs = NULL;
     walk->source_inputs = NULL;
     walk->point = context->point;

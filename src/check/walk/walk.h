@@ -8,8 +8,7 @@
 #include "src/view/extension_view.h"
 #include "src/view/micromap_view.h"
 
-struct content_advice;
-struct input_digesting;
+struct build_reader;
 struct execution_point;
 struct instance_uses;
 
@@ -31,10 +30,8 @@ struct walk {
                                                * check_host_inputs; NULL: none */
     bool knows_references; /* the instances of the last geometry refer to `instances`, or to nothing
                             */
-    struct content_advice *advice;     /* of the current build; NULL: not wanted */
-    struct input_digesting *digesting; /* of the current build; NULL: not wanted */
-    struct chained_inputs chained;     /* of the geometry that was checked last, if it has
-                                        * any */
+    struct build_reader *readers;  /* of the current build; NULL: none */
+    struct chained_inputs chained; /* of the geometry that was checked last, if it has any */
 };
 
 /* Starts a walk with all active rules of the context, which must outlive it. */

@@ -7,7 +7,6 @@
 #include <vulkan/vulkan.h>
 
 #include "src/base/chain.h"
-#include "src/figures/refits.h"
 
 struct build_inputs *build_inputs_share(struct build_inputs *inputs); /* may be NULL */
 
@@ -30,28 +29,28 @@ struct build_inputs *build_inputs_share(struct build_inputs *inputs)
     return inputs;
 }
 
+struct kept_block *kept_block_share(struct kept_block *block)
+{
+    atomic_fetch_add_explicit(&block->references, 1, memory_order_relaxed);
+    return block;
+}
+
+void kept_block_release(struct kept_block *block)
+{
+    if (block && atomic_fetch_sub_explicit(&block->references, 1, memory_order_acq_rel) == 1)
+        free(block);
+}
+
 struct kept_indices *kept_indices_create(const void *bytes, uint64_t size, uint32_t max)
 {
     struct kept_indices *indices = malloc(sizeof(*indices) + size);
     if (!indices)
         return NULL;
-    atomic_init(&indices->references, 1);
+    atomic_init(&indices->block.references, 1);
     indices->max = max;
     indices->size = size;
     memcpy(indices->bytes, bytes, size);
     return indices;
-}
-
-struct kept_indices *kept_indices_share(struct kept_indices *indices)
-{
-    atomic_fetch_add_explicit(&indices->references, 1, memory_order_relaxed);
-    return indices;
-}
-
-static void release_indices(struct kept_indices *indices)
-{
-    if (indices && atomic_fetch_sub_explicit(&indices->references, 1, memory_order_acq_rel) == 1)
-        free(indices);
 }
 
 void build_inputs_release(struct build_inputs *inputs)
@@ -60,8 +59,8 @@ void build_inputs_release(struct build_inputs *inputs)
         return;
     for (uint32_t i = 0; i < inputs->count; i++) {
         free(inputs->items[i].inactive);
-        release_indices(inputs->items[i].indices);
-        triangle_sample_release(inputs->items[i].sample);
+        kept_block_release((struct kept_block *)inputs->items[i].indices);
+        kept_block_release(inputs->items[i].kept);
     }
     free(inputs);
 }

@@ -17,9 +17,16 @@
 #include "src/model/geometry_shape.h"
 #include "src/state/facts.h"
 
+/* The head of a block of memory that several builds share. Freed with the last reference. */
+struct kept_block {
+    atomic_uint references;
+};
+struct kept_block *kept_block_share(struct kept_block *block);
+void kept_block_release(struct kept_block *block); /* accepts NULL */
+
 /* The indices of a geometry. An update with the same indices shares those of its source. */
 struct kept_indices {
-    atomic_uint references;
+    struct kept_block block;
     uint32_t max;  /* the largest index */
     uint64_t size; /* in bytes */
     uint8_t bytes[];
@@ -31,7 +38,8 @@ struct geometry_inputs {
     uint32_t primitive_count;
     uint64_t *inactive; /* bit i of word i / 64: primitive 64 * (i / 64) + i % 64 */
     struct kept_indices *indices;
-    struct triangle_sample *sample; /* of the last build that was no update, for setting advice */
+    /* What a consumer has kept of the last build that was no update (struct build_reader). */
+    struct kept_block *kept;
 };
 
 /* The reader of the data fills the items and then calls build_inputs_mark_known(); from then on
@@ -52,7 +60,6 @@ void build_inputs_release(struct build_inputs *inputs); /* may be NULL */
 
 /* Returns a copy with one reference, or NULL if there is no memory. */
 struct kept_indices *kept_indices_create(const void *bytes, uint64_t size, uint32_t max);
-struct kept_indices *kept_indices_share(struct kept_indices *indices);
 
 /* Called when the items are complete and will not change. */
 void build_inputs_mark_known(struct build_inputs *inputs); /* may be NULL */

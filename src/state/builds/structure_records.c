@@ -201,8 +201,10 @@ void structures_copy_input(struct structures *structures, uint64_t dst_id, uint6
 /* Called with the lock held. */
 static void free_structure(struct structures *structures, struct structure *structure)
 {
-    if (structure->more)
+    if (structure->more) {
         release_input(structures, structure->more->input);
+        free(structure->more->notes);
+    }
     free(structure->more);
     built_release(&structure->built);
     free(structure);
@@ -457,5 +459,27 @@ void structures_release_other_inputs(struct structures *structures)
 {
     lock_shared(structures);
     release_other_inputs(structures);
+    unlock_shared(structures);
+}
+
+/* ---- notes */
+
+void *structures_lock_notes(const struct structures *structures, uint64_t id, size_t size,
+                            bool *is_known)
+{
+    lock_shared(structures);
+    struct structure *structure = structures_find(structures, id);
+    struct structure_more *more = NULL;
+    if (structure)
+        more = size ? more_of(structure) : structure->more;
+    if (more && !more->notes && size)
+        more->notes = calloc(1, size);
+    void *notes = more ? more->notes : NULL;
+    *is_known = !structures->shared->is_unknown && (notes || !structure || !size);
+    return notes;
+}
+
+void structures_unlock_notes(const struct structures *structures)
+{
     unlock_shared(structures);
 }

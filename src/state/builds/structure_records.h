@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The members of a table of structures. Only structure_records.c and uses.c include this header. */
+/* The members of a table of structures. Only structure_records.c includes this header. */
 #ifndef ASSAY_STATE_BUILDS_STRUCTURE_RECORDS_H
 #define ASSAY_STATE_BUILDS_STRUCTURE_RECORDS_H
 
@@ -18,7 +18,7 @@ struct structure_more {
     void *input; /* of the latest build that was read; NULL: unknown */
     /* While `input` is unknown: the id of the structure that this one was copied from, or 0. */
     uint64_t copy_of;
-    struct structure_uses uses; /* for setting advice */
+    void *notes; /* see structures_lock_notes(); owned */
 };
 
 /* A record before commands that may fail. */
