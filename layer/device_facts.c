@@ -141,6 +141,13 @@ static void collect_features(struct device_facts *facts, const void *chain)
     const VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX *dense =
         chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX);
     facts->dense_geometry_format = dense && dense->denseGeometryFormat;
+
+    const VkPhysicalDeviceClusterAccelerationStructureFeaturesNV *clusters = chain_find(
+        chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_CLUSTER_ACCELERATION_STRUCTURE_FEATURES_NV);
+    const VkPhysicalDevicePartitionedAccelerationStructureFeaturesNV *partitions = chain_find(
+        chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PARTITIONED_ACCELERATION_STRUCTURE_FEATURES_NV);
+    facts->clusters.feature = clusters && clusters->clusterAccelerationStructure;
+    facts->partitions.feature = partitions && partitions->partitionedAccelerationStructure;
 }
 
 /* The structures of micromap properties that a physical device may support. */
@@ -187,10 +194,12 @@ static void keep_micromap_limits(struct micromap_support *support,
     support->displacement_level = properties->displacement.maxDisplacementMicromapSubdivisionLevel;
 }
 
-/* Properties of VK_EXT_descriptor_buffer and of protected memory, which few devices need. */
+/* Properties which few devices need. */
 struct other_properties {
     VkPhysicalDeviceDescriptorBufferPropertiesEXT descriptors;
     VkPhysicalDeviceProtectedMemoryProperties protected_memory;
+    VkPhysicalDeviceClusterAccelerationStructurePropertiesNV clusters;
+    VkPhysicalDevicePartitionedAccelerationStructurePropertiesNV partitions;
 };
 
 static void chain_other_properties(const struct device_facts *facts, void **chain,
@@ -199,8 +208,26 @@ static void chain_other_properties(const struct device_facts *facts, void **chai
     *properties = (struct other_properties){
         .descriptors = {.sType =
                             VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DESCRIPTOR_BUFFER_PROPERTIES_EXT},
-        .protected_memory = {.sType =
-                                 VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROTECTED_MEMORY_PROPERTIES}};
+        .protected_memory = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROTECTED_MEMORY_PROPERTIES,
+                             .protectedNoFault = VK_TRUE},
+        .clusters =
+            {.sType =
+                 VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_CLUSTER_ACCELERATION_STRUCTURE_PROPERTIES_NV,
+             .maxVerticesPerCluster = UINT32_MAX,
+             .maxTrianglesPerCluster = UINT32_MAX,
+             .maxClusterGeometryIndex = UINT32_MAX},
+        .partitions = {
+            .sType =
+                VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PARTITIONED_ACCELERATION_STRUCTURE_PROPERTIES_NV,
+            .maxPartitionCount = UINT32_MAX}};
+    if (facts->clusters.feature) {
+        properties->clusters.pNext = *chain;
+        *chain = &properties->clusters;
+    }
+    if (facts->partitions.feature) {
+        properties->partitions.pNext = *chain;
+        *chain = &properties->partitions;
+    }
     if (facts->descriptor_buffer_capture_replay) {
         properties->descriptors.pNext = *chain;
         *chain = &properties->descriptors;
@@ -214,6 +241,9 @@ static void chain_other_properties(const struct device_facts *facts, void **chai
 static void keep_other_properties(struct device_facts *facts,
                                   const struct other_properties *properties)
 {
+    facts->clusters.limits = properties->clusters;
+    facts->clusters.limits.pNext = NULL;
+    facts->partitions.maximum = properties->partitions.maxPartitionCount;
     facts->accel_capture_size =
         properties->descriptors.accelerationStructureCaptureReplayDescriptorDataSize;
     if (facts->device_address_commands)
@@ -249,10 +279,9 @@ static void collect_limits(struct layer_device *device)
         nv_limits->pNext = properties.pNext;
         properties.pNext = nv_limits;
     }
-    if (get_properties && properties.pNext) {
+    if (get_properties && properties.pNext)
         get_properties(device->physical_device, &properties);
-        keep_other_properties(&device->facts, &other);
-    }
+    keep_other_properties(&device->facts, &other);
     keep_micromap_limits(&device->facts.micromap, &micromap);
     limits->pNext = nv_limits->pNext = NULL;
 }

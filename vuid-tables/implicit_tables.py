@@ -8,7 +8,7 @@ from collections import namedtuple
 Id = namedtuple("Id", "tail level kind members")
 
 # What nothing in a call decides.
-UNDECIDABLE = {"ADDRESS": "undecidable: a replayed address comes from another run of the application"}
+UNDECIDABLE = {"REPLAYED": "undecidable: a replayed address comes from another run of the application"}
 
 
 def hint(scope, id_):
@@ -28,6 +28,9 @@ def hint(scope, id_):
             "FLAGS": "Clear these bits, or enable the extension that defines them.",
             "ZERO": f"Set {member and member.name} to 0.",
             "POINTER": f"Point {member and member.name} to memory that has all that it leads to.",
+            "SELECTED": f"Point {member and member.name} to memory that has all that it leads to.",
+            "ADDRESS": f"Set {member and member.name} to an address that vkGetBufferDeviceAddress "
+                       "returned, or to one in that VkBuffer.",
             "HANDLE": f"Pass a {member and member.type} that was created and is not "
                       "destroyed.",
             "EMBEDDED": f"Fill in {member and member.name}, its sType included.",
@@ -102,8 +105,8 @@ class Tables:
                    f".counts_through = true, .pointer_at = offsetof({structure}, {prefix}{pointer})"
         return f".count = {length}" if length else ".count = 1"
 
-    def check(self, rule, kind, member, members, structure, prefix=""):
-        """One row of a table: what is checked of one member."""
+    def check(self, rule, kind, member, members, structure, prefix="", more=(), owner=None):
+        """One row of a table: what is checked of one member, which `owner` has: a part of `structure`."""
         place = f"{prefix}{member.name}"
         is_array = bool(member.pointers and member.lengths[0])
         chained = f"pNext<{structure}>." if structure in self.chained else ""
@@ -121,7 +124,7 @@ class Tables:
         parts += [".is_optional = true"] if member.may_be_null else []
         parts += [".elements_are_optional = true"] if member.elements_may_be_null else []
         parts += [".is_array = true"] if is_array else []
-        parts += self.details(kind, member, structure)
+        parts += [*self.details(kind, member, owner or structure), *more]
         return f"    {{{', '.join(parts)}}},\n"
 
     def details(self, kind, member, structure):
@@ -146,36 +149,63 @@ class Tables:
             if check:
                 yield self.check(rule, check, other, inner.members, structure, prefix)
 
-    def checks(self, scope):
-        structure = f"struct arguments_of_{scope.name[2:]}" if scope.is_command else scope.name
+    def selected(self, option, member, structure, prefix):
+        """The fields of C that say when a member of a union counts."""
+        values = " | ".join(f"1u << {value}" for value in option.selection)
+        return [f".selections = {values}", f".selector_at = offsetof({structure}, {prefix}{member.selector})"]
+
+    def checks(self, scope, structure=None, prefix="", more=()):
+        """The rows of a scope. `structure`, `prefix`: it is that part of another structure."""
+        structure = structure or (f"struct arguments_of_{scope.name[2:]}" if scope.is_command else scope.name)
         for id_ in scope.ids:
             rule = f"{scope.name}_{id_.tail}"
             if id_.kind in ("CALL", *UNDECIDABLE) or (scope.is_command and id_.tail in self.shared):
                 continue
             if id_.kind == "QUEUES":
                 yield f'    {{.rule = RULE_{rule}, .kind = IMPLICIT_QUEUES, .field = "device"}},\n'
+            elif id_.kind == "EMBEDDED" and id_.members[0].type in self.scopes:
+                yield from self.checks(self.scopes[id_.members[0].type], structure,
+                                       f"{prefix}{id_.members[0].name}.", [f".also = 1 + RULE_{rule}"])
             elif id_.kind == "EMBEDDED":
                 yield from self.embedded(rule, id_.members[0], structure)
+            elif id_.kind == "SELECTED":
+                option, member = id_.members
+                yield self.check(rule, "POINTER", option, scope.members, structure, f"{prefix}{member.name}.",
+                                 [*more, *self.selected(option, member, structure, prefix)])
             else:
                 for member in id_.members:
-                    yield self.check(rule, id_.kind, member, scope.members, structure)
+                    owner = scope.name if prefix else structure
+                    details = () if id_.kind in ("CHAIN", "UNIQUE") else more
+                    yield self.check(rule, id_.kind, member, scope.members, structure, prefix, details, owner)
 
-    def visits(self, scope):
-        """What the parameters of a command lead to."""
-        structure = f"struct arguments_of_{scope.name[2:]}"
+    def parameter_of(self, name):
+        """The parameter that leads to a structure."""
+        return next((f"{member.name}->" for scope in self.scopes.values() if scope.is_command
+                     for member in scope.members if member.pointers and member.type == name), "")
+
+    def visits(self, scope, structure=None, prefix="", path=""):
+        """What the parameters of a command lead to, and the unions of a structure."""
+        structure = structure or (f"struct arguments_of_{scope.name[2:]}" if scope.is_command else scope.name)
         for member in scope.members:
-            if member.pointers == 1 and member.type in self.scopes:
-                parts = [f'"{member.name}"', f"offsetof({structure}, {member.name})",
-                         f"&scope_of_{member.type}", "true" if member.lengths[0] else "false"]
+            place = f"{prefix}{member.name}"
+            if scope.is_command and member.pointers == 1 and member.type in self.scopes:
                 counts = member.counts(scope.members)
-                parts.append(f"offsetof({structure}, {counts.name})" if counts else "0")
-                yield f"    {{{', '.join(parts)}}},\n"
+                yield f'    {{.parameter = "{place}", .at = offsetof({structure}, {place}), ' \
+                      f".scope = &scope_of_{member.type}, .is_array = {'true' if member.lengths[0] else 'false'}, " \
+                      f".count_at = {f'offsetof({structure}, {counts.name})' if counts else '0'}}},\n"
+            elif not scope.is_command and not member.pointers and member.type in self.scopes:
+                yield from self.visits(self.scopes[member.type], structure, f"{place}.", path)
+            for option in self.registry.structures[member.type].members if member.selector else ():
+                fields = ", ".join(self.selected(option, member, structure, prefix))
+                yield f'    {{.parameter = "{path}{place}.{option.name}", ' \
+                      f".at = offsetof({structure}, {place}.{option.name}), " \
+                      f".scope = &scope_of_{option.type}, {fields}}},\n"
 
     # ---- texts
 
     def scope_text(self, scope):
         checks = "".join(self.checks(scope))
-        visits = "".join(self.visits(scope)) if scope.is_command else ""
+        visits = "".join(self.visits(scope, path=self.parameter_of(scope.name)))
         structure = f"struct arguments_of_{scope.name[2:]}" if scope.is_command else scope.name
         out = f"static const struct implicit_check checks_of_{scope.name}[] = {{\n{checks}}};\n" \
             if checks else ""
@@ -196,7 +226,8 @@ class Tables:
         descriptors = self.chain_of("VkWriteDescriptorSet")
         first = sorted(structures, key=lambda scope: scope.name not in self.chained)
         chained = [scope for scope in first if scope.name in self.chained]
-        others = [scope for scope in first if scope.name not in self.chained]
+        # Backwards, what structures lead to comes before them.
+        others = [scope for scope in reversed(first) if scope.name not in self.chained]
         commands = [scope for scope in self.scopes.values() if scope.is_command]
         plain = {name: text for name, text in self.values.items() if "&scope_of" not in text}
         with_scopes = {name: text for name, text in self.values.items() if "&scope_of" in text}

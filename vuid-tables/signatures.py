@@ -38,6 +38,9 @@ class Member:
         self.may_be_null = (element.get("optional") or "").split(",")[0] == "true"
         self.elements_may_be_null = self.pointers == 1 and \
             (element.get("optional") or "").split(",")[1:] == ["true"]
+        # A union: the member that says which one counts; a member of a union: for which values it counts.
+        self.selector = element.get("selector")
+        self.selection = (element.get("selection") or "").split(",")
         # The number of elements of each level of pointers.
         self.lengths = (element.get("altlen") or element.get("len") or "").split(",")
 

@@ -66,6 +66,26 @@ static void find_micromap_sizes(void *user, const VkMicromapBuildInfoEXT *info,
         .known = true, .micromap = found.micromapSize, .build_scratch = found.buildScratchSize};
 }
 
+static void find_input_sizes(void *user, const void *input, struct size_facts *sizes)
+{
+    const struct layer_device *device = ((struct build_call *)user)->device;
+    const VkuDeviceDispatchTable *vk = &device->vk;
+    VkAccelerationStructureBuildSizesInfoKHR found = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    const bool is_of_clusters = *(const VkStructureType *)input ==
+                                VK_STRUCTURE_TYPE_CLUSTER_ACCELERATION_STRUCTURE_INPUT_INFO_NV;
+    if (is_of_clusters && vk->GetClusterAccelerationStructureBuildSizesNV)
+        vk->GetClusterAccelerationStructureBuildSizesNV(device->handle, input, &found);
+    else if (!is_of_clusters && vk->GetPartitionedAccelerationStructuresBuildSizesNV)
+        vk->GetPartitionedAccelerationStructuresBuildSizesNV(device->handle, input, &found);
+    else
+        return;
+    *sizes = (struct size_facts){.known = true,
+                                 .acceleration_structure = found.accelerationStructureSize,
+                                 .build_scratch = found.buildScratchSize,
+                                 .update_scratch = found.updateScratchSize};
+}
+
 /* Noinline, so that the thread-local variable is located once per call. */
 __attribute__((noinline)) static bool *found_by_thread(void)
 {
@@ -83,6 +103,7 @@ bool check_command(struct layer_device *device, enum build_command command, cons
     static const struct check_hooks hooks = {
         .found = build_call_found,
         .find_micromap_sizes = find_micromap_sizes,
+        .find_input_sizes = find_input_sizes,
         .vertex_format_supported = build_call_vertex_format_supported,
         .radius_format_supported = build_call_radius_format_supported,
         .of_another_device = build_call_of_another_device,
@@ -104,6 +125,7 @@ bool check_command(struct layer_device *device, enum build_command command, cons
         .query_pools = device->query_pools,
         .templates = device->update_templates,
         .structures = device->structures,
+        .size_queries = device->size_queries,
     };
     check_life(&context, &call.view);
     *found_by_thread() = call.has_found;

@@ -9,6 +9,7 @@
 
 #include <stdbool.h>
 
+#include "src/view/cluster_view.h"
 #include "src/view/content_view.h"
 #include "src/view/extension_view.h"
 #include "src/view/finding.h"

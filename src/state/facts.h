@@ -216,6 +216,16 @@ struct micromap_support {
     uint32_t displacement_level; /* maxDisplacementMicromapSubdivisionLevel */
 };
 
+/* Features and limits of builds of structures at addresses. An alignment of 0 is unknown. */
+struct cluster_support {
+    bool feature; /* clusterAccelerationStructure */
+    VkPhysicalDeviceClusterAccelerationStructurePropertiesNV limits;
+};
+struct partition_support {
+    bool feature;     /* partitionedAccelerationStructure */
+    uint32_t maximum; /* maxPartitionCount */
+};
+
 /* A VkMicromapEXT. */
 struct micromap_facts {
     VkMicromapEXT handle;
@@ -273,6 +283,8 @@ struct device_facts {
     VkPhysicalDeviceAccelerationStructurePropertiesKHR limits;
     struct micromap_support micromap;
     VkPhysicalDeviceRayTracingPropertiesNV nv_limits;
+    struct cluster_support clusters;
+    struct partition_support partitions;
     size_t
         accel_capture_size; /* accelerationStructureCaptureReplayDescriptorDataSize; 0: unknown */
     enum tristate protected_no_fault; /* asked for with VK_KHR_device_address_commands only */

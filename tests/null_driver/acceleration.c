@@ -78,6 +78,23 @@ COMMAND(GetAccelerationStructureBuildSizesKHR)
     pSizeInfo->updateScratchSize = size_for(&sizes->update_scratch, primitives);
 }
 
+COMMAND(GetClusterAccelerationStructureBuildSizesNV)
+{
+    const struct null_driver_sizes *sizes = &CONFIG(device)->sizes;
+    const uint64_t count = pInfo->maxAccelerationStructureCount;
+    pSizeInfo->accelerationStructureSize = size_for(&sizes->structure, count);
+    pSizeInfo->buildScratchSize = size_for(&sizes->build_scratch, count);
+    pSizeInfo->updateScratchSize = 0;
+}
+
+COMMAND(GetPartitionedAccelerationStructuresBuildSizesNV)
+{
+    const struct null_driver_sizes *sizes = &CONFIG(device)->sizes;
+    pSizeInfo->accelerationStructureSize = size_for(&sizes->structure, pInfo->instanceCount);
+    pSizeInfo->buildScratchSize = size_for(&sizes->build_scratch, pInfo->instanceCount);
+    pSizeInfo->updateScratchSize = 0;
+}
+
 /* ---- VK_NV_ray_tracing */
 
 static uint64_t primitives_of(const VkAccelerationStructureInfoNV *info)

@@ -134,6 +134,15 @@ struct null_driver_config null_driver_default_config(void)
 #ifdef VK_NV_displacement_micromap
         .displacement_properties = {.maxDisplacementMicromapSubdivisionLevel = 5},
 #endif
+        .cluster_properties = {.maxVerticesPerCluster = 256,
+                               .maxTrianglesPerCluster = 256,
+                               .clusterScratchByteAlignment = 256,
+                               .clusterByteAlignment = 128,
+                               .clusterTemplateByteAlignment = 32,
+                               .clusterBottomLevelByteAlignment = 256,
+                               .clusterTemplateBoundsByteAlignment = 32,
+                               .maxClusterGeometryIndex = 1 << 20},
+        .partition_properties = {.maxPartitionCount = 1 << 16},
         .memory = {.memoryTypeCount = 8,
                    .memoryTypes = {{LOCAL, 0},
                                    {HOST, 1},

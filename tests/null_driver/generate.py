@@ -36,7 +36,8 @@ DEVICE_EXTENSIONS = """
     KHR_swapchain KHR_synchronization2
     KHR_timeline_semaphore KHR_uniform_buffer_standard_layout KHR_variable_pointers
     KHR_video_decode_h264 KHR_video_decode_queue KHR_video_queue KHR_vulkan_memory_model
-    NV_displacement_micromap NV_low_latency2 NV_ray_tracing NV_ray_tracing_linear_swept_spheres
+    NV_cluster_acceleration_structure NV_displacement_micromap NV_low_latency2
+    NV_partitioned_acceleration_structure NV_ray_tracing NV_ray_tracing_linear_swept_spheres
     NV_ray_tracing_motion_blur"""
 
 # Constants of the driver: values of members, by patterns of their names. The last pattern that fits a

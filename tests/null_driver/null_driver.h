@@ -97,6 +97,8 @@ struct null_driver_config {
 #ifdef VK_NV_displacement_micromap
     VkPhysicalDeviceDisplacementMicromapPropertiesNV displacement_properties;
 #endif
+    VkPhysicalDeviceClusterAccelerationStructurePropertiesNV cluster_properties;
+    VkPhysicalDevicePartitionedAccelerationStructurePropertiesNV partition_properties;
 
     /* Default types: 0 device local (multi-instance heap), 1 host visible and coherent, 2 the same
      * and cached, 3 device local and host visible, 4 protected, 5 lazily allocated. */

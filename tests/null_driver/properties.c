@@ -57,6 +57,10 @@ static const struct property_row rows[] = {
     CONFIGURED(NV_displacement_micromap, DISPLACEMENT_MICROMAP_PROPERTIES_NV,
                displacement_properties)
 #endif
+    CONFIGURED(NV_cluster_acceleration_structure, CLUSTER_ACCELERATION_STRUCTURE_PROPERTIES_NV,
+               cluster_properties)
+    CONFIGURED(NV_partitioned_acceleration_structure,
+               PARTITIONED_ACCELERATION_STRUCTURE_PROPERTIES_NV, partition_properties)
 };
 /* clang-format on */
 

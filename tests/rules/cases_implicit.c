@@ -69,4 +69,12 @@ static void life_use_two_nv_captures(struct scene *scene)
     scene->life.create_nv.pNext = two_captures(scene);
 }
 
+static void life_use_two_partition_flags(struct scene *scene)
+{
+    static VkPartitionedAccelerationStructureFlagsNV second;
+    second = scene->life.partition_flags;
+    scene->life.partition_flags.pNext = &second;
+    scene->life.partition.input.pNext = &scene->life.partition_flags;
+}
+
 #include "implicit.inc"

@@ -37,6 +37,8 @@ static const struct {
     {ENABLE_DESCRIPTOR_BUFFER, VK_EXT_DESCRIPTOR_BUFFER_EXTENSION_NAME},
     {ENABLE_NULL_DESCRIPTOR, VK_EXT_ROBUSTNESS_2_EXTENSION_NAME},
     {ENABLE_SYNCHRONIZATION_2, VK_KHR_SYNCHRONIZATION_2_EXTENSION_NAME},
+    {ENABLE_CLUSTERS, VK_NV_CLUSTER_ACCELERATION_STRUCTURE_EXTENSION_NAME},
+    {ENABLE_CLUSTERS, VK_NV_PARTITIONED_ACCELERATION_STRUCTURE_EXTENSION_NAME},
 };
 
 static const char *const extensions_of_1_1[] = {
@@ -146,6 +148,10 @@ static const struct feature {
             ENABLE_DESCRIPTOR_BUFFER, DISABLE_DESCRIPTOR_CAPTURE),
     FEATURE(VkPhysicalDeviceRobustness2FeaturesEXT, nullDescriptor, BY_ALL, ENABLE_NULL_DESCRIPTOR,
             0),
+    FEATURE(VkPhysicalDeviceClusterAccelerationStructureFeaturesNV, clusterAccelerationStructure,
+            BY_ALL, ENABLE_CLUSTERS, DISABLE_CLUSTERS),
+    FEATURE(VkPhysicalDevicePartitionedAccelerationStructureFeaturesNV,
+            partitionedAccelerationStructure, BY_ALL, ENABLE_CLUSTERS, DISABLE_CLUSTERS),
     FEATURE(VkPhysicalDeviceProtectedMemoryFeatures, protectedMemory, BY_ALL, ENABLE_PROTECTED, 0),
     FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructure, BY_ALL, 0,
             DISABLE_ACCELERATION_STRUCTURE),

@@ -34,6 +34,7 @@ enum setup_enable {
     ENABLE_CAPTURE_REPLAY = 1 << 21,
     ENABLE_NULL_DESCRIPTOR = 1 << 23,
     ENABLE_MICROMAP_REPLAY = 1 << 22, /* with VK_EXT_opacity_micromap */
+    ENABLE_CLUSTERS = 1 << 24,        /* and partitioned structures */
 };
 
 /* Features that are left off though their extension is enabled. */
@@ -52,6 +53,7 @@ enum setup_disable {
     DISABLE_DEVICE_ADDRESS_COMMANDS = 1 << 9,
     DISABLE_DESCRIPTOR_CAPTURE = 1 << 10,
     DISABLE_MULTI_DEVICE_ADDRESS = 1 << 11,
+    DISABLE_CLUSTERS = 1 << 12, /* and partitioned structures */
 };
 
 /* How features are asked for, and buffer addresses retrieved. */

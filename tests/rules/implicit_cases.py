@@ -30,18 +30,44 @@ PLACES = {
     "VkAccelerationStructureMotionInfoNV": "motion",
     "VkWriteDescriptorSetAccelerationStructureKHR": "descriptor",
     "VkWriteDescriptorSetAccelerationStructureNV": "descriptor_nv",
+    "VkWriteDescriptorSetPartitionedAccelerationStructureNV": "partition_descriptor",
+    "VkClusterAccelerationStructureCommandsInfoNV": "cluster",
+    "VkClusterAccelerationStructureInputInfoNV": "cluster.input",
+    "VkClusterAccelerationStructureTriangleClusterInputNV": "cluster_triangles",
+    "VkClusterAccelerationStructureClustersBottomLevelInputNV": "cluster_bottom_level",
+    "VkClusterAccelerationStructureMoveObjectsInputNV": "cluster_moves",
+    "VkBuildPartitionedAccelerationStructureInfoNV": "partition",
+    "VkPartitionedAccelerationStructureInstancesInputNV": "partition.input",
+    "VkPartitionedAccelerationStructureFlagsNV": "partition_flags",
 }
 # What a scene prepares so that its call has the structure.
 PREPARES = {"VkAccelerationStructureMotionInfoNV": 
            # Without the flag, or the create info would also lack the structure.
            "life_use_motion(scene); scene->life.create.createFlags = 0;",
-            "VkWriteDescriptorSetAccelerationStructureNV": "scene_use_nv_descriptor(scene);"}
+            "VkWriteDescriptorSetAccelerationStructureNV": "scene_use_nv_descriptor(scene);",
+            "VkWriteDescriptorSetPartitionedAccelerationStructureNV": "scene_use_partition_descriptor(scene);",
+            "VkClusterAccelerationStructureClustersBottomLevelInputNV":
+            "scene_use_cluster_op(scene, VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_CLUSTERS_BOTTOM_LEVEL_NV);",
+            "VkClusterAccelerationStructureMoveObjectsInputNV":
+            "scene_use_cluster_op(scene, VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_MOVE_OBJECTS_NV);",
+            "VkPartitionedAccelerationStructureFlagsNV":
+            "scene->life.partition.input.pNext = &scene->life.partition_flags;"}
 SETUPS = {"VkAccelerationStructureCaptureDescriptorDataInfoEXT": "ENABLE_RAY_TRACING_NV",
           "VkAccelerationStructureMotionInfoNV": "ENABLE_MOTION",
-          "VkWriteDescriptorSetAccelerationStructureNV": "ENABLE_RAY_TRACING_NV"}
+          "VkWriteDescriptorSetAccelerationStructureNV": "ENABLE_RAY_TRACING_NV",
+          "VkWriteDescriptorSetPartitionedAccelerationStructureNV": "ENABLE_CLUSTERS"}
+# Structures that others chain: the chain is wrong, too, if the sType is.
+CHAINED = {"VkAccelerationStructureMotionInfoNV": "VkAccelerationStructureCreateInfoKHR_pNext_pNext",
+           "VkPartitionedAccelerationStructureFlagsNV":
+           "VkPartitionedAccelerationStructureInstancesInputNV_pNext_pNext"}
+# Structures that are a part of others: that member is wrong, too.
+EMBEDDED = {"VkClusterAccelerationStructureInputInfoNV":
+            "VkClusterAccelerationStructureCommandsInfoNV_input_parameter",
+            "VkPartitionedAccelerationStructureInstancesInputNV":
+            "VkBuildPartitionedAccelerationStructureInfoNV_input_parameter"}
 FORGED = "0xdeadbeef"
 # Ids that the hand-written cases break for all commands alike.
-BY_HAND = re.compile(r"^(commandBuffer|deferredOperation)-|^(device-parameter|renderpass|suspended|videocoding)$")
+BY_HAND = re.compile(r"^(commandBuffer|deferredOperation)-|^(input-parameter|device-parameter|renderpass|suspended|videocoding)$")
 
 
 def fail(message):
@@ -102,19 +128,37 @@ def of_unique(scope):
     uses = {"VkAccelerationStructureCreateInfoKHR": ("life_use_two_motions", "ENABLE_MOTION"),
             "VkAccelerationStructureCreateInfo2KHR": ("life_use_two_captures", "ENABLE_DESCRIPTOR_BUFFER"),
             "VkAccelerationStructureCreateInfoNV": ("life_use_two_nv_captures",
-                                                    "ENABLE_DESCRIPTOR_BUFFER")}
+                                                    "ENABLE_DESCRIPTOR_BUFFER"),
+            "VkPartitionedAccelerationStructureInstancesInputNV": ("life_use_two_partition_flags", None)}
     use, enable = uses[scope]
     yield Case("pNext", f"(void)&it sType; {use}(scene);", enable=enable)
+
+
+def of_address(scope, member, may_be_null):
+    yield Case(member, set_to(member, "UINT64_C(0x7000000000)"), "nowhere")
+    if not may_be_null and member != "scratchData":
+        yield Case(member, set_to(member, "0"), "null")
+
+
+def of_selected(op_type, member):
+    member = f"opInput.{member}"
+    for case in of_pointer(member, set_to("opType", op_type)):
+        yield case
 
 
 MEMBER = r"(\w+)"
 PATTERNS = [(re.compile(pattern), make) for pattern, make in (
     (r"sType must be (VK_STRUCTURE_TYPE_\w+)",
-     lambda scope, m: of_stype(m[1], scope in PREPARES or "WriteDescriptorSet" in scope)),
+     lambda scope, m: of_stype(m[1], scope in CHAINED or "WriteDescriptorSet" in scope)),
     (r"pNext must be NULL( or a pointer to a valid instance of \w+)?", lambda scope, m: of_chain("pNext")),
     (r"Each pNext member of any structure .* must be either NULL or a pointer to a valid instance of .*",
      lambda scope, m: of_chain("pNext")),
     (r"The sType value of each structure in the pNext chain must be unique", lambda scope, m: of_unique(scope)),
+    (rf"If {MEMBER} is not 0, {MEMBER} must be a valid VkDeviceAddress value",
+     lambda scope, m: of_address(scope, m[2], True)),
+    (rf"{MEMBER} must be a valid VkDeviceAddress value", lambda scope, m: of_address(scope, m[1], False)),
+    (rf"If opType is (\w+)(?:, .*)?, the {MEMBER} member of opInput must be a valid pointer to a \w+ structure",
+     lambda scope, m: of_selected(m[1], m[2])),
     (rf"{MEMBER} must be a valid Vk\w+ value",
      lambda scope, m: [Case(m[1], set_to(m[1], "0x7ffffff0"))]),
     (rf"If {MEMBER} is not 0, {MEMBER} must be a valid combination of Vk\w+ values",
@@ -156,7 +200,7 @@ UNDECIDABLE = re.compile(r"If \w+ is not 0, \w+ must be a valid VkDeviceAddress 
 
 def cases_of(vuid, sentence):
     scope = vuid.split("-")[1]
-    if UNDECIDABLE.fullmatch(sentence):
+    if UNDECIDABLE.fullmatch(sentence) and "CreateInfo" in scope:
         return
     for pattern, make in PATTERNS:
         if found := pattern.fullmatch(sentence):
@@ -194,11 +238,13 @@ def row(vuid, case, function):
                    ".right_setup = &(const struct setup){0}", ".needs_null_driver = true"]
     elif enable:
         fields.append(f".setup = &(const struct setup){{.enable = {enable}}}")
-    if scope == "VkAccelerationStructureMotionInfoNV" and tail.startswith("sType"):
-        fields += [".names = (const enum rule[]){RULE_VkAccelerationStructureCreateInfoKHR_pNext_pNext}",
-                   ".name_count = 1"]
+    if scope in CHAINED and tail.startswith("sType"):
+        names = CHAINED[scope]
     else:
+        names = EMBEDDED.get(scope) if case.member != "pNext" else None
         fields.append(f'.path = "{case.member}"')
+    if names:
+        fields += [f".names = (const enum rule[]){{RULE_{names}}}", ".name_count = 1"]
     return f"    {{{', '.join(fields)}}},\n"
 
 

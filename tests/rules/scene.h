@@ -127,9 +127,20 @@ struct scene_life {
     VkWriteDescriptorSetAccelerationStructureKHR descriptor;
     VkWriteDescriptorSetAccelerationStructureNV descriptor_nv;
     VkWriteDescriptorSet write;
+    VkWriteDescriptorSetPartitionedAccelerationStructureNV partition_descriptor;
     VkDescriptorUpdateTemplate update_template;
     const void *template_data;
     VkPushDescriptorSetInfo push;
+
+    /* A build of clusters, at first of one cluster of triangles, and one of a partitioned
+     * structure. `cluster_input`: a count of 1, and infos from byte 64 on. */
+    VkClusterAccelerationStructureCommandsInfoNV cluster;
+    VkClusterAccelerationStructureTriangleClusterInputNV cluster_triangles;
+    VkClusterAccelerationStructureClustersBottomLevelInputNV cluster_bottom_level;
+    VkClusterAccelerationStructureMoveObjectsInputNV cluster_moves;
+    VkBuildPartitionedAccelerationStructureInfoNV partition;
+    VkPartitionedAccelerationStructureFlagsNV partition_flags;
+    struct test_buffer cluster_input, cluster_dst, cluster_arrays, cluster_scratch;
 
     /* Changes the arguments just before the call; or NULL. */
     void (*edit)(struct scene *scene, union life_arguments *arguments);
@@ -267,6 +278,17 @@ uint64_t scene_reference(const struct scene *scene, VkAccelerationStructureKHR a
 /* An address in a buffer, as the command of the scene wants it: of the device or the host. */
 uint64_t scene_address(const struct scene *scene, const struct test_buffer *buffer,
                        VkDeviceSize offset);
+
+/* ---- builds at addresses (scene_clusters.c) ---- */
+
+bool command_builds_at_addresses(
+    enum build_command command); /* or queries the sizes of such builds */
+void scene_open_clusters(struct scene *scene);
+void scene_use_cluster_op(struct scene *scene, VkClusterAccelerationStructureOpTypeNV type);
+void scene_use_cluster_mode(struct scene *scene, VkClusterAccelerationStructureOpModeNV mode);
+void scene_use_partition_descriptor(struct scene *scene);
+/* Makes the queries that a build's counts are compared with. */
+void scene_query_input_sizes(struct scene *scene);
 
 /* ---- memory, buffers, structures (scene_objects.c) ---- */
 

@@ -24,7 +24,7 @@ bool command_is_of_micromaps(enum build_command command)
 bool command_is_of_nv(enum build_command command)
 {
     const char *name = name_of(command);
-    return strcmp(name + strlen(name) - 2, "NV") == 0;
+    return strcmp(name + strlen(name) - 2, "NV") == 0 && !command_builds_at_addresses(command);
 }
 
 bool command_is_on_host(enum build_command command)
@@ -49,6 +49,8 @@ uint32_t command_enables(enum build_command command)
         return ENABLE_DESCRIPTOR_BUFFER;
     if (command == COMMAND_CmdPushDescriptorSet || command == COMMAND_CmdPushDescriptorSet2)
         return ENABLE_PUSH_DESCRIPTOR;
+    if (command_builds_at_addresses(command))
+        return ENABLE_CLUSTERS;
     if (command_is_of_nv(command))
         return ENABLE_RAY_TRACING_NV;
     return command_is_of_micromaps(command) ? ENABLE_OPACITY_MICROMAP_EXT : 0;
@@ -356,6 +358,8 @@ void scene_life_open(struct scene *scene)
     set_queries_of_objects(scene);
     set_binding(scene);
     set_types_of_copies(scene);
+    if (command_builds_at_addresses(scene->command))
+        scene_open_clusters(scene);
     if (command_writes_descriptors(scene->command))
         open_descriptors(scene);
 }
@@ -481,6 +485,17 @@ static void fill_arguments(struct scene *scene, union life_arguments *arguments)
         OF_DEVICE(GetQueryPoolResults, life->pool, life->first_query, life->object_count,
                   life->data_size, life->data_argument, life->stride, VK_QUERY_RESULT_64_BIT)
         OF_DEVICE(GetMicromapBuildSizesEXT, life->build_type, life->builds, &life->micromap_sizes)
+        OF_DEVICE(GetClusterAccelerationStructureBuildSizesNV, &life->cluster.input, &life->sizes)
+        OF_DEVICE(GetPartitionedAccelerationStructuresBuildSizesNV, &life->partition.input,
+                  &life->sizes)
+    case COMMAND_CmdBuildClusterAccelerationStructureIndirectNV:
+        A_(CmdBuildClusterAccelerationStructureIndirectNV).commandBuffer = scene->command_buffer;
+        A_(CmdBuildClusterAccelerationStructureIndirectNV).pCommandInfos = &life->cluster;
+        break;
+    case COMMAND_CmdBuildPartitionedAccelerationStructuresNV:
+        A_(CmdBuildPartitionedAccelerationStructuresNV).commandBuffer = scene->command_buffer;
+        A_(CmdBuildPartitionedAccelerationStructuresNV).pBuildInfo = &life->partition;
+        break;
     case COMMAND_CmdCopyAccelerationStructureNV:
         A_(CmdCopyAccelerationStructureNV) = (struct arguments_of_CmdCopyAccelerationStructureNV){
             scene->command_buffer, (VkAccelerationStructureNV)life->copy.dst,

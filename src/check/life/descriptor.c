@@ -39,7 +39,8 @@ static struct writes find_writes(struct check_context *context, const struct cal
 static bool is_of_structures(VkDescriptorType type)
 {
     return type == VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR ||
-           type == VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_NV;
+           type == VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_NV ||
+           type == VK_DESCRIPTOR_TYPE_PARTITIONED_ACCELERATION_STRUCTURE_NV;
 }
 
 /* Both extensions' structures have the same members, up to the type of the handles. */
@@ -86,7 +87,10 @@ void check_descriptors(struct walk *walk, const struct call_view *call)
             continue;
         const struct location location = check_element(call, writes.parameter, i);
         check_implicit_descriptor(walk, call, &location, all[i].pNext);
-        check_structures(walk, call, location, &all[i]);
+        if (all[i].descriptorType == VK_DESCRIPTOR_TYPE_PARTITIONED_ACCELERATION_STRUCTURE_NV)
+            check_partition_descriptors(walk, call, location, &all[i]);
+        else
+            check_structures(walk, call, location, &all[i]);
     }
 }
 

@@ -37,12 +37,18 @@ static const void *read_pointer(const char *bytes, size_t at)
 
 /* A rule that is not active makes no finding, but its mistake still hides others. */
 static void report_implicit(struct subject_of_check *subject, const struct implicit_check *check,
-                            const struct finding *finding)
+                            struct finding *finding)
 {
     struct walk *walk = subject->walk;
+    const enum rule also = check->also ? (enum rule)(check->also - 1) : RULE_COUNT;
     subject->reported = check->rule;
-    if (walk->active[check->rule])
+    if (walk->active[check->rule]) {
+        if (also != RULE_COUNT)
+            also_violates(finding, also);
         walk_report(walk, check->rule, subject->location, finding);
+    } else if (also != RULE_COUNT && walk->active[also]) {
+        walk_report(walk, also, subject->location, finding);
+    }
 }
 
 #define REPORT(subject, check, says, ...)                                                          \
@@ -304,6 +310,21 @@ static const char *check_pointer(struct subject_of_check *subject,
     return NULL;
 }
 
+static void check_address(struct subject_of_check *subject, const struct implicit_check *check,
+                          uint64_t address)
+{
+    const struct check_context *context = subject->walk->context;
+    struct address_facts facts;
+    if (context->level < LEVEL_STATE || (!address && check->is_optional))
+        return;
+    resources_look_up_address(context->resources, address, &facts);
+    if (facts.status == ADDRESS_NULL)
+        report_plainly(subject, check, "is 0");
+    else if (facts.status == ADDRESS_NOWHERE)
+        REPORT(subject, check, "{} is in no buffer whose address was retrieved",
+               address_of_missing(VK_OBJECT_TYPE_BUFFER, address));
+}
+
 /* ---- objects */
 
 struct object_state {
@@ -422,15 +443,28 @@ static void evaluate_word(struct subject_of_check *subject, const struct implici
     case IMPLICIT_ZERO:
         check_zero(subject, check, value);
         break;
+    case IMPLICIT_ADDRESS:
+        check_address(subject, check, value);
+        break;
     default:
         check_length(subject, check, value);
         break;
     }
 }
 
+/* Whether a member of a union counts. */
+static bool is_selected(const struct subject_of_check *subject, uint32_t selections, size_t at)
+{
+    uint32_t selector;
+    memcpy(&selector, subject->bytes + at, sizeof(selector));
+    return selector < 32 && selections >> selector & 1;
+}
+
 static void evaluate(struct subject_of_check *subject, const struct implicit_check *check)
 {
     uint64_t count;
+    if (check->selections && !is_selected(subject, check->selections, check->selector_at))
+        return;
     switch ((enum implicit_kind)check->kind) {
     case IMPLICIT_CHAIN:
         check_chain(subject, check);
@@ -457,6 +491,7 @@ static void evaluate(struct subject_of_check *subject, const struct implicit_che
 
 static void check_chained(struct subject_of_check *subject, const struct implicit_check *check,
                           const void *chain);
+static void check_visit(struct subject_of_check *subject, const struct implicit_visit *visit);
 
 static void check_scope(struct subject_of_check *subject, const struct implicit_scope *scope)
 {
@@ -467,6 +502,8 @@ static void check_scope(struct subject_of_check *subject, const struct implicit_
             check_chained(subject, &scope->checks[i],
                           read_pointer(subject->bytes, scope->checks[i].at));
     }
+    for (uint32_t i = 0; i < scope->visit_count; i++)
+        check_visit(subject, &scope->visits[i]);
 }
 
 /* Validates the structures of a chain that have ids. */
@@ -494,7 +531,8 @@ static void check_visit(struct subject_of_check *subject, const struct implicit_
     const char *pointer = read_pointer(subject->bytes, visit->at);
     uint32_t count =
         visit->is_array ? (uint32_t)read_word(subject->bytes, visit->count_at, sizeof(count)) : 1;
-    if (!count || !readable(context->readable, pointer, (size_t)count * visit->scope->size))
+    if (!count || !readable(context->readable, pointer, (size_t)count * visit->scope->size) ||
+        (visit->selections && !is_selected(subject, visit->selections, visit->selector_at)))
         return;
     for (uint32_t i = 0; i < count; i++) {
         structure.location = visit->is_array ? check_element(subject->call, visit->parameter, i)
@@ -516,8 +554,6 @@ bool check_implicit(struct walk *walk, const struct call_view *call)
     if (!scope)
         return true;
     check_scope(&subject, scope);
-    for (uint32_t i = 0; i < scope->visit_count; i++)
-        check_visit(&subject, &scope->visits[i]);
     return subject.is_well_formed;
 }
 

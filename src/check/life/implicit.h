@@ -19,6 +19,7 @@ enum implicit_kind {
     IMPLICIT_POINTER, /* it is readable, as far as the call reads or writes there */
     IMPLICIT_HANDLE,  /* an object that exists */
     IMPLICIT_PARENT,  /* an object of this device */
+    IMPLICIT_ADDRESS, /* a device address in a buffer */
     IMPLICIT_QUEUES,  /* the device has a queue */
 };
 
@@ -36,7 +37,11 @@ struct implicit_check {
     uint16_t rule; /* enum rule */
     uint8_t kind;  /* enum implicit_kind */
     uint8_t size;  /* of the member, bytes */
-    uint16_t at;   /* of the member in its structure, bytes */
+    uint16_t also; /* a rule that the same mistake violates, + 1; 0: none */
+    /* A member of a union, which counts if the enumerant at an offset is one of these bits; 0: no
+     * such member. */
+    uint16_t selections, selector_at;
+    uint16_t at; /* of the member in its structure, bytes */
     bool is_pointer;
     bool is_array;              /* of `count` elements, or as many as another member says */
     bool is_optional;           /* NULL, VK_NULL_HANDLE and 0 are valid */
@@ -54,10 +59,11 @@ struct implicit_check {
     const struct implicit_value *values;
 };
 
-/* A parameter that leads to structures with ids. */
+/* A parameter, or a member of a union, that leads to structures with ids. */
 struct implicit_visit {
     const char *parameter;
     uint16_t at;
+    uint16_t selections, selector_at; /* as in struct implicit_check */
     const struct implicit_scope *scope;
     bool is_array;
     uint16_t count_at;

@@ -50,6 +50,9 @@ struct check_hooks {
     void (*find_micromap_sizes)(void *user, const VkMicromapBuildInfoEXT *info,
                                 VkAccelerationStructureBuildTypeKHR build_type,
                                 struct micromap_size_facts *sizes);
+    /* Gets the sizes of a build of clusters or of a partitioned structure from the next layer: of
+     * `input`, the structure that the query of the command's extension takes, which is valid. */
+    void (*find_input_sizes)(void *user, const void *input, struct size_facts *sizes);
     enum tristate (*vertex_format_supported)(void *user, VkFormat format);
     enum tristate (*radius_format_supported)(void *user, VkFormat format);
     /* An instance of an executed build, at `position` of its command buffer, refers to a live
@@ -113,9 +116,10 @@ struct check_context {
     struct readable_cache *readable;
     struct aligned_copies *copies; /* copies of misaligned parameters; filled during a call */
     struct resources *resources;
-    struct query_pools *query_pools;    /* of commands that name pools; or NULL */
-    struct update_templates *templates; /* of updates of descriptor sets; or NULL */
-    struct size_differences *asked;     /* a place for that of struct build_view; or NULL */
+    struct query_pools *query_pools;         /* of commands that name pools; or NULL */
+    struct update_templates *templates;      /* of updates of descriptor sets; or NULL */
+    const struct size_queries *size_queries; /* of the application; or NULL */
+    struct size_differences *asked;          /* a place for that of struct build_view; or NULL */
     struct sweep *sweep; /* memory kept between calls, see check_make_sweep; or NULL */
     const struct structures *structures; /* those that builds refer to; or NULL */
     const struct execution_point *point; /* of a host command; NULL: unknown */

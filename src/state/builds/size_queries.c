@@ -3,6 +3,7 @@
  * each it keeps what the sizes depend on, of the first GEOMETRIES_KEPT geometries. */
 #include "src/state/builds/size_queries.h"
 
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -24,8 +25,9 @@ struct sized_build {
 };
 
 struct size_queries {
-    pthread_mutex_t lock;                        /* guards the rest */
+    pthread_mutex_t lock;                        /* guards the next member */
     struct sized_build *kept[SIZE_QUERIES_KEPT]; /* owned; NULL: none */
+    _Atomic uint32_t greatest[ASKED_COUNTS];
 };
 
 VkResult size_queries_create(struct size_queries **queries)
@@ -162,4 +164,18 @@ void size_queries_find(struct size_queries *queries,
     best.build = differences->build;
     best.which = which;
     *differences = best;
+}
+
+/* ---- counts of clusters and partitioned structures */
+
+void size_queries_note_count(struct size_queries *queries, enum asked_count of, uint32_t count)
+{
+    uint32_t known = atomic_load(&queries->greatest[of]);
+    while (known < count && !atomic_compare_exchange_weak(&queries->greatest[of], &known, count))
+        ;
+}
+
+uint32_t size_queries_greatest(const struct size_queries *queries, enum asked_count of)
+{
+    return atomic_load(&queries->greatest[of]);
 }

@@ -48,6 +48,16 @@ struct size_differences {
     } items[SIZE_DIFFERENCES];
 };
 
+/* Counts that queries for clusters and partitioned structures have: the greatest one is kept. */
+enum asked_count {
+    ASKED_CLUSTERS, /* + VkClusterAccelerationStructureOpTypeNV */
+    ASKED_INSTANCES = ASKED_CLUSTERS + 6,
+    ASKED_INSTANCES_PER_PARTITION,
+    ASKED_PARTITIONS,
+    ASKED_GLOBAL_INSTANCES,
+    ASKED_COUNTS
+};
+
 struct size_queries; /* one per device; has its own lock */
 
 VkResult size_queries_create(struct size_queries **queries);
@@ -67,5 +77,10 @@ void size_queries_find(struct size_queries *queries,
                        const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
                        enum queried_size which, VkDeviceSize size,
                        struct size_differences *differences);
+
+/* The application has queried sizes for a count. */
+void size_queries_note_count(struct size_queries *queries, enum asked_count of, uint32_t count);
+/* The greatest count that sizes were queried for; 0: none were. */
+uint32_t size_queries_greatest(const struct size_queries *queries, enum asked_count of);
 
 #endif
