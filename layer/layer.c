@@ -12,6 +12,7 @@
 #include "src/platform/probe.h"
 #include "src/platform/process.h"
 #include "src/platform/threads.h"
+#include "src/report/words.h"
 
 /* Static storage without constructor or destructor. The lists are linked through their members, so
  * publishing cannot fail. It must not fail, because it follows the call down, whose success cannot
@@ -281,11 +282,10 @@ __attribute__((cold)) static void warn_of_skipped(VkCommandBuffer handle)
     if (!device || atomic_exchange(&device->warned_of_skipped, true))
         return;
     text_begin(&text, line, sizeof(line));
-    text_append(&text,
-                "A command was to be recorded in VkCommandBuffer %#" PRIx64
-                ", which is not a command buffer: it was freed, or never allocated. The layer "
-                "skips such commands.",
-                handle_number(handle));
+    text_say(&text,
+             "A command was to be recorded in VkCommandBuffer {}, which is not a command buffer: "
+             "it was freed, or never allocated. The layer skips such commands.",
+             hex(handle_number(handle)));
     reporter_warn(device->instance->reporter, line);
 }
 

@@ -11,6 +11,7 @@
 #include "layer/snapshots/snapshots.h"
 #include "src/compare/summary.h"
 #include "src/model/geometry.h"
+#include "src/report/words.h"
 
 /* ---- creation */
 
@@ -99,14 +100,16 @@ static VkResult start(struct layer_device *device, void **self)
 static void warn_of_failures(const struct comparer *comparer)
 {
     char line[320];
-    const unsigned long long input_unknown = comparer->input_unknown, failed = comparer->failed;
+    struct text_buffer text;
+    const uint64_t input_unknown = comparer->input_unknown, failed = comparer->failed;
     if (input_unknown + failed == 0)
         return;
-    snprintf(line, sizeof(line),
-             "assay_validation.compare_rays: %llu builds were not compared: of %llu not all of the "
-             "input was known, or it was too much to keep; for %llu the driver or the layer had no "
+    text_begin(&text, line, sizeof(line));
+    text_say(&text,
+             "assay_validation.compare_rays: {} builds were not compared: of {} not all of the "
+             "input was known, or it was too much to keep; for {} the driver or the layer had no "
              "memory, or the driver took too long.",
-             input_unknown + failed, input_unknown, failed);
+             number(input_unknown + failed), number(input_unknown), number(failed));
     reporter_warn(comparer->device->instance->reporter, line);
 }
 
@@ -247,7 +250,7 @@ void comparer_report(const struct comparer *comparer, const struct retained_buil
             .geometry_by_pointer = build->place.geometry_by_pointer,
         };
         summary_describe(summary, d, words);
-        finding_says(&finding, "", "{}", text(words));
+        finding_says(&finding, "", "{}", phrase(words));
         reporter_send_difference(device->instance->reporter, d, &location, &origin, &finding);
     }
 }

@@ -8,6 +8,7 @@
 #include "backend.h"
 #include "src/base/chain.h"
 #include "src/base/text_buffer.h"
+#include "src/report/words.h"
 #include "vuid-tables/registry.h"
 
 /* ---- instances */
@@ -194,10 +195,10 @@ void cpu_report_unsupported(const struct layer_instance *instance, const char *c
     char line[512];
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
-    text_append(&text,
-                "%s(): %s cannot work, because assay_validation.backend is cpu: acceleration "
-                "structures are built on the host, where shaders do not reach them. The driver's "
-                "ray tracing needs assay_validation.backend = driver.",
-                command, what);
+    text_say(&text,
+             "{}(): {} cannot work, because assay_validation.backend is cpu: acceleration "
+             "structures are built on the host, where shaders do not reach them. The driver's ray "
+             "tracing needs assay_validation.backend = driver.",
+             phrase(command), phrase(what));
     reporter_report_unsupported(instance->reporter, line);
 }

@@ -1,24 +1,22 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Writes the report of a crash, and keeps the devices that it is about. The forms of a message are
- * those of src/report/message.c and src/report/log/lines.c. They are written a second time here
- * because a signal handler must not use printf, the lock of the log, which the interrupted thread
- * may hold, or the time zone. */
+/* Writes the report of a crash, and keeps the devices that it is about. A signal handler must not
+ * use the lock of the log, which the interrupted thread may hold, so it writes to the file itself.
+ */
 #include "layer/postmortem/postmortem.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <string.h>
 
 #include "layer/execution/input_checks.h"
 #include "src/base/text_buffer.h"
-#include "src/platform/clock.h"
 #include "src/platform/crash_handler.h"
 #include "src/platform/files.h"
-#include "src/platform/process.h"
 #include "src/platform/threads.h"
-#include "src/report/ids/message_id.h"
-#include "src/report/message.h"
+#include "src/report/finding_message.h"
+#include "src/report/log/json.h"
+#include "src/report/log/lines.h"
+#include "src/report/words.h"
 
 /* Where an instance logs. */
 struct crash_output {
@@ -26,9 +24,12 @@ struct crash_output {
     bool is_json;
 };
 
-enum { OUTPUT_SIZE = 2 * MESSAGE_SIZE + 1024 };
-
-static char output_text[OUTPUT_SIZE];
+/* What the handler words. Static, because the stack of a signal handler is small. */
+static struct {
+    struct message message;
+    struct json json;
+    char lines[MESSAGE_LINES_SIZE];
+} report;
 
 static void write_all(int descriptor, const struct text_buffer *text)
 {
@@ -40,79 +41,30 @@ static void write_all(int descriptor, const struct text_buffer *text)
     }
 }
 
-/* ---- text */
-
-static void write_text(int descriptor, const char *id, int32_t id_number, const char *words)
+/* Writes a warning to the log and, if that is JSON or another file, as text to stderr. Neither
+ * allocates nor locks; not for two threads at once. */
+static void crash_output_write(const struct crash_output *output, const char *words)
 {
+    const int descriptor = output->descriptor;
     struct text_buffer text;
-    text_begin(&text, output_text, sizeof(output_text));
-    text_append_plain(&text, "Validation Warning: [ ");
-    text_append_plain(&text, id);
-    text_append_plain(&text, " ] | MessageID = ");
-    text_append_hex(&text, (uint32_t)id_number);
-    text_append_plain(&text, "\n");
-    text_append_plain(&text, words);
-    text_append_plain(&text, "\n");
-    write_all(descriptor, &text);
-}
-
-/* ---- JSON */
-
-/* The list is valid UTF-8, with all control characters but newlines escaped. */
-static void append_string(struct text_buffer *text, const char *words)
-{
-    char part[2] = {0};
-    text_append_plain(text, "\"");
-    for (; *words; words++) {
-        part[0] = *words;
-        text_append_plain(text, *words == '\n'   ? "\\n"
-                                : *words == '"'  ? "\\\""
-                                : *words == '\\' ? "\\\\"
-                                                 : part);
-    }
-    text_append_plain(text, "\"");
-}
-
-static void write_json(int descriptor, const char *id, int32_t id_number, const char *words)
-{
-    struct text_buffer text;
-    text_begin(&text, output_text, sizeof(output_text));
-    text_append_plain(&text, "{\"Type\":\"Finding\",\"pid\":");
-    text_append_decimal(&text, process_id());
-    text_append_plain(&text, ",\"time\":\"");
-    text_append_time(&text, clock_utc());
-    text_append_plain(&text, "\",\"Severity\":\"Warning\",\"VUID\":\"");
-    text_append_plain(&text, id);
-    text_append_plain(&text, "\",\"MessageID\":\"");
-    text_append_hex(&text, (uint32_t)id_number);
-    text_append_plain(&text, "\",\"Objects\":[],\"MainMessage\":");
-    append_string(&text, words);
-    text_append_plain(&text, "}\n");
-    write_all(descriptor, &text);
-}
-
-/* Writes a message of severity warning to the log and, if that is JSON or another file, as text to
- * stderr. Neither allocates nor locks; not for two threads at once. */
-static void crash_output_write(const struct crash_output *output, const char *id, int32_t id_number,
-                               const char *text)
-{
-    if (output->descriptor >= 0 && output->is_json)
-        write_json(output->descriptor, id, id_number, text);
-    else if (output->descriptor >= 0 && output->descriptor != FILES_STDERR)
-        write_text(output->descriptor, id, id_number, text);
-    if (output->descriptor != FILES_STDERR || !output->is_json)
-        write_text(FILES_STDERR, id, id_number, text);
+    message_of_event(&report.message, REPORT_WARNING, "ASSAY-crash", words);
+    text_begin(&text, report.lines, sizeof(report.lines));
+    message_append_lines(&report.message, &text);
+    if (descriptor >= 0 && output->is_json &&
+        line_of_message(&report.json, &report.message, SPEC_TEXT_NONE))
+        write_all(descriptor, &report.json.text);
+    else if (descriptor >= 0 && !output->is_json && descriptor != FILES_STDERR)
+        write_all(descriptor, &text);
+    if (descriptor != FILES_STDERR || !output->is_json)
+        write_all(FILES_STDERR, &text);
 }
 
 /* ---- devices */
 
 enum { DEVICES_MAX = 16 };
 
-static const char event_id[] = "ASSAY-crash";
-
 static struct {
     pthread_mutex_t lock; /* of the members up to `devices`; the handler only reads them */
-    int32_t id_number;
     struct {
         struct layer_device *_Atomic device;
         struct crash_output output;
@@ -138,13 +90,11 @@ static bool validate(void)
 
 static void append_event(struct text_buffer *text, const struct crash_event *event)
 {
-    text_append_plain(text, "The process received ");
-    text_append_plain(text, event->name);
-    if (event->has_address) {
-        text_append_plain(text, event->is_of_instruction ? " at instruction " : " for address ");
-        text_append_hex(text, event->address);
-    }
-    text_append_plain(text, ". ");
+    text_say(text, "The process received {}", phrase(event->name));
+    if (event->has_address)
+        text_say(text, event->is_of_instruction ? " at instruction {}" : " for address {}",
+                 hex(event->address));
+    text_append(text, ". ");
 }
 
 /* Returns whether the device has builds that may be incomplete. */
@@ -160,7 +110,7 @@ static bool report_device(int i, const struct crash_event *event)
                                           event->has_address && !event->is_of_instruction};
     if (!pending_list_append(device, false, &faults, &text))
         return false;
-    crash_output_write(&crash.devices[i].output, event_id, crash.id_number, crash.text);
+    crash_output_write(&crash.devices[i].output, crash.text);
     return device->input_checks;
 }
 
@@ -175,7 +125,7 @@ static void report_crash(const struct crash_event *event)
         return;
     for (int i = 0; i < DEVICES_MAX; i++)
         if (has_inputs[i])
-            crash_output_write(&crash.devices[i].output, event_id, crash.id_number,
+            crash_output_write(&crash.devices[i].output,
                                "The inputs of these builds that had been copied could not be "
                                "validated, or not all of them.");
 }
@@ -223,7 +173,6 @@ void crash_add_device(struct layer_device *device)
         return;
     leave_parent();
     pthread_mutex_lock(&crash.lock);
-    crash.id_number = message_id_number(event_id);
     if (!has_devices())
         crash_handler_install(&(struct crash_hooks){report_crash, validate});
     int i = find_slot(NULL);

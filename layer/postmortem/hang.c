@@ -7,6 +7,7 @@
 #include "layer/snapshots/snapshots.h"
 #include "src/platform/clock.h"
 #include "src/report/message.h"
+#include "src/report/words.h"
 
 #define SECOND UINT64_C(1000000000)
 
@@ -95,9 +96,8 @@ static void report_hang(const struct watch *watch)
     char line[MESSAGE_SIZE];
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
-    text_append(&text, "The device has made no progress for ");
-    text_append_count(&text, watch->hang / SECOND, "second");
-    text_append(&text, ", while the application waits for it. ");
+    text_say(&text, "The device has made no progress for {}, while the application waits for it. ",
+             count_of(watch->hang / SECOND, "second"));
     if (!submitted_builds_are_pending(device->submitted_builds) ||
         atomic_exchange(&device->hang_reported, true))
         return;

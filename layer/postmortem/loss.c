@@ -6,8 +6,9 @@
 #include "layer/snapshots/snapshots.h"
 #include "src/base/text_buffer.h"
 #include "src/report/message.h"
+#include "src/report/words.h"
 
-enum { ADDRESSES_MAX = 8, NAME_SIZE = 256 };
+enum { ADDRESSES_MAX = 8 };
 
 static const char *words_of(VkDeviceFaultAddressTypeEXT type)
 {
@@ -35,66 +36,34 @@ static bool is_of_data(VkDeviceFaultAddressTypeEXT type)
            type == VK_DEVICE_FAULT_ADDRESS_TYPE_WRITE_INVALID_EXT;
 }
 
-static void append_object(const struct layer_device *device, VkObjectType type, uint64_t handle,
-                          struct text_buffer *text)
-{
-    char name[NAME_SIZE];
-    text_append_plain(text, object_type_name(type));
-    text_append_plain(text, " ");
-    text_append_hex(text, handle);
-    if (!object_names_get(device->names, type, handle, name, sizeof(name)))
-        return;
-    text_append_plain(text, "[");
-    text_append_quoted(text, name, sizeof(name));
-    text_append_plain(text, "]");
-}
-
-static void append_destroyed(const struct destroyed_object *object, struct text_buffer *text)
-{
-    text_append_plain(text, ", in ");
-    text_append_plain(text, object_type_name(object->type));
-    text_append_plain(text, " ");
-    text_append_hex(text, object->handle);
-    if (object->name[0]) {
-        text_append_plain(text, "[");
-        text_append_quoted(text, object->name, sizeof(object->name));
-        text_append_plain(text, "]");
-    }
-    text_append_plain(text, ", which was destroyed");
-}
-
 /* Appends the objects whose range has the address, or part of the range that the driver's precision
  * leaves. */
 static void append_objects(const struct layer_device *device,
                            const VkDeviceFaultAddressInfoEXT *fault, struct text_buffer *text)
 {
     struct destroyed_object destroyed;
+    const struct words words = {.text = text, .names = device->names};
     const struct resources_at at = resources_find_at(device->resources, fault->reportedAddress);
-    if (at.structure) {
-        text_append_plain(text, ", in ");
-        append_object(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                      handle_number(at.structure), text);
-    }
+    if (at.structure)
+        words_say(&words, ", in {}",
+                  object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle_number(at.structure)));
     if (at.buffer) {
-        text_append_plain(text, ", in ");
-        append_object(device, VK_OBJECT_TYPE_BUFFER, handle_number(at.buffer), text);
+        words_say(&words, ", in {}", object(VK_OBJECT_TYPE_BUFFER, handle_number(at.buffer)));
     } else if (destroyed_objects_find_range(device->destroyed, fault->reportedAddress,
                                             &destroyed)) {
-        append_destroyed(&destroyed, text);
+        text_append(text, ", in ");
+        words_append_object(&words, destroyed.type, destroyed.handle, destroyed.name);
+        text_append(text, ", which was destroyed");
     }
 }
 
 static void append_address(const struct layer_device *device,
                            const VkDeviceFaultAddressInfoEXT *fault, struct text_buffer *text)
 {
-    text_append_plain(text, "\n  ");
-    text_append_plain(text, words_of(fault->addressType));
-    text_append_hex(text, fault->reportedAddress);
-    if (fault->addressPrecision > 1) {
-        text_append_plain(text, " (somewhere in the ");
-        text_append_count(text, fault->addressPrecision, "byte");
-        text_append_plain(text, " around it)");
-    }
+    text_say(text, "\n  {}{}", phrase(words_of(fault->addressType)), hex(fault->reportedAddress));
+    if (fault->addressPrecision > 1)
+        text_say(text, " (somewhere in the {} around it)",
+                 count_of(fault->addressPrecision, "byte"));
     if (is_of_data(fault->addressType))
         append_objects(device, fault, text);
 }
@@ -150,8 +119,8 @@ static struct pending_faults addresses_of_data(const struct layer_device *device
 static void append_device_fault(const struct layer_device *device, const struct device_fault *fault,
                                 struct text_buffer *text)
 {
-    text_append_plain(text, "The driver reports: ");
-    text_append_quoted(text, fault->info.description, sizeof(fault->info.description));
+    text_say(text, "The driver reports: {}",
+             quoted(fault->info.description, sizeof(fault->info.description)));
     for (uint32_t i = 0; i < fault->count; i++)
         append_address(device, &fault->addresses[i], text);
 }
@@ -169,7 +138,7 @@ static void report_loss(struct layer_device *device)
     const struct pending_faults faults = addresses_of_data(device, &fault);
     const uint32_t count = pending_list_append(device, true, &faults, &text);
     if (has_fault) {
-        text_append_plain(&text, count ? "\n" : "");
+        text_append(&text, count ? "\n" : "");
         append_device_fault(device, &fault, &text);
     }
     if (count || has_fault)

@@ -1,17 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The list, without printf, which may allocate. */
+/* Words the list. A signal handler does so, too: nothing here allocates or waits. */
 #include "layer/postmortem/postmortem.h"
 
 #include "layer/execution/submitted_builds.h"
 #include "src/report/message.h"
+#include "src/report/words.h"
 
-enum { NAME_SIZE = 256, RANKS = 7 };
+enum { RANKS = 7 };
 
 struct list {
     const struct layer_device *device;
     bool waits;
     const struct pending_faults *faults; /* or NULL */
-    struct text_buffer *text;
+    struct words words;
     uint32_t rank, listed, count;
     uint32_t first_rank; /* of the first build */
     bool ranks_differ;
@@ -61,44 +62,16 @@ static bool has_findings(const struct submitted_build *build)
 
 /* ---- one build */
 
-static void append_object(const struct list *list, VkObjectType type, uint64_t handle)
-{
-    char name[NAME_SIZE];
-    const struct object_names *names = list->device->names;
-    size_t length = list->waits ? object_names_get(names, type, handle, name, sizeof(name))
-                                : object_names_try_get(names, type, handle, name, sizeof(name));
-    text_append_plain(list->text, object_type_name(type));
-    text_append_plain(list->text, " ");
-    text_append_hex(list->text, handle);
-    if (!length)
-        return;
-    text_append_plain(list->text, "[");
-    text_append_quoted(list->text, name, length);
-    text_append_plain(list->text, "]");
-}
-
-static void append_labels(const struct list *list, const char *what,
-                          const struct label_stack *labels)
-{
-    for (uint32_t i = 0; labels && i < labels->count; i++) {
-        text_append_plain(list->text, i ? " > " : what);
-        text_append_quoted(list->text, labels->labels[i].pLabelName, NAME_SIZE - 1);
-    }
-}
-
 static void append_structure(const struct list *list, const struct journal_entry *entry)
 {
     const VkObjectType type = entry->command == COMMAND_NV
                                   ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
                                   : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
     struct resource_span span;
-    text_append_plain(list->text, journal_is_update(entry) ? "update of " : "build of ");
-    append_object(list, type, entry->dst);
-    if (!resources_find_span(list->device->resources, type, entry->dst, list->waits, &span))
-        return;
-    text_append_plain(list->text, " (");
-    text_append_count(list->text, span.size, "byte");
-    text_append_plain(list->text, ")");
+    words_say(&list->words, "{} of {}", phrase(journal_is_update(entry) ? "update" : "build"),
+              object(type, entry->dst));
+    if (resources_find_span(list->device->resources, type, entry->dst, list->waits, &span))
+        words_say(&list->words, " ({})", count_of(span.size, "byte"));
 }
 
 static const char *words_of(const struct submitted_build *build)
@@ -121,37 +94,30 @@ static void append_build(const struct list *list, const struct submitted_build *
 {
     const struct journal_entry *entry = build->entry;
     const struct call_site *site = journal_site(build->journal, entry->origin);
-    text_append_plain(list->text, "\n");
-    text_append_decimal(list->text, list->listed);
-    text_append_plain(list->text, ". ");
+    const struct words *words = &list->words;
+    words_say(words, "\n{}. ", number(list->listed));
     append_structure(list, entry);
-    text_append_plain(list->text, " from ");
-    text_append_count(list->text, entry->built.geometry_count, "geometry");
-    text_append_plain(list->text, ", ");
-    append_object(list, VK_OBJECT_TYPE_COMMAND_BUFFER,
-                  handle_number(build->journal->command_buffer));
-    text_append_plain(list->text, ", build ");
-    text_append_decimal(list->text, entry->built.position);
-    append_labels(list, ", labels ", journal_labels(build->journal, entry->origin));
-    if (build->primary != build->journal->command_buffer) {
-        text_append_plain(list->text, ", executed by ");
-        append_object(list, VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(build->primary));
-    }
-    text_append_plain(list->text, ", as submitted to ");
-    append_object(list, VK_OBJECT_TYPE_QUEUE, handle_number(build->submission->queue));
-    if (build->submission->number) {
-        text_append_plain(list->text, ", submission ");
-        text_append_decimal(list->text, build->submission->number);
-    }
-    append_labels(list, ", queue labels ", shared_labels_stack(build->submission->labels));
-    text_append_plain(list->text, words_of(build));
+    words_say(words, " from {}, {}, build {}", count_of(entry->built.geometry_count, "geometry"),
+              object(VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(build->journal->command_buffer)),
+              number(entry->built.position));
+    message_append_labels(words->text, ", labels ", journal_labels(build->journal, entry->origin));
+    if (build->primary != build->journal->command_buffer)
+        words_say(words, ", executed by {}",
+                  object(VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(build->primary)));
+    words_say(words, ", as submitted to {}",
+              object(VK_OBJECT_TYPE_QUEUE, handle_number(build->submission->queue)));
+    if (build->submission->number)
+        words_say(words, ", submission {}", number(build->submission->number));
+    message_append_labels(words->text, ", queue labels ",
+                          shared_labels_stack(build->submission->labels));
+    text_append(words->text, words_of(build));
     if (has_findings(build))
-        text_append_plain(list->text, "; there are findings about its inputs");
+        text_append(words->text, "; there are findings about its inputs");
     if (has_fault(list, build))
-        text_append_plain(list->text, "; a faulting address lies in its inputs or structures");
-    text_append_plain(list->text, ".");
+        text_append(words->text, "; a faulting address lies in its inputs or structures");
+    text_append(words->text, ".");
     if (site)
-        message_append_call_site(list->text, site, 1); /* the list is to fit into a message */
+        message_append_call_site(words->text, site, 1); /* the list is to fit into a message */
 }
 
 /* ---- all builds */
@@ -203,26 +169,21 @@ uint32_t pending_list_append(const struct layer_device *device, bool waits,
                              const struct pending_faults *faults, struct text_buffer *text)
 {
     struct submitted_builds *submitted = device->submitted_builds;
-    struct list list = {.device = device, .waits = waits, .faults = faults, .text = text};
+    struct list list = {.device = device, .waits = waits, .faults = faults};
+    list.words = (struct words){.text = text, .names = device->names, .is_in_handler = !waits};
     if (!submitted || !submitted_builds_each(submitted, waits, count_build, &list) || !list.count)
         return 0;
-    text_append_count(text, list.count, "build");
-    text_append_plain(text, list.count == 1 ? " was" : " were");
-    text_append_plain(text, " submitted to ");
-    append_object(&list, VK_OBJECT_TYPE_DEVICE, handle_number(device->handle));
-    text_append_plain(text, " and may not be complete");
+    words_say(&list.words, "{} {} submitted to {} and may not be complete",
+              count_of(list.count, "build"), phrase(list.count == 1 ? "was" : "were"),
+              object(VK_OBJECT_TYPE_DEVICE, handle_number(device->handle)));
     if (!list.may_run)
-        text_append_plain(text,
-                          list.count == 1 ? ", but was not running" : ", but none was running");
-    text_append_plain(text, list.count == 1     ? ":"
-                            : list.ranks_differ ? ", the likeliest culprit first:"
-                                                : ", in the order in which they were submitted:");
+        text_append(text, list.count == 1 ? ", but was not running" : ", but none was running");
+    text_append(text, list.count == 1     ? ":"
+                      : list.ranks_differ ? ", the likeliest culprit first:"
+                                          : ", in the order in which they were submitted:");
     for (; list.rank < RANKS; list.rank++)
         submitted_builds_each(submitted, waits, list_build, &list);
-    if (list.listed < list.count) {
-        text_append_plain(text, "\nand ");
-        text_append_decimal(text, list.count - list.listed);
-        text_append_plain(text, " more.");
-    }
+    if (list.listed < list.count)
+        words_say(&list.words, "\nand {} more.", number(list.count - list.listed));
     return list.count;
 }

@@ -2,12 +2,10 @@
 /* Words the warnings about builds that level content does not validate. */
 #include "layer/snapshots/executions.h"
 
-#include <inttypes.h>
-
 #include "layer/snapshots/recorder.h"
-#include "src/base/text_buffer.h"
+#include "src/report/words.h"
 
-enum { LINE_SIZE = 1024, NAME_SIZE = 256 };
+enum { LINE_SIZE = 1024 };
 
 static bool is_reported(const struct layer_device *device)
 {
@@ -54,15 +52,15 @@ static void append_builds(struct text_buffer *text, const struct recording *reco
         recording->left_out_count < LEFT_OUT_NAMED ? recording->left_out_count : LEFT_OUT_NAMED;
     for (uint32_t i = 0; i < named; i++) {
         const struct left_out_build *build = &recording->left_out[i];
-        text_append(text, "%s ", i ? "," : "");
+        text_append(text, i ? ", " : " ");
         if (build->position == POSITION_OF_OTHERS)
             text_append(text, "a build of a micromap or a deserialization");
         else
-            text_append(text, "build %" PRIu32, build->position);
-        text_append(text, " (%s)", reason_of(build->reason));
+            text_say(text, "build {}", number(build->position));
+        text_say(text, " ({})", phrase(reason_of(build->reason)));
     }
     if (named < recording->left_out_count)
-        text_append(text, " and %" PRIu32 " more", recording->left_out_count - named);
+        text_say(text, " and {} more", number(recording->left_out_count - named));
 }
 
 /* Secondaries were reported when they were executed. */
@@ -72,21 +70,15 @@ void warn_left_out(const struct layer_device *device, VkCommandBuffer handle)
     if (!is_reported(device) || !recording || !recording->left_out_count ||
         recording->left_out_reported)
         return;
-    char line[LINE_SIZE], name[NAME_SIZE];
+    char line[LINE_SIZE];
     struct text_buffer text;
     recording->left_out_reported = true;
     count_left_out(device, recording);
-    object_names_get(device->names, VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(handle), name,
-                     sizeof(name));
     text_begin(&text, line, sizeof(line));
-    text_append(&text, "assay_validation.level = content: VkCommandBuffer 0x%" PRIx64,
-                handle_number(handle));
-    if (name[0]) {
-        text_append(&text, "[");
-        text_append_quoted(&text, name, sizeof(name));
-        text_append(&text, "]");
-    }
-    text_append(&text, " has builds that are unchecked, or only partly checked:");
+    words_say((&(const struct words){.text = &text, .names = device->names}),
+              "assay_validation.level = content: {} has builds that are unchecked, or only partly "
+              "checked:",
+              object(VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(handle)));
     append_builds(&text, recording);
     text_append(&text, ".");
     reporter_warn(device->instance->reporter, line);
@@ -95,8 +87,8 @@ void warn_left_out(const struct layer_device *device, VkCommandBuffer handle)
 static void append_executions(struct text_buffer *text, uint32_t count, const char *why)
 {
     if (count)
-        text_append(text, "%s %" PRIu32 " %s", text->text[text->length - 1] == ':' ? "" : ";",
-                    count, why);
+        text_say(text, text->text[text->length - 1] == ':' ? " {} {}" : "; {} {}", number(count),
+                 phrase(why));
 }
 
 /* For the summary. */
@@ -174,11 +166,10 @@ void warn_unordered(const struct layer_device *device)
         atomic_exchange(&snapshots->unordered_reported, true))
         return;
     text_begin(&text, line, sizeof(line));
-    text_append(&text, "assay_validation.level = content: builds are unchecked in ");
-    text_append_count(&text, count, "execution");
-    text_append(&text,
-                " of command buffers, and in all from now on, because their order is unknown (%s).",
-                cause_of(snapshots->unknown_reason));
+    text_say(&text,
+             "assay_validation.level = content: builds are unchecked in {} of command buffers, and "
+             "in all from now on, because their order is unknown ({}).",
+             count_of(count, "execution"), phrase(cause_of(snapshots->unknown_reason)));
     reporter_warn(device->instance->reporter, line);
 }
 

@@ -56,7 +56,7 @@ PLAIN_HEADERS = frozenset(
     """assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp stdalign stdarg
     stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string tgmath uchar wchar wctype unwind
     immintrin""".split())
-PLAIN_FOLDERS = ("vulkan/", "vk_video/", "yajl/", "xxhash.h")
+PLAIN_FOLDERS = ("vulkan/", "vk_video/", "xxhash.h")
 FILES_MAX = 25
 SOURCES = (".c", ".h")
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.M)

@@ -138,12 +138,12 @@ bool indices_have_their_type(const struct mesh_view *mesh, struct finding *findi
                finding, "",
                "was built from pGeometries[{}] with indexType {}, whose index data looks like {}: "
                "read so, it is {} of vertices 0 to {}; as it is, {}",
-               number(mesh->geometry->index), text(index_type_of(mesh->index_size)),
-               text(index_type_of(mesh->other->size)), triangle_count(mesh->other->triangles),
+               number(mesh->geometry->index), phrase(index_type_of(mesh->index_size)),
+               phrase(index_type_of(mesh->other->size)), triangle_count(mesh->other->triangles),
                number(mesh->other->max),
-               text(mesh->other->size > mesh->index_size
-                        ? "every second triangle or more has an index twice"
-                        : "less than a hundredth of the vertices is used"));
+               phrase(mesh->other->size > mesh->index_size
+                          ? "every second triangle or more has an index twice"
+                          : "less than a hundredth of the vertices is used"));
 }
 
 /* ---- coordinates */

@@ -138,7 +138,7 @@ bool structure_can_be_hit(const struct use_view *use, struct finding *finding, u
                      "inactive, and the others {}",
                      count_of(builds, "time"), count_of(contents->primitives, "primitive"),
                      number(contents->inactive),
-                     text(contents->is_top ? "have mask 0" : "are degenerate"));
+                     phrase(contents->is_top ? "have mask 0" : "are degenerate"));
 }
 
 enum { COMPARED_MIN = 2 }; /* builds of which none had another input than the one before */
@@ -171,7 +171,7 @@ bool structure_is_built_from_new_input(const struct use_view *use, struct findin
                "was built {} and updated {}. The last {} {} seem to have had one input: the layer "
                "compared {} of them with the one before, and bytes and parameters were the same",
                count_of(count(use, USE_BUILT), "time"), count_of(count(use, USE_UPDATED), "time"),
-               number(same), text(count(use, USE_UPDATED) ? "builds and updates" : "builds"),
+               number(same), phrase(count(use, USE_UPDATED) ? "builds and updates" : "builds"),
                number(repeats->equal_ones));
 }
 

@@ -20,17 +20,17 @@ struct text_buffer {
 /* Begins an empty text in `text`, which has `size` bytes and must outlive the buffer. */
 void text_begin(struct text_buffer *buffer, char *text, size_t size);
 
-/* Appends formatted text as printf does. Has no effect once the text is truncated. */
-__attribute__((format(printf, 2, 3))) void text_append(struct text_buffer *buffer,
-                                                       const char *format, ...);
-
-/* The functions below call nothing that allocates or locks, so a signal handler may use them. */
-void text_append_plain(struct text_buffer *buffer, const char *text);
+/* None of the functions below allocates or locks, so a signal handler may use them all. */
+void text_append(struct text_buffer *buffer, const char *text);
+/* Appends the first `length` bytes of a text. */
+void text_append_part(struct text_buffer *buffer, const char *text, size_t length);
 void text_append_decimal(struct text_buffer *buffer, uint64_t number);
 /* Appends a number with zeros in front, if it has fewer digits. */
 void text_append_padded(struct text_buffer *buffer, uint64_t number, unsigned digits);
 /* A number such as 0x1f. */
 void text_append_hex(struct text_buffer *buffer, uint64_t number);
+/* A number with up to so many significant digits, at least 1, as printf does with %g. */
+void text_append_real(struct text_buffer *buffer, double number, unsigned digits);
 /* A time such as 2026-01-31T23:59:59.000000Z. */
 void text_append_time(struct text_buffer *buffer, struct utc_time time);
 
@@ -45,6 +45,13 @@ void text_append_quoted(struct text_buffer *buffer, const char *quoted, size_t s
 
 /* Appends such a text without quotation marks around it. */
 void text_append_escaped(struct text_buffer *buffer, const char *text, size_t size);
+
+/* Appends what a gap stands for, or nothing. `name` has `length` bytes, without the braces. */
+typedef void text_fill(struct text_buffer *text, void *about, const char *name, size_t length);
+/* Appends a template, in which {name} is a gap that `fill` fills. A part between [[ and ]] is left
+ * out if one of its gaps stays empty. Parts do not nest. */
+void text_append_template(struct text_buffer *buffer, const char *says, text_fill *fill,
+                          void *about);
 
 /* Returns the greatest length up to `length` at which UTF-8 text can be cut without splitting a
  * character. Text that is not UTF-8 is cut at `length`. */

@@ -2,9 +2,7 @@
 /* Counts differences and describes them. */
 #include "src/compare/summary.h"
 
-#include <inttypes.h>
-
-#include "src/base/text_buffer.h"
+#include "src/report/words.h"
 
 void summary_make(const struct reference *reference, const struct rays *rays,
                   const struct compare_answer *answers, struct summary *summary)
@@ -69,40 +67,42 @@ static const char *name_of(enum difference difference)
 static void append_aim(struct text_buffer *text, const struct aim *aim)
 {
     static const char *const corners[] = {"first", "second", "third"};
+    const struct value geometry = number(aim->geometry), primitive = number(aim->primitive);
     switch (aim->at) {
     case AIM_ANYWHERE:
         text_append(text, "at random");
         return;
     case AIM_PRIMITIVE:
-        text_append(text, "aimed at geometry %" PRIu32 ", primitive %" PRIu32, aim->geometry,
-                    aim->primitive);
+        text_say(text, "aimed at geometry {}, primitive {}", geometry, primitive);
         return;
     case AIM_EDGE:
-        text_append(text,
-                    "aimed at the edge of geometry %" PRIu32 ", primitive %" PRIu32
-                    " from its %s vertex to its %s",
-                    aim->geometry, aim->primitive, corners[aim->corner],
-                    corners[(aim->corner + 1) % 3]);
+        text_say(text,
+                 "aimed at the edge of geometry {}, primitive {} from its {} vertex to its {}",
+                 geometry, primitive, phrase(corners[aim->corner]),
+                 phrase(corners[(aim->corner + 1) % 3]));
         return;
     case AIM_VERTEX:
-        text_append(text, "aimed at the %s vertex of geometry %" PRIu32 ", primitive %" PRIu32,
-                    corners[aim->corner], aim->geometry, aim->primitive);
+        text_say(text, "aimed at the {} vertex of geometry {}, primitive {}",
+                 phrase(corners[aim->corner]), geometry, primitive);
         return;
     case AIM_LIMIT:
-        text_append(text,
-                    "whose range meets geometry %" PRIu32 ", primitive %" PRIu32 " in one point",
-                    aim->geometry, aim->primitive);
+        text_say(text, "whose range meets geometry {}, primitive {} in one point", geometry,
+                 primitive);
         return;
     }
 }
 
 static void append_ray(struct text_buffer *text, const struct compare_ray *ray)
 {
-    text_append(text,
-                "the ray from (%.9g, %.9g, %.9g) in direction (%.9g, %.9g, %.9g), tmin %.9g, ",
-                ray->origin[0], ray->origin[1], ray->origin[2], ray->direction[0],
-                ray->direction[1], ray->direction[2], ray->t_min);
-    text_append(text, "tmax %.9g", ray->t_max);
+    text_say(text, "the ray from ({}, {}, {}) in direction ({}, {}, {}), tmin {}, tmax {}",
+             real(ray->origin[0]), real(ray->origin[1]), real(ray->origin[2]),
+             real(ray->direction[0]), real(ray->direction[1]), real(ray->direction[2]),
+             real(ray->t_min), real(ray->t_max));
+}
+
+static struct value side(bool is_front)
+{
+    return phrase(is_front ? "front" : "back");
 }
 
 static void append_reference(struct text_buffer *text, const struct judgement *judgement)
@@ -112,11 +112,11 @@ static void append_reference(struct text_buffer *text, const struct judgement *j
         text_append(text, "Reference: no hit of this primitive");
         return;
     }
-    text_append(text, "Reference: geometry %" PRIu32 ", primitive %" PRIu32 ", t %.9g",
-                hit->geometry, hit->primitive, hit->t);
+    text_say(text, "Reference: geometry {}, primitive {}, t {}", number(hit->geometry),
+             number(hit->primitive), real(hit->t));
     if (!hit->is_aabb)
-        text_append(text, ", barycentrics %.9g and %.9g, %s", hit->u, hit->v,
-                    hit->front_face ? "front" : "back");
+        text_say(text, ", barycentrics {} and {}, {}", real(hit->u), real(hit->v),
+                 side(hit->front_face));
 }
 
 static void append_driver(struct text_buffer *text, const struct judgement *judgement)
@@ -126,21 +126,21 @@ static void append_driver(struct text_buffer *text, const struct judgement *judg
         text_append(text, ". Driver: no hit");
         return;
     }
-    text_append(text, ". Driver: geometry %" PRIu32 ", primitive %" PRIu32, hit->geometry,
-                hit->primitive);
+    text_say(text, ". Driver: geometry {}, primitive {}", number(hit->geometry),
+             number(hit->primitive));
     if (hit->instance)
-        text_append(text, ", instance %" PRIu32, hit->instance);
+        text_say(text, ", instance {}", number(hit->instance));
     if (!(hit->kind & COMPARE_AABB))
-        text_append(text, ", t %.9g, barycentrics %.9g and %.9g, %s", hit->t, hit->u, hit->v,
-                    hit->kind & COMPARE_FRONT ? "front" : "back");
+        text_say(text, ", t {}, barycentrics {} and {}, {}", real(hit->t), real(hit->u),
+                 real(hit->v), side(hit->kind & COMPARE_FRONT));
 }
 
 static void append_ring(struct text_buffer *text, const struct ring *ring, const struct aim *aim)
 {
-    text_append(text, "the ray meets exactly one of the triangles that share this %s (",
-                aim->at == AIM_EDGE ? "edge" : "vertex");
+    text_say(text, "the ray meets exactly one of the triangles that share this {} (",
+             phrase(aim->at == AIM_EDGE ? "edge" : "vertex"));
     for (uint32_t i = 0; i < ring->count; i++)
-        text_append(text, "%s%" PRIu32, i ? ", " : "", ring->primitives[i]);
+        text_say(text, i ? ", {}" : "{}", number(ring->primitives[i]));
     text_append(text, ")");
 }
 
@@ -148,40 +148,25 @@ static void append_ring(struct text_buffer *text, const struct ring *ring, const
 static void append_reason(struct text_buffer *text, const struct judgement *judgement,
                           const struct ring *ring, const struct aim *aim)
 {
+    static const char *const reasons[] = {
+        [REASON_MEETS] = "the ray meets the primitive, away from its boundary",
+        [REASON_SHARED] = "",
+        [REASON_PASSES] = "the ray misses the primitive that the driver reports",
+        [REASON_BEYOND] = "the primitive that the driver reports lies beyond tmin or tmax, at t {}",
+        [REASON_INACTIVE] =
+            "there is nothing to decide: the primitive is inactive, because its X is NaN",
+        [REASON_NO_SUCH] = "there is nothing to decide: the input has no such primitive",
+        [REASON_LIMIT] = "the ray meets the box at tmin or tmax, which counts as a hit",
+        [REASON_NOT_FIRST] =
+            "the ray meets a nearer triangle, which the driver also has as a candidate",
+    };
     text_append(text, ". By exact arithmetic ");
-    switch (judgement->reason) {
-    case REASON_MEETS:
-        text_append(text, "the ray meets the primitive, away from its boundary");
-        if (judgement->difference != DIFFERENCE_MISSED)
-            text_append(text, ", at t %.9g, barycentrics %.9g and %.9g", judgement->t, judgement->u,
-                        judgement->v);
-        return;
-    case REASON_SHARED:
+    text_say(text, reasons[judgement->reason], real(judgement->t));
+    if (judgement->reason == REASON_SHARED)
         append_ring(text, ring, aim);
-        return;
-    case REASON_PASSES:
-        text_append(text, "the ray misses the primitive that the driver reports");
-        return;
-    case REASON_BEYOND:
-        text_append(text,
-                    "the primitive that the driver reports lies beyond tmin or tmax, at t %.9g",
-                    judgement->t);
-        return;
-    case REASON_INACTIVE:
-        text_append(text,
-                    "there is nothing to decide: the primitive is inactive, because its X is NaN");
-        return;
-    case REASON_NO_SUCH:
-        text_append(text, "there is nothing to decide: the input has no such primitive");
-        return;
-    case REASON_LIMIT:
-        text_append(text, "the ray meets the box at tmin or tmax, which counts as a hit");
-        return;
-    case REASON_NOT_FIRST:
-        text_append(text,
-                    "the ray meets a nearer triangle, which the driver also has as a candidate");
-        return;
-    }
+    if (judgement->reason == REASON_MEETS && judgement->difference != DIFFERENCE_MISSED)
+        text_say(text, ", at t {}, barycentrics {} and {}", real(judgement->t), real(judgement->u),
+                 real(judgement->v));
 }
 
 void summary_describe(const struct summary *summary, enum difference difference,
@@ -192,19 +177,19 @@ void summary_describe(const struct summary *summary, enum difference difference,
     struct text_buffer text;
     text_begin(&text, out, SUMMARY_TEXT);
     if (summary->is_top)
-        text_append(&text, "makes a TLAS whose instance %" PRIu32 ", geometry %" PRIu32 ", ",
-                    judgement->instance, judgement->geometry);
-    text_append(&text, "primitive %" PRIu32 " %s: ", judgement->primitive, name_of(difference));
+        text_say(&text, "makes a TLAS whose instance {}, geometry {}, ",
+                 number(judgement->instance), number(judgement->geometry));
+    text_say(&text, "primitive {} {}: ", number(judgement->primitive), phrase(name_of(difference)));
     append_ray(&text, &summary->found[difference].ray);
     text_append(&text, ", ");
     append_aim(&text, aim);
     if (summary->is_top)
-        text_append(&text, " of instance %" PRIu32, summary->found[difference].aimed_instance);
+        text_say(&text, " of instance {}", number(summary->found[difference].aimed_instance));
     text_append(&text, ". ");
     append_reference(&text, judgement);
     append_driver(&text, judgement);
     append_reason(&text, judgement, &summary->found[difference].ring, aim);
-    text_append(&text, ". %" PRIu32 " of ", summary->found[difference].count);
-    text_append_count(&text, summary->rays, "ray");
-    text_append(&text, summary->found[difference].count == 1 ? " differs" : " differ");
+    text_say(&text, ". {} of {} {}", number(summary->found[difference].count),
+             count_of(summary->rays, "ray"),
+             phrase(summary->found[difference].count == 1 ? "differs" : "differ"));
 }

@@ -59,12 +59,6 @@ enum hazard_id hazard_id_of(const struct hazard *hazard);
 /* The object that the message is about. */
 struct message_subject hazard_subject(const struct hazard_report *report);
 
-/* Parts of the message, in hazard_remedy.c: why the accesses are not ordered, and what orders them;
- * and that a wait of the host timed out, unless `timeout` is 0. */
-void hazard_append_remedy(struct text_buffer *text, struct message *message,
-                          const struct hazard_report *report);
-void hazard_append_timeout(struct text_buffer *text, uint64_t timeout);
-
 void message_of_hazard(struct message *message, const struct hazard_report *report,
                        const struct message_style *style);
 

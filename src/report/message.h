@@ -13,6 +13,7 @@
 #include "src/base/text_buffer.h"
 #include "src/report/ids/message_id.h"
 #include "src/report/settings.h"
+#include "src/report/words.h"
 #include "src/state/commands/label_stack.h"
 #include "src/view/finding.h"
 #include "src/view/location.h"
@@ -44,10 +45,8 @@ struct call_origin {
 };
 
 enum {
-    MESSAGE_SIZE = 8192,                  /* bytes of heading and text together */
-    MESSAGE_NAME_SIZE = 256,              /* bytes of an object's or a label's name */
-    MESSAGE_OBJECTS = FINDING_VALUES + 2, /* the values', the command buffer (or device), a queue */
-    MESSAGE_LABELS = 16,                  /* at most; the innermost */
+    MESSAGE_SIZE = 8192, /* bytes of heading and text together */
+    MESSAGE_LABELS = 16, /* at most; the innermost */
 };
 
 struct message {
@@ -56,10 +55,10 @@ struct message {
     int32_t id_number;
     const char *heading; /* the line "Validation Error: ...", followed by the text */
     const char *text;
-    uint32_t object_count, label_count, queue_label_count;
-    VkDebugUtilsObjectNameInfoEXT objects[MESSAGE_OBJECTS]; /* no duplicates */
-    VkDebugUtilsLabelEXT labels[MESSAGE_LABELS];            /* innermost first */
-    VkDebugUtilsLabelEXT queue_labels[MESSAGE_LABELS];      /* innermost first */
+    struct named_objects named;
+    uint32_t label_count, queue_label_count;
+    VkDebugUtilsLabelEXT labels[MESSAGE_LABELS];       /* innermost first */
+    VkDebugUtilsLabelEXT queue_labels[MESSAGE_LABELS]; /* innermost first */
 
     /* Parts of the text, for lines of JSON. */
     const char *main; /* the path of the member, the sentence about it, and the hint */
@@ -73,9 +72,7 @@ struct message {
     uint32_t also_count;
     const char *also[FINDING_ALSO]; /* ids that the same mistake violates */
 
-    /* Storage of the text and the names above. */
-    char buffer[MESSAGE_SIZE];
-    char names[MESSAGE_OBJECTS][MESSAGE_NAME_SIZE];
+    char buffer[MESSAGE_SIZE]; /* storage of the text */
 };
 
 /* Returns the number of the build in its command buffer that the message is about; -1: none. */
@@ -111,7 +108,10 @@ struct message_subject message_subject_of(const struct call_origin *origin,
 bool message_is_muted(const struct message *message, const struct narrow_filter *filters,
                       uint32_t id);
 
-/* Writes the message to the log. Holds the file's lock, so writes of other threads don't mix in. */
+/* Appends the message as it stands in the log, and its objects. */
+enum { MESSAGE_LINES_SIZE = MESSAGE_SIZE + MESSAGE_OBJECTS * (4 * MESSAGE_NAME_SIZE + 96) };
+void message_append_lines(const struct message *message, struct text_buffer *text);
+/* Writes that to a file. Holds the file's lock, so writes of other threads don't mix in. */
 void message_write(const struct message *message, FILE *file);
 void message_write_to_debugger(const struct message *message);
 
@@ -125,18 +125,8 @@ void message_begin(struct message *message, struct text_buffer *text, enum repor
 void message_set_origin(struct message *message, const struct call_origin *origin,
                         const char *function, enum level level, const struct location *location);
 
-/* Appends an object such as VkBuffer 0x12["vertices"], and mentions it. Appends nothing if the
- * message has no room for one more object. */
-void message_append_object(struct text_buffer *text, struct message *message, VkObjectType type,
-                           uint64_t handle, const struct object_names *names);
-/* The same for an object that is destroyed; see destroyed_object(). */
-void message_append_destroyed_object(struct text_buffer *text, struct message *message,
-                                     VkObjectType type, uint64_t handle, uint64_t id,
-                                     const struct object_names *names);
-/* The same for an object that has, or had, this name; "": none. */
-void message_append_named_object(struct text_buffer *text, struct message *message,
-                                 VkObjectType type, uint64_t handle, const char *name);
-/* Appends the labels of a stack, outermost first, like a path. Accepts NULL. */
+/* Appends `what` and the labels of a stack, outermost first, like a path; nothing if there are
+ * none, or `stack` is NULL. */
 void message_append_labels(struct text_buffer *text, const char *what,
                            const struct label_stack *stack);
 /* Appends the sentences about where the call was recorded and submitted, and its call site. */
@@ -150,12 +140,6 @@ void message_append_last_notice(struct text_buffer *text, const char *what,
 
 /* ---- paths of fields, such as pInfos[3].pGeometries[5].flags, and call sites */
 
-/* Appends the build's element of the call's parameters. */
-void message_append_build(struct text_buffer *text, enum build_command command, uint32_t build);
-/* Returns what stands between a build and its members: some commands take a pointer to a build. */
-const char *message_separator(enum build_command command);
-/* Appends nothing if the field is "", which stands for the structure itself. */
-void message_append_field(struct text_buffer *text, const char *separator, const char *field);
 void message_append_path(struct text_buffer *text, const struct location *at, const char *field);
 
 /* Appends the first frames: /usr/bin/app+0x1139, /usr/lib/libengine.so+0x52f0. */

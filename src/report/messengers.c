@@ -216,8 +216,8 @@ static VkBool32 call_utils(const struct messenger *messenger, const struct messa
         .pQueueLabels = message->queue_label_count ? message->queue_labels : NULL,
         .cmdBufLabelCount = message->label_count,
         .pCmdBufLabels = message->label_count ? message->labels : NULL,
-        .objectCount = message->object_count,
-        .pObjects = message->object_count ? message->objects : NULL,
+        .objectCount = message->named.count,
+        .pObjects = message->named.count ? message->named.objects : NULL,
     };
     return messenger->call(utils_severity(message->severity), utils_type(message->severity), &data,
                            messenger->user_data);
@@ -227,12 +227,12 @@ static VkBool32 call_utils(const struct messenger *messenger, const struct messa
  * is a command buffer or a device; both have the same value in both object type enumerations. */
 static VkBool32 call_report(const struct messenger *messenger, const struct message *message)
 {
-    const VkDebugUtilsObjectNameInfoEXT *object = message->objects;
+    const VkDebugUtilsObjectNameInfoEXT *object = message->named.objects;
     return messenger->call_report(
         report_severity(message->severity),
-        message->object_count ? (VkDebugReportObjectTypeEXT)object->objectType
-                              : VK_DEBUG_REPORT_OBJECT_TYPE_UNKNOWN_EXT,
-        message->object_count ? object->objectHandle : 0, 0, message->id_number, "Assay",
+        message->named.count ? (VkDebugReportObjectTypeEXT)object->objectType
+                             : VK_DEBUG_REPORT_OBJECT_TYPE_UNKNOWN_EXT,
+        message->named.count ? object->objectHandle : 0, 0, message->id_number, "Assay",
         message->heading, messenger->user_data);
 }
 

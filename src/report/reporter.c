@@ -3,7 +3,6 @@
 #include "src/report/reporter.h"
 
 #include <stdatomic.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,6 +17,7 @@
 #include "src/report/settings.h"
 #include "src/report/settings/reported_lines.h"
 #include "src/report/summary.h"
+#include "src/report/words.h"
 
 /* All members but the messengers and the counts are constant. */
 struct reporter {
@@ -67,12 +67,14 @@ static void warn_of_log(struct reporter *reporter, int error)
     if (!error || !(reporter->settings.report_flags & REPORT_WARNING))
         return;
     struct message message;
+    struct text_buffer text;
     char line[LINE_SIZE];
     bool delivered;
-    snprintf(line, sizeof(line),
-             "assay_validation.log_filename: the log cannot be written (%s). Messages are missing "
+    text_begin(&text, line, sizeof(line));
+    text_say(&text,
+             "assay_validation.log_filename: the log cannot be written ({}). Messages are missing "
              "in it.",
-             strerror(error));
+             phrase(strerror(error)));
     message_of_layer(&message, REPORT_WARNING, line);
     messengers_call(&reporter->messengers, &message, &delivered);
     if (reporter->log.is_owned)

@@ -11,6 +11,7 @@
 #include "src/platform/process.h"
 #include "src/report/ids/message_filter.h"
 #include "src/report/settings/source.h"
+#include "src/report/words.h"
 
 enum { LINE_SIZE = 1024, VALUE_SHOWN = 200, CHANGES_SIZE = 4096 };
 
@@ -364,11 +365,10 @@ static void warn_of_value(const struct loader *loader, const struct key *key, co
     char line[LINE_SIZE];
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
-    text_append(&text, "assay_validation.%s: ", key->name);
-    text_append_quoted(&text, value, VALUE_SHOWN);
-    text_append(&text, " is not a valid value (%s). The %s, %s, is used.", key->accepts,
-                loader->settings->by_preset & bit_of(key) ? "preset's value" : "default",
-                usual_value(loader->settings, key));
+    text_say(&text, "assay_validation.{}: {} is not a valid value ({}). The {}, {}, is used.",
+             phrase(key->name), quoted(value, VALUE_SHOWN), phrase(key->accepts),
+             phrase(loader->settings->by_preset & bit_of(key) ? "preset's value" : "default"),
+             phrase(usual_value(loader->settings, key)));
     loader->warn(loader->context, line);
 }
 
@@ -380,9 +380,8 @@ static void note_value(const struct loader *loader, const struct key *key, const
     struct text_buffer *changes = loader->changes;
     if (text_equals_in_any_case(value, usual_value(loader->settings, key)))
         return;
-    text_append(changes, "%s%s = ", changes->length ? ", " : "", key->name);
-    text_append_quoted(changes, value, VALUE_SHOWN);
-    text_append(changes, " (");
+    text_say(changes, "{}{} = {} (", phrase(changes->length ? ", " : ""), phrase(key->name),
+             quoted(value, VALUE_SHOWN));
     settings_append_origin(changes, key->name);
     text_append(changes, ")");
 }

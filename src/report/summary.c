@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Counts findings by id and object, and words the lines of report_flags = info. */
 #include "src/report/summary.h"
+#include "src/report/words.h"
 
 #include <inttypes.h>
 #include <string.h>
@@ -198,11 +199,11 @@ void unchecked_add(struct unchecked_counts *unchecked, const char *what, uint32_
 void summary_append_start(struct text_buffer *text, const char *version,
                           const struct settings *settings)
 {
-    text_append(text, "Assay %s validates acceleration-structure builds: level = %s, backend = %s.",
-                version, level_name(settings->level),
-                settings->backend == BACKEND_CPU ? "cpu" : "driver");
+    text_say(text, "Assay {} validates acceleration-structure builds: level = {}, backend = {}.",
+             phrase(version), phrase(level_name(settings->level)),
+             phrase(settings->backend == BACKEND_CPU ? "cpu" : "driver"));
     if (settings->changes)
-        text_append(text, " Settings that differ from the defaults: %s.", settings->changes);
+        text_say(text, " Settings that differ from the defaults: {}.", phrase(settings->changes));
 }
 
 /* ---- the end */
@@ -230,10 +231,10 @@ static void append_findings(struct text_buffer *text, const struct duplicates *d
         uint64_t held = atomic_load(&duplicates->ids[id].held);
         if (!found || is_advice(id) != of_advice)
             continue;
-        text_append(text, "%s %s ", separator, reported_id_name(id));
-        text_append_count(text, found, "time");
+        text_say(text, "{} {} {}", phrase(separator), phrase(reported_id_name(id)),
+                 count_of(found, "time"));
         if (held)
-            text_append(text, " (%" PRIu64 " held back by duplicate_message_limit)", held);
+            text_say(text, " ({} held back by duplicate_message_limit)", number(held));
         separator = ",";
     }
 }
@@ -268,17 +269,18 @@ static void append_left_out(struct text_buffer *text, const struct settings *set
     uint32_t shown = settings->report_flags & (REPORT_ERROR | REPORT_WARNING);
     if (shown == (REPORT_ERROR | REPORT_WARNING))
         return;
-    text_append(text, "%s, which report_flags leaves out",
-                !shown                  ? "errors and warnings"
-                : shown == REPORT_ERROR ? "warnings"
-                                        : "errors");
+    text_append(text, !shown                  ? "errors and warnings"
+                      : shown == REPORT_ERROR ? "warnings"
+                                              : "errors");
+    text_append(text, ", which report_flags leaves out");
 }
 
 static void append_counted(struct text_buffer *text, unsigned i, struct unchecked_counts *unchecked)
 {
     pthread_mutex_lock(&unchecked->lock);
     if (i < unchecked->used)
-        text_append(text, "%s (%" PRIu64 ")", unchecked->items[i].what, unchecked->items[i].count);
+        text_say(text, "{} ({})", phrase(unchecked->items[i].what),
+                 number(unchecked->items[i].count));
     pthread_mutex_unlock(&unchecked->lock);
 }
 
@@ -291,16 +293,13 @@ void summary_append_reason(struct text_buffer *text, unsigned n, const struct se
         append_left_out(text, settings);
         return;
     case 1:
-        if (!(count = count_above(settings->level)))
-            return;
-        text_append_count(text, count, "VUID");
-        text_append(text, " of higher levels (level = %s)", level_name(settings->level));
+        if ((count = count_above(settings->level)))
+            text_say(text, "{} of higher levels (level = {})", count_of(count, "VUID"),
+                     phrase(level_name(settings->level)));
         return;
     case 2:
-        if (!(count = count_muted(settings)))
-            return;
-        text_append_count(text, count, "VUID");
-        text_append(text, " that message_id_filter names");
+        if ((count = count_muted(settings)))
+            text_say(text, "{} that message_id_filter names", count_of(count, "VUID"));
         return;
     default:
         append_counted(text, n - (SUMMARY_REASONS - UNCHECKED_MAX), unchecked);
@@ -312,9 +311,7 @@ static void append_advice(struct text_buffer *text, const struct duplicates *dup
     const uint64_t count = count_findings(duplicates, true);
     if (!count)
         return;
-    text_append(text, " It gave ");
-    text_append_count(text, count, "piece");
-    text_append(text, " of advice");
+    text_say(text, " It gave {} of advice", count_of(count, "piece"));
     append_findings(text, duplicates, true);
     text_append(text, ".");
 }
@@ -330,7 +327,7 @@ static void append_unchecked(struct text_buffer *text, const struct settings *se
         summary_append_reason(&reason, n, settings, unchecked);
         if (!reason.length)
             continue;
-        text_append(text, "%s%s", separator, line);
+        text_say(text, "{}{}", phrase(separator), phrase(line));
         separator = "; ";
     }
     if (separator[0] == ';')

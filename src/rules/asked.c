@@ -37,9 +37,9 @@ static struct value member_value(enum size_member member, uint64_t value)
 {
     switch (member) {
     case SIZED_BUILD_TYPE:
-        return text(value == VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
-                        ? "VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR"
-                        : "VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR");
+        return phrase(value == VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
+                          ? "VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR"
+                          : "VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR");
     case SIZED_TYPE:
         return accel_type((VkAccelerationStructureTypeKHR)value);
     case SIZED_FLAGS:
@@ -53,7 +53,7 @@ static struct value member_value(enum size_member member, uint64_t value)
     case SIZED_INDEX_TYPE:
         return index_type((VkIndexType)value);
     case SIZED_TRANSFORM:
-        return text(value ? "an address" : "0");
+        return phrase(value ? "an address" : "0");
     case SIZED_GEOMETRY_COUNT:
     case SIZED_PRIMITIVE_COUNT:
     case SIZED_MAX_VERTEX:
@@ -68,7 +68,7 @@ static bool remarks_on_difference(struct finding *finding, VkDeviceSize size,
 {
     const struct value asked = member_value(difference->member, difference->asked);
     const struct value built = member_value(difference->member, difference->built);
-    const struct value name = text(member_name(difference->member));
+    const struct value name = phrase(member_name(difference->member));
     if (difference->member < SIZED_GEOMETRY_TYPE)
         return remarks(finding, "The query that returned {} had {} {} instead of {}", number(size),
                        name, asked, built);

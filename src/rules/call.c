@@ -70,7 +70,7 @@ bool command_buffer_is_recording(const struct call_view *call, struct finding *f
     enum command_buffer_state state = call->command_buffer.state;
     return state == COMMAND_BUFFER_UNKNOWN || state == COMMAND_BUFFER_RECORDING ||
            violated(finding, "commandBuffer", "{} is in the {} state, not in the recording state",
-                    this_command_buffer(call), text(state_name(state)));
+                    this_command_buffer(call), phrase(state_name(state)));
 }
 
 bool command_pool_supports_compute(const struct call_view *call, struct finding *finding)

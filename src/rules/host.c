@@ -154,7 +154,7 @@ static bool scratch_is_readable(const struct host_build_view *host_build, struct
     return !scratch->unreadable ||
            violated(finding, "scratchData.hostAddress",
                     "{} does not point to {} of host memory ({})", hex(scratch->begin),
-                    count_of(scratch->size, "byte"), text(size_name));
+                    count_of(scratch->size, "byte"), phrase(size_name));
 }
 
 bool build_scratch_is_host_memory(const struct host_build_view *host_build, struct finding *finding)

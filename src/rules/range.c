@@ -118,7 +118,7 @@ static bool is_within_buffer(const struct range_view *range, const struct addres
            violated(finding, "primitiveCount",
                     "{} makes the build read up to {} behind {} {}, {} past the end of {}",
                     number(range->primitive_count), count_of(end, "byte"),
-                    text(input_field(input->role)), hex(facts->address),
+                    phrase(input_field(input->role)), hex(facts->address),
                     count_of(end - facts->bytes_left, "byte"),
                     object(VK_OBJECT_TYPE_BUFFER, handle_number(facts->buffer)));
 }

@@ -97,7 +97,7 @@ static bool is_backed(const struct accel_facts *accel, struct finding *finding, 
     const struct holding_buffer held_by = holding_buffer_of_accel(accel);
     return accel->backed != NO ||
            violated(finding, field, "{} lies in {}, {}", structure(accel->handle), held_by.value,
-                    text(held_by.lacks));
+                    phrase(held_by.lacks));
 }
 
 bool dst_is_backed_by_memory(const struct build_view *build, struct finding *finding)
@@ -184,7 +184,7 @@ static bool scratch_is_in_one_buffer(const struct build_view *build, struct find
     case ADDRESS_NOWHERE:
         return violated(finding, "scratchData.deviceAddress", "{} is in no buffer, but {} is {}",
                         address_of_missing(VK_OBJECT_TYPE_BUFFER, scratch->address),
-                        text(size_name), number(needed));
+                        phrase(size_name), number(needed));
     case ADDRESS_IN_BUFFER:
         break;
     }
@@ -192,8 +192,8 @@ static bool scratch_is_in_one_buffer(const struct build_view *build, struct find
            violated(finding, "scratchData.deviceAddress",
                     "{} leaves {} to the end of {}, less than {} ({})", hex(scratch->address),
                     count_of(scratch->bytes_left, "byte"),
-                    object(VK_OBJECT_TYPE_BUFFER, handle_number(scratch->buffer)), text(size_name),
-                    number(needed)) ||
+                    object(VK_OBJECT_TYPE_BUFFER, handle_number(scratch->buffer)),
+                    phrase(size_name), number(needed)) ||
            (finding && remarks_on_size_query(finding, build, which));
 }
 

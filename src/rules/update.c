@@ -141,7 +141,7 @@ bool transform_is_absent_where_source_had_none(const struct updated_geometry_vie
     return !both_are_triangles(updated_geometry) || updated_geometry->source->has_transform ||
            !updated_geometry->asked->has_transform ||
            geometry_differs(updated_geometry, finding, transform_field(updated_geometry),
-                            text("given"), text("0"));
+                            phrase("given"), phrase("0"));
 }
 
 bool transform_is_given_where_source_had_one(const struct updated_geometry_view *updated_geometry,
@@ -150,7 +150,7 @@ bool transform_is_given_where_source_had_one(const struct updated_geometry_view 
     return !both_are_triangles(updated_geometry) || !updated_geometry->source->has_transform ||
            updated_geometry->asked->has_transform ||
            geometry_differs(updated_geometry, finding, transform_field(updated_geometry), number(0),
-                            text("an address"));
+                            phrase("an address"));
 }
 
 /* The primitive counts of an indirect build are in its recorded inputs. */

@@ -22,6 +22,7 @@ enum value_kind {
     VALUE_COUNT,     /* a number with its noun: 1 byte, 2 bytes */
     VALUE_REAL,      /* a number with a fraction: 0.5 */
     VALUE_TEXT,      /* a string that outlives the report, such as an enumerant's spelling */
+    VALUE_QUOTED,    /* a text from outside the layer, such as a path, cut to `number` bytes */
     VALUE_OBJECT,    /* a handle, shown with its type and debug name, and listed as an object */
     VALUE_DESTROYED, /* the same of an object that is destroyed; another one may have the handle */
     VALUE_FIELD,     /* a field of another build of the call: pInfos[build].text */
@@ -36,8 +37,9 @@ struct value {
     /* VALUE_ADDRESS, _HEX, _FLAGS, _NUMBER, _COUNT, _OBJECT, _DESTROYED, _BUILT */
     uint64_t number;
     union {
-        const char *text; /* VALUE_TEXT, VALUE_FIELD; VALUE_COUNT: the noun's singular */
-        double real;      /* VALUE_REAL */
+        const char
+            *text;   /* VALUE_TEXT, VALUE_QUOTED, VALUE_FIELD; VALUE_COUNT: the noun's singular */
+        double real; /* VALUE_REAL */
         uint64_t id; /* VALUE_DESTROYED: 0: the last object that had the handle; VALUE_BUILT: of
                       * the command buffer */
         /* VALUE_FLAGS: returns the name of a bit from after the prefix of its type on, such as
@@ -59,7 +61,7 @@ struct finding {
     /* The field, relative to the subject, such as "scratchData.deviceAddress"; "" is the subject
      * itself. */
     const char *field;
-    /* The description of the error; each {} stands for the next value. */
+    /* The description of the error, without its period; each {} stands for the next value. */
     const char *says;
     uint32_t value_count;
     struct value values[FINDING_VALUES];
@@ -107,9 +109,14 @@ static inline struct value real(double real)
     return (struct value){.kind = VALUE_REAL, .real = real};
 }
 
-static inline struct value text(const char *text)
+static inline struct value phrase(const char *text)
 {
     return (struct value){.kind = VALUE_TEXT, .text = text};
+}
+
+static inline struct value quoted(const char *text, size_t size)
+{
+    return (struct value){.kind = VALUE_QUOTED, .text = text, .number = size};
 }
 
 static inline struct value object(VkObjectType type, uint64_t handle)
@@ -235,7 +242,7 @@ static inline bool violated_by_handle(struct finding *finding, const char *field
     if (handle.kind == VALUE_OBJECT)
         handle = destroyed_object(handle.object_type, handle.number, 0);
     return finding_says(finding, field, "{} is not {}: it was destroyed or never created", handle,
-                        text(kind));
+                        phrase(kind));
 }
 
 #endif

@@ -46,7 +46,7 @@ static inline bool violated_by_buffer_of(const struct life_object *object_, stru
     const struct holding_buffer held_by =
         holding_buffer_of(object_->buffer, object_->buffer_id, object_->buffer_is_destroyed);
     return violated(finding, field, "{} lies in {}, {}", life_object_value(object_), held_by.value,
-                    text(held_by.lacks));
+                    phrase(held_by.lacks));
 }
 
 /* The micromaps that serialized data refer to, as far as they are known. */

@@ -8,7 +8,7 @@
 /* The helpers return "Unhandled VkX" for unknown values. */
 static struct value spelling(const char *name, uint64_t value)
 {
-    return strncmp(name, "VK_", 3) == 0 ? text(name) : number(value);
+    return strncmp(name, "VK_", 3) == 0 ? phrase(name) : number(value);
 }
 
 struct value structure_type(VkStructureType type)

@@ -242,7 +242,8 @@ bool send_one(struct reporter *reporter)
 {
     struct finding finding;
     finding_says(&finding, "scratchData.deviceAddress", "{} is not a multiple of {} ({})",
-                 hex(0x1010), text("minAccelerationStructureScratchOffsetAlignment"), number(256));
+                 hex(0x1010), phrase("minAccelerationStructureScratchOffsetAlignment"),
+                 number(256));
     const struct location location = {
         .command = COMMAND_DEVICE, .subject = SUBJECT_BUILD, .build = 1};
     return reporter_send(reporter, SENT_RULE, &location, &(struct call_origin){0}, &finding);

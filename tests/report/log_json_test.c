@@ -107,9 +107,30 @@ TEST(test_longest_text)
         json_begin(&json);
         json_text(&json, "a", text);
         assert_true(json_end(&json));
-        assert_int_equal(json.length,
+        assert_int_equal(json.text.length,
                          strlen("{\"a\":\"\"}\n") + (size < JSON_TEXT_MAX ? size : JSON_TEXT_MAX));
     }
+}
+
+/* Control characters, and bytes that are not UTF-8. */
+TEST(test_escapes_of_json)
+{
+    static struct json json;
+    json_begin(&json);
+    json_text(&json, "a\"", "\"\\/\b\f\n\r\t\x01\x1f\x7f\xff\xc3\xa9");
+    json_begin_array(&json, "b");
+    json_number(&json, NULL, UINT64_MAX);
+    json_hex(&json, NULL, 0x1f);
+    json_text(&json, NULL, NULL);
+    json_end_array(&json);
+    assert_true(json_end(&json));
+    assert_string_equal(
+        json.line,
+        "{\"a\\\"\":\"\\\"\\\\/\\b\\f\\n\\r\\t\\u0001\\u001F\x7f\xef\xbf\xbd\xc3\xa9\","
+        "\"b\":[18446744073709551615,\"0x1f\",\"\"]}\n");
+    json_begin(&json);
+    json_begin_array(&json, "b");
+    assert_false(json_end(&json)); /* is not one object */
 }
 
 /* The label is cut as in findings, so that the two can be compared. */

@@ -139,7 +139,7 @@ TEST(test_too_much_text_is_cut)
     const struct message_style style = {
         .last = LAST_OF_OBJECT, .sent = 4000000000u, .left = 4000000000u, .are_counted = true};
     struct finding finding;
-    finding_says(&finding, "a", "is {} of {}", text(much),
+    finding_says(&finding, "a", "is {} of {}", phrase(much),
                  object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, UINT64_MAX));
     message_of_finding(&message, SENT_VUID, &location, &(struct call_origin){0}, &finding, &style);
     assert_true(strlen(message.heading) < MESSAGE_SIZE);

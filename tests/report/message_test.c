@@ -104,16 +104,16 @@ TEST(test_values)
 {
     struct finding finding;
     finding_says(&finding, "a", "{}, {}, {}, {}, {} and {} {}", hex(0xffffffffffffffff),
-                 number(18446744073709551615u), text("VK_FORMAT_UNDEFINED"),
+                 number(18446744073709551615u), phrase("VK_FORMAT_UNDEFINED"),
                  object(VK_OBJECT_TYPE_BUFFER, 0x12), field_of(7, "dstAccelerationStructure"),
                  object(VK_OBJECT_TYPE_DEVICE_MEMORY, 0));
     assert_string_equal(first_line(COMMAND_DEVICE, SUBJECT_CALL, false, &finding), BUILD
                         "a 0xffffffffffffffff, 18446744073709551615, VK_FORMAT_UNDEFINED, "
                         "VkBuffer 0x12, pInfos[7].dstAccelerationStructure and "
                         "VK_NULL_HANDLE {}.");
-    assert_int_equal(message.object_count, 1);
+    assert_int_equal(message.named.count, 1);
 
-    finding_says(&finding, "a", "is {}{}, {}.", text(NULL), object(VK_OBJECT_TYPE_IMAGE, 3),
+    finding_says(&finding, "a", "is {}{}, {}", phrase(NULL), object(VK_OBJECT_TYPE_IMAGE, 3),
                  field_of(1, ""));
     assert_string_equal(first_line(COMMAND_DEVICE, SUBJECT_CALL, false, &finding),
                         BUILD "a is object 0x3, pInfos[1].");
@@ -151,20 +151,20 @@ TEST(test_origin)
     assert_has(word(&location, &origin, &finding),
                "0xc0[\"builds\"], labels \"Frame 3\" > \"BLAS updates\".\n");
 
-    assert_int_equal(message.object_count, 2);
-    assert_int_equal(message.objects[0].objectType, VK_OBJECT_TYPE_COMMAND_BUFFER);
-    assert_int_equal(message.objects[0].objectHandle, 0xc0);
-    assert_string_equal(message.objects[0].pObjectName, "builds");
-    assert_int_equal(message.objects[1].objectHandle, 0xa);
-    assert_string_equal(message.objects[1].pObjectName, "bunny");
+    assert_int_equal(message.named.count, 2);
+    assert_int_equal(message.named.objects[0].objectType, VK_OBJECT_TYPE_COMMAND_BUFFER);
+    assert_int_equal(message.named.objects[0].objectHandle, 0xc0);
+    assert_string_equal(message.named.objects[0].pObjectName, "builds");
+    assert_int_equal(message.named.objects[1].objectHandle, 0xa);
+    assert_string_equal(message.named.objects[1].pObjectName, "bunny");
     assert_int_equal(message.label_count, 2);
     assert_string_equal(message.labels[0].pLabelName, "BLAS updates");
     assert_string_equal(message.labels[1].pLabelName, "Frame 3");
 
     origin.command_buffer = VK_NULL_HANDLE;
     assert_lacks(word(&location, &origin, &finding), "Command buffer");
-    assert_int_equal(message.objects[0].objectType, VK_OBJECT_TYPE_DEVICE);
-    assert_null(message.objects[0].pObjectName);
+    assert_int_equal(message.named.objects[0].objectType, VK_OBJECT_TYPE_DEVICE);
+    assert_null(message.named.objects[0].pObjectName);
     label_stack_clear(&labels);
     object_names_destroy(names);
 }
@@ -289,7 +289,7 @@ TEST(test_long_names_and_deep_labels_are_cut)
     const char *words = word(&location, &origin, &finding);
     assert_has(words, "labels ... > \"x\" > ");
     assert_has(words, "n\".\nThe Vulkan spec states: ");
-    assert_int_equal(strlen(message.objects[0].pObjectName), MESSAGE_NAME_SIZE - 1);
+    assert_int_equal(strlen(message.named.objects[0].pObjectName), MESSAGE_NAME_SIZE - 1);
     assert_int_equal(message.label_count, MESSAGE_LABELS);
     assert_string_equal(message.labels[0].pLabelName, name);
     label_stack_clear(&labels);
@@ -307,6 +307,6 @@ TEST(test_every_object_has_room)
     const struct call_origin origin = {.command_buffer = COMMAND_BUFFER_HANDLE,
                                        .submission.queue = (VkQueue)(uintptr_t)0x9};
     word(&location, &origin, &finding);
-    assert_int_equal(message.object_count, MESSAGE_OBJECTS);
+    assert_int_equal(message.named.count, MESSAGE_OBJECTS);
     assert_has(message.text, "VkBuffer 0x5 VkDeviceMemory 0x5.");
 }

@@ -1,6 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests that text from outside the layer, such as a debug name, can't break a message over lines.
  */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
 #include "hearing.h"
 #include "src/base/text_buffer.h"
 #include "src/report/finding_message.h"
@@ -72,7 +76,7 @@ TEST(test_numbers_and_plain_text)
     char line[32];
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
-    text_append_plain(&text, "a");
+    text_append(&text, "a");
     text_append_decimal(&text, UINT64_MAX);
     assert_string_equal(line, "a18446744073709551615");
     text_begin(&text, line, sizeof(line));
@@ -81,12 +85,70 @@ TEST(test_numbers_and_plain_text)
     text_append_padded(&text, 7, 3);
     text_append_padded(&text, 1234, 3);
     assert_string_equal(line, "0x00x123456789abcdef00071234");
-    text_append_plain(&text, "12");
-    text_append_plain(&text, "3\xc3\xa9");
+    text_append(&text, "12");
+    text_append(&text, "3\xc3\xa9");
     assert_string_equal(line, "0x00x123456789abcdef00071234...");
-    text_append_plain(&text, "no more");
+    text_append(&text, "no more");
     text_append_count(&text, 1, "byte");
     assert_int_equal(strlen(line), text.length);
+}
+
+/* As printf words them, which must not be called in a signal handler. */
+static void check_real(double number)
+{
+    char line[64], expected[64];
+    struct text_buffer text;
+    for (int digits = 1; digits <= 17; digits++) {
+        text_begin(&text, line, sizeof(line));
+        text_append_real(&text, number, (unsigned)digits);
+        snprintf(expected, sizeof(expected), "%.*g", digits, number);
+        assert_string_equal(line, expected);
+    }
+}
+
+TEST(test_real_numbers)
+{
+    static const double numbers[] = {
+        0,        -0.0,   1,       -1.5,     0.5,     2.5,     0.1,      1e-4,   1e-5,
+        99999999, 9.5,    99.5,    0.125,    1e22,    1e23,    123456.5, 1e300,  DBL_MAX,
+        DBL_MIN,  5e-324, FLT_MAX, FLT_MIN,  1e-45f,  0.1f,    INFINITY, NAN,    -INFINITY,
+        -NAN,     1e9,    1e17,    16777217, 0.99999, 9999.95, 1.0 / 3,  2.0 / 3};
+    uint64_t seed = 1;
+    for (size_t i = 0; i < sizeof(numbers) / sizeof(numbers[0]); i++)
+        check_real(numbers[i]);
+    for (int i = 0; i < 3000; i++) {
+        double number;
+        seed = seed * 6364136223846793005u + 1442695040888963407u;
+        memcpy(&number, &seed, sizeof(number));
+        check_real(number);
+        check_real((double)(int64_t)(seed >> 40) / 256); /* often halves of the last digit */
+    }
+}
+
+static void fill_gap(struct text_buffer *text, void *about, const char *name, size_t length)
+{
+    (void)about;
+    if (strncmp(name, "empty", length) != 0)
+        text_append_part(text, name, length);
+}
+
+static const char *fill(const char *says)
+{
+    static char line[64];
+    struct text_buffer text;
+    text_begin(&text, line, sizeof(line));
+    text_append_template(&text, says, fill_gap, NULL);
+    return line;
+}
+
+TEST(test_templates)
+{
+    assert_string_equal(fill(""), "");
+    assert_string_equal(fill("plain [0] ] }"), "plain [0] ] }");
+    assert_string_equal(fill("a {b} {empty}c"), "a b c");
+    assert_string_equal(fill("a[[, b {b}]][[, c {empty}]]."), "a, b b.");
+    assert_string_equal(fill("[[{empty} and {a}]][[{a} or {empty}]]x"), "x");
+    assert_string_equal(fill("[{a}] [{empty}]"), "[a] []");
 }
 
 TEST(test_cuts)
@@ -125,7 +187,7 @@ TEST(test_names_and_labels_stay_on_one_line)
     assert_has(message.text, "VkCommandBuffer 0xc0[" NASTY_QUOTED "]");
     assert_has(message.text, "labels " NASTY_QUOTED ".");
     /* The application gets its own names as they are. */
-    assert_string_equal(message.objects[1].pObjectName, NASTY);
+    assert_string_equal(message.named.objects[1].pObjectName, NASTY);
     assert_string_equal(message.labels[0].pLabelName, NASTY);
 
     const char *log = capture_message(&message);

@@ -11,6 +11,7 @@
 #include "layer/snapshots/guard/references.h"
 #include "src/base/array.h"
 #include "src/base/text_buffer.h"
+#include "src/report/words.h"
 #include "src/state/commands/journal.h"
 
 /* Memory that is not known to be unreadable is read, as the build would read it. */
@@ -231,22 +232,19 @@ static void warn(const struct guard_result *result, const struct layer_device *d
     char line[512];
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
-    text_append(&text,
-                "assay_validation.guard = references: in build %" PRIu32
-                " of VkCommandBuffer 0x%" PRIx64 " the layer replaced ",
-                result->position, handle_number(result->journal->command_buffer));
-    if (result->replaced) {
-        text_append_count(&text, result->replaced, "reference");
-        text_append(&text,
-                    " by 0 to what is not a live, built bottom-level acceleration structure. The "
-                    "first is that of instance %" PRIu32,
-                    result->first_replaced);
-    }
-    if (result->unreadable) {
-        text_append(&text, result->replaced ? "; also " : "");
-        text_append_count(&text, result->unreadable, "instance");
-        text_append(&text, " in memory that cannot be read by inactive ones");
-    }
+    text_say(&text,
+             "assay_validation.guard = references: in build {} of VkCommandBuffer {} the layer "
+             "replaced ",
+             number(result->position), hex(handle_number(result->journal->command_buffer)));
+    if (result->replaced)
+        text_say(&text,
+                 "{} by 0 to what is not a live, built bottom-level acceleration structure. The "
+                 "first is that of instance {}",
+                 count_of(result->replaced, "reference"), number(result->first_replaced));
+    if (result->unreadable)
+        text_say(&text, "{}{} in memory that cannot be read by inactive ones",
+                 phrase(result->replaced ? "; also " : ""),
+                 count_of(result->unreadable, "instance"));
     text_append(&text, ".");
     reporter_warn(device->instance->reporter, line);
 }

@@ -14,6 +14,7 @@
 #include "layer/snapshots/copies/copies.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/base/text_buffer.h"
+#include "src/report/words.h"
 #include "src/snapshots/recorded_build.h"
 #include "src/state/resources/reference_changes.h"
 
@@ -336,9 +337,9 @@ void guard_warn_unguarded(struct guard *guard, const char *reason)
     if (!guard || atomic_exchange(&guard->is_warned, true))
         return;
     text_begin(&text, line, sizeof(line));
-    text_append(&text,
-                "assay_validation.guard = references: some builds read the application's instances "
-                "unguarded, because %s.",
-                reason);
+    text_say(&text,
+             "assay_validation.guard = references: some builds read the application's instances "
+             "unguarded, because {}.",
+             phrase(reason));
     reporter_warn(guard->device->instance->reporter, line);
 }

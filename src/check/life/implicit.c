@@ -98,7 +98,7 @@ static void check_enum(struct subject_of_check *subject, const struct implicit_c
         return;
     subject->is_well_formed = false;
     REPORT(subject, check, "{} is not a {} value of an enabled extension",
-           found ? text(found->name) : number(value), text(check->type));
+           found ? phrase(found->name) : number(value), phrase(check->type));
 }
 
 static void check_flags(struct subject_of_check *subject, const struct implicit_check *check,
@@ -398,7 +398,7 @@ static void check_object(struct subject_of_check *subject, const struct implicit
         REPORT(subject, check, "{} was created from another VkDevice", object(type, handle));
     else
         REPORT(subject, check, "{} is not a {} of this device: it was destroyed or never created",
-               destroyed_object(type, handle, 0), text(check->type));
+               destroyed_object(type, handle, 0), phrase(check->type));
 }
 
 /* A command reports one of several objects that were created from another device. */

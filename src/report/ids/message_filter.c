@@ -11,6 +11,7 @@
 #include "src/base/text_buffer.h"
 #include "src/report/ids/message_id.h"
 #include "src/report/settings/source.h"
+#include "src/report/words.h"
 
 static uint32_t next_character(const char **text)
 {
@@ -198,13 +199,11 @@ static void warn_of_entry(const char *entry, void (*warn)(void *context, const c
     char line[LINE_SIZE];
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
-    text_append(&text, "assay_validation.message_id_filter: ");
-    text_append_quoted(&text, entry, ENTRY_SHOWN);
-    text_append(
-        &text,
-        " names no message of this layer. An entry is a VUID, a message number (decimal or "
-        "0x...) or the last digits of a VUID, alone or followed by @ and a pattern of names "
-        "of objects and labels. The entry is ignored.");
+    text_say(&text,
+             "assay_validation.message_id_filter: {} names no message of this layer. An entry is a "
+             "VUID, a message number (decimal or 0x...) or the last digits of a VUID, alone or "
+             "followed by @ and a pattern of names of objects and labels. The entry is ignored.",
+             quoted(entry, ENTRY_SHOWN));
     warn(context, line);
 }
 

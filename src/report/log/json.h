@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Writes one line of JSON into a buffer of fixed size. Allocates nothing.
+/* Writes one line of JSON into a buffer of fixed size. Neither allocates nor locks, so a signal
+ * handler may use it.
  *
  * A key may be NULL: inside an array. Text that is not UTF-8 has U+FFFD instead of each wrong byte.
  */
@@ -10,28 +11,24 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "src/base/text_buffer.h"
+
 enum {
     JSON_TEXT_MAX = 8192, /* bytes of one text; longer texts are cut between characters */
     JSON_LINE_MAX = 256 * 1024,
-    JSON_MEMORY = 4096,
 };
-
-struct yajl_gen_t;
 
 /* All of one line; large, so it does not belong on the stack. */
 struct json {
-    struct yajl_gen_t *generator;
-    size_t length, memory_used;
-    bool failed;                  /* the line did not fit, or it is not one object */
-    char text[3 * JSON_TEXT_MAX]; /* U+FFFD takes three bytes */
-    _Alignas(16) char memory[JSON_MEMORY];
+    struct text_buffer text; /* in `line`; cut if the line did not fit */
+    int depth;               /* of objects and arrays */
     char line[JSON_LINE_MAX];
 };
 
 /* Begins a line, which is one object. */
 void json_begin(struct json *json);
-/* Ends the line with a newline. It is json->line, json->length bytes long. Returns false if the
- * line is not complete. */
+/* Ends the line with a newline. It is json->line, json->text.length bytes long. Returns false if
+ * the line did not fit, or is not one object. */
 bool json_end(struct json *json);
 
 /* Writes an empty text if `text` is NULL. */

@@ -10,6 +10,7 @@
 #include "src/platform/clock.h"
 #include "src/platform/process.h"
 #include "src/report/finding_message.h"
+#include "src/report/words.h"
 #include "src/state/commands/call_sites.h"
 #include "src/state/commands/object_names.h"
 #include "src/state/order/order.h"
@@ -20,7 +21,7 @@ static void append_executable(struct text_buffer *text)
     char path[LOG_PATH_SIZE];
     process_executable(path, sizeof(path));
     const char *slash = strrchr(path, '/');
-    text_append(text, "%s", slash ? slash + 1 : path);
+    text_append(text, slash ? slash + 1 : path);
 }
 
 bool log_filename_expand(const char *pattern, char path[LOG_PATH_SIZE])
@@ -29,7 +30,7 @@ bool log_filename_expand(const char *pattern, char path[LOG_PATH_SIZE])
     text_begin(&text, path, LOG_PATH_SIZE);
     for (const char *rest = pattern; *rest;) {
         size_t plain = strcspn(rest, "%");
-        text_append(&text, "%.*s", (int)plain, rest);
+        text_append_part(&text, rest, plain);
         rest += plain;
         if (!*rest)
             break;
@@ -38,7 +39,7 @@ bool log_filename_expand(const char *pattern, char path[LOG_PATH_SIZE])
         else if (rest[1] == 'e')
             append_executable(&text);
         else
-            text_append(&text, "%%");
+            text_append(&text, "%");
         rest += rest[1] == 'p' || rest[1] == 'e' || rest[1] == '%' ? 2 : 1;
     }
     return !text.cut;
@@ -71,10 +72,12 @@ static void line_begin(struct json *json, const char *type)
 
 static void write_version(struct json *json, const char *key, uint32_t version)
 {
-    char text[64];
-    snprintf(text, sizeof(text), "%u.%u.%u", VK_API_VERSION_MAJOR(version),
-             VK_API_VERSION_MINOR(version), VK_API_VERSION_PATCH(version));
-    json_text(json, key, text);
+    char words[64];
+    struct text_buffer text;
+    text_begin(&text, words, sizeof(words));
+    text_say(&text, "{}.{}.{}", number(VK_API_VERSION_MAJOR(version)),
+             number(VK_API_VERSION_MINOR(version)), number(VK_API_VERSION_PATCH(version)));
+    json_text(json, key, words);
 }
 
 static void write_application(struct json *json, const VkApplicationInfo *application)
@@ -142,8 +145,8 @@ static const char *severity_name(enum report_flag severity)
 static void write_objects(struct json *json, const char *key, const struct message *message)
 {
     json_begin_array(json, key);
-    for (uint32_t i = 0; i < message->object_count; i++) {
-        const VkDebugUtilsObjectNameInfoEXT *object = &message->objects[i];
+    for (uint32_t i = 0; i < message->named.count; i++) {
+        const VkDebugUtilsObjectNameInfoEXT *object = &message->named.objects[i];
         const char *type = object_type_name(object->objectType);
         json_begin_object(json, NULL);
         json_text(json, "type", type ? type : "object");
@@ -165,9 +168,10 @@ static size_t label_length(const char *name)
 static void append_labels(struct text_buffer *region, const VkDebugUtilsLabelEXT *labels,
                           uint32_t count)
 {
-    for (uint32_t i = count; i-- > 0;)
-        text_append(region, "%s%.*s", region->length ? "::" : "",
-                    (int)label_length(labels[i].pLabelName), labels[i].pLabelName);
+    for (uint32_t i = count; i-- > 0;) {
+        text_append(region, region->length ? "::" : "");
+        text_append_part(region, labels[i].pLabelName, label_length(labels[i].pLabelName));
+    }
 }
 
 static void write_region(struct json *json, const char *key, const struct message *message)

@@ -10,6 +10,7 @@
 #include "src/platform/files.h"
 #include "src/platform/process.h"
 #include "src/report/log/lines.h"
+#include "src/report/words.h"
 
 enum { LINE_SIZE = 1024, FILENAME_SHOWN = 200 };
 
@@ -53,9 +54,10 @@ static void choose_file(struct log *log, const struct settings *settings,
     char line[LINE_SIZE];
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
-    text_append(&text, "assay_validation.log_filename: ");
-    text_append_quoted(&text, filename, FILENAME_SHOWN);
-    text_append(&text, " cannot be opened for writing (%s). The default, stderr, is used.", reason);
+    text_say(&text,
+             "assay_validation.log_filename: {} cannot be opened for writing ({}). The default, "
+             "stderr, is used.",
+             quoted(filename, FILENAME_SHOWN), phrase(reason));
     warn(context, line);
 }
 
@@ -118,7 +120,7 @@ static int finish_line(struct log *log, bool is_complete)
             fflush(log->file); /* the application's text comes first */
         struct write_signals blocked;
         file_block_signals(&blocked);
-        error = write_all(log, log->json->line, log->json->length);
+        error = write_all(log, log->json->line, log->json->text.length);
         file_unblock_signals(&blocked, error);
     }
     pthread_mutex_unlock(&log->lock);

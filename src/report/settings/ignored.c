@@ -13,6 +13,7 @@
 #include "src/platform/files.h"
 #include "src/platform/process.h"
 #include "src/report/settings/source.h"
+#include "src/report/words.h"
 
 #define FILE_PREFIX "assay_validation."
 #define ENVIRONMENT_PREFIX "VK_ASSAY_VALIDATION_"
@@ -42,9 +43,10 @@ static const char *meant_key(const struct search *search, const char *name)
 
 static void append_meant(struct text_buffer *text, const char *key, bool of_environment)
 {
-    text_append(text, "; did you mean %s", of_environment ? ENVIRONMENT_PREFIX : FILE_PREFIX);
+    text_say(text, "; did you mean {}", phrase(of_environment ? ENVIRONMENT_PREFIX : FILE_PREFIX));
     for (; *key; key++)
-        text_append(text, "%c", of_environment ? toupper((unsigned char)*key) : *key);
+        text_append_part(text, &(char){of_environment ? (char)toupper((unsigned char)*key) : *key},
+                         1);
     text_append(text, "?");
 }
 
@@ -56,10 +58,8 @@ static void warn_of_name(const struct search *search, const char *name, const ch
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
     text_append_quoted(&text, name, SHOWN);
-    if (path) {
-        text_append(&text, " in ");
-        text_append_quoted(&text, path, SHOWN);
-    }
+    if (path)
+        text_say(&text, " in {}", quoted(path, SHOWN));
     text_append(&text, " is not a setting of this layer");
     const char *meant = meant_key(search, name);
     if (meant) {
@@ -67,9 +67,9 @@ static void warn_of_name(const struct search *search, const char *name, const ch
     } else {
         text_append(&text, ", which has");
         for (const char *const *key = search->keys; *key; key++)
-            text_append(&text, "%s %s", key == search->keys ? "" : ",", *key);
+            text_say(&text, key == search->keys ? " {}" : ", {}", phrase(*key));
     }
-    text_append(&text, "%s It is ignored.", meant ? "" : ".");
+    text_append(&text, meant ? " It is ignored." : ". It is ignored.");
     search->warn(search->context, line);
 }
 
@@ -78,10 +78,8 @@ static void warn_of_line(const struct search *search, const char *words, const c
     char line[LINE_SIZE];
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
-    text_append_quoted(&text, words, SHOWN);
-    text_append(&text, " in ");
-    text_append_quoted(&text, path, SHOWN);
-    text_append(&text, " has no \"=\" between name and value. The line is ignored.");
+    text_say(&text, "{} in {} has no \"=\" between name and value. The line is ignored.",
+             quoted(words, SHOWN), quoted(path, SHOWN));
     search->warn(search->context, line);
 }
 
@@ -94,19 +92,17 @@ static void warn_of_path(const struct search *search, enum settings_path state, 
     if (state == SETTINGS_PATH_USED || !given)
         return;
     text_begin(&text, line, sizeof(line));
-    text_append(&text, "VK_LAYER_SETTINGS_PATH: ");
-    text_append_quoted(&text, given, SHOWN);
-    if (state == SETTINGS_PATH_SECOND) {
-        text_append(&text, " is not read, because the file ");
-        text_append_quoted(&text, path, SHOWN);
-        text_append(&text, " exists and comes first.");
-    } else if (state == SETTINGS_PATH_WITHOUT_FILE) {
+    text_say(&text, "VK_LAYER_SETTINGS_PATH: {}", quoted(given, SHOWN));
+    if (state == SETTINGS_PATH_SECOND)
+        text_say(&text, " is not read, because the file {} exists and comes first.",
+                 quoted(path, SHOWN));
+    else if (state == SETTINGS_PATH_WITHOUT_FILE)
         text_append(&text, " is a folder that has no vk_layer_settings.txt. No file is read.");
-    } else {
-        text_append(&text, " does not exist. %s",
-                    file_exists ? "The file vk_layer_settings.txt of the current folder is read."
-                                : "No settings file is read.");
-    }
+    else
+        text_say(&text, " does not exist. {}",
+                 phrase(file_exists
+                            ? "The file vk_layer_settings.txt of the current folder is read."
+                            : "No settings file is read."));
     search->warn(search->context, line);
 }
 
@@ -146,9 +142,11 @@ static void check_enable_value(const struct search *search)
     if (!value || !value[0] || strcmp(value, "0") == 0 || strcmp(value, "1") == 0)
         return;
     text_begin(&text, line, sizeof(line));
-    text_append(&text, "VK_ASSAY_ENABLE: ");
-    text_append_quoted(&text, value, SHOWN);
-    text_append(&text, " does not enable the layer; only 1 does. It was enabled in another way.");
+    text_say(
+        &text,
+        "VK_ASSAY_ENABLE: {} does not enable the layer; only 1 does. It was enabled in another "
+        "way.",
+        quoted(value, SHOWN));
     search->warn(search->context, line);
 }
 
@@ -238,7 +236,7 @@ static void warn_of_key(const struct checker *checker, const char *key, const ch
     if (settings_leave_out(checker->settings, key))
         return;
     text_begin(&text, line, sizeof(line));
-    text_append(&text, "assay_validation.%s needs %s", key, reason);
+    text_say(&text, "assay_validation.{} needs {}", phrase(key), phrase(reason));
     checker->warn(checker->context, line);
 }
 
@@ -265,9 +263,10 @@ static void check_log_filename(const struct checker *checker)
     char line[LINE_SIZE];
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
-    text_append(&text, "assay_validation.log_filename: nothing is written to ");
-    text_append_quoted(&text, settings->log_filename, VALUE_SHOWN);
-    text_append(&text, ", because debug_action has neither log nor default.");
+    text_say(&text,
+             "assay_validation.log_filename: nothing is written to {}, because debug_action has "
+             "neither log nor default.",
+             quoted(settings->log_filename, VALUE_SHOWN));
     checker->warn(checker->context, line);
 }
 

@@ -12,6 +12,7 @@
 #include "src/base/letter_case.h"
 #include "src/platform/files.h"
 #include "src/platform/process.h"
+#include "src/report/words.h"
 
 static bool setting_is_readable(const VkLayerSettingEXT *setting)
 {
@@ -239,14 +240,12 @@ void settings_append_origin(struct text_buffer *text, const char *key)
 {
     char name[NAME_SIZE], path[SETTINGS_PATH_SIZE];
     bool is_elevated = process_is_elevated();
-    if (!is_elevated && find_variable(key, name)) {
-        text_append(text, "environment variable %s", name);
-    } else if (!is_elevated && file_has(key, path)) {
-        text_append(text, "file ");
-        text_append_quoted(text, path, PATH_SHOWN);
-    } else {
+    if (!is_elevated && find_variable(key, name))
+        text_say(text, "environment variable {}", phrase(name));
+    else if (!is_elevated && file_has(key, path))
+        text_say(text, "file {}", quoted(path, PATH_SHOWN));
+    else
         text_append(text, "VkLayerSettingsCreateInfoEXT");
-    }
 }
 
 /* ---- the settings file */

@@ -137,12 +137,12 @@ bool nv_instance_references_are_blas_handles(const struct nv_instance_view *nv_i
                finding, "instanceData",
                "leads to instance {}, whose accelerationStructureReference {} {}",
                number(nv_instance->index), hex(nv_instance->reference),
-               text(refers_to == NV_REFERENCE_TOP_LEVEL ? "is the handle of a top-level structure"
-                    : nv_instance->is_handle
-                        ? "is a VkAccelerationStructureNV, not the value that "
-                          "vkGetAccelerationStructureHandleNV returns for it"
-                        : "is not a value that vkGetAccelerationStructureHandleNV returned for "
-                          "a live structure")) ||
+               phrase(refers_to == NV_REFERENCE_TOP_LEVEL ? "is the handle of a top-level structure"
+                      : nv_instance->is_handle
+                          ? "is a VkAccelerationStructureNV, not the value that "
+                            "vkGetAccelerationStructureHandleNV returns for it"
+                          : "is not a value that vkGetAccelerationStructureHandleNV returned for "
+                            "a live structure")) ||
            (refers_to == NV_REFERENCE_INVALID && !nv_instance->is_handle &&
             shows_what_was_written(nv_instance->instance, &nv_instance->look, finding));
 }
@@ -245,7 +245,7 @@ bool instances_are_backed_by_memory(const struct reference_view *reference, stru
     const struct holding_buffer held_by = holding_buffer_of_accel(reference->referenced);
     return violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
                     REFERS_TO "which lies in {}, {}", number(reference->instance),
-                    structure(reference), held_by.value, text(held_by.lacks));
+                    structure(reference), held_by.value, phrase(held_by.lacks));
 }
 
 bool instances_are_host_visible(const struct reference_view *reference, struct finding *finding)
@@ -276,8 +276,8 @@ bool instances_refer_to_built_structures(const struct unbuilt_view *unbuilt,
                     "leads to instance {}, which refers to {}. That structure {}. References of "
                     "this kind: {}, {}",
                     number(unbuilt->first), accel(unbuilt->referenced->handle),
-                    text(unbuilt->is_built_later ? "was first built after this build"
-                                                 : "was never built"),
+                    phrase(unbuilt->is_built_later ? "was first built after this build"
+                                                   : "was never built"),
                     count_of(unbuilt->instance_count, "instance"),
                     count_of(unbuilt->structure_count, "structure"));
 }

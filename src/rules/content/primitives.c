@@ -31,7 +31,7 @@ bool indices_are_within_max_vertex(const struct indices_view *indices, struct fi
     return !indices->is_beyond ||
            violated(finding, "firstVertex",
                     "{} plus index {}{} of primitive {} is vertex {}, which exceeds maxVertex ({})",
-                    number(first), number(indices->index), text(restart_note(indices)),
+                    number(first), number(indices->index), phrase(restart_note(indices)),
                     number(indices->primitive), number((uint64_t)first + indices->index),
                     number(indices->max_vertex)) ||
            (indices->consumed > vertex_count(indices) &&
@@ -114,8 +114,8 @@ bool transform_matrix_is_invertible(const struct transform_view *transform, stru
 {
     if (builder_determinant_sign(&transform->matrix) != 0)
         return true;
-    struct value why = text(is_finite(&transform->matrix) ? "have determinant 0"
-                                                          : "have an element that is not finite");
+    struct value why = phrase(is_finite(&transform->matrix) ? "have determinant 0"
+                                                            : "have an element that is not finite");
     if (transform->is_of_instance)
         return violated(
             finding, content_field(transform->geometry, INPUT_INSTANCES),

@@ -17,7 +17,7 @@ bool copy_mode_fits_the_direction(const struct copy_view *copy, struct finding *
     return copy->mode == (serializes ? VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR
                                      : VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR) ||
            violated(finding, "mode", "{} is not {}", copy->given_mode,
-                    text(serializes ? "the mode that serializes" : "the mode that deserializes"));
+                    phrase(serializes ? "the mode that serializes" : "the mode that deserializes"));
 }
 
 /* ---- the memory of a serialization or deserialization */

@@ -22,7 +22,7 @@ static bool has_no_flag(const struct create_view *create, struct finding *findin
            violated(finding, "createFlags",
                     "{} includes {}, and type is "
                     "VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR",
-                    hex(create->create_flags), text(name));
+                    hex(create->create_flags), phrase(name));
 }
 
 bool created_opacity_micromap_captures_no_descriptors(const struct create_view *create,
@@ -86,9 +86,9 @@ static bool replays_address(const struct create_view *create)
 
 static struct value replay_flag(const struct create_view *create)
 {
-    return text(create->is_micromap
-                    ? "VK_MICROMAP_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT_EXT"
-                    : "VK_ACCELERATION_STRUCTURE_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT_KHR");
+    return phrase(create->is_micromap
+                      ? "VK_MICROMAP_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT_EXT"
+                      : "VK_ACCELERATION_STRUCTURE_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT_KHR");
 }
 
 bool replayed_address_has_its_flag(const struct create_view *create, struct finding *finding)
@@ -104,7 +104,7 @@ static bool has_feature(const struct create_view *create, struct finding *findin
                         struct value flag, const char *feature)
 {
     return is_enabled || violated(finding, "createFlags", "{} includes {}, which requires {}",
-                                  hex(create->create_flags), flag, text(feature));
+                                  hex(create->create_flags), flag, phrase(feature));
 }
 
 /* The flag of the address has an id of its own. */
@@ -155,7 +155,7 @@ bool descriptor_capture_replay_feature_is_enabled(const struct create_view *crea
              VK_ACCELERATION_STRUCTURE_CREATE_DESCRIPTOR_BUFFER_CAPTURE_REPLAY_BIT_EXT) ||
            has_feature(
                create, finding, create->call->device->descriptor_buffer_capture_replay,
-               text("VK_ACCELERATION_STRUCTURE_CREATE_DESCRIPTOR_BUFFER_CAPTURE_REPLAY_BIT_EXT"),
+               phrase("VK_ACCELERATION_STRUCTURE_CREATE_DESCRIPTOR_BUFFER_CAPTURE_REPLAY_BIT_EXT"),
                "VkPhysicalDeviceDescriptorBufferFeaturesEXT::descriptorBufferCaptureReplay");
 }
 
@@ -204,9 +204,9 @@ bool created_object_has_storage_usage(const struct create_view *create, struct f
            violated(finding, create->by_address ? "addressRange" : "buffer",
                     "lies in {}, which was created with usage {}, without {}", buffer(create),
                     buffer_usage(create->buffer.usage),
-                    text(create->is_micromap
-                             ? "VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT"
-                             : "VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR"));
+                    phrase(create->is_micromap
+                               ? "VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT"
+                               : "VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR"));
 }
 
 bool created_object_is_not_in_a_sparse_resident_buffer(const struct create_view *create,
@@ -261,7 +261,7 @@ static bool usage_is_stated(const struct create_view *create, struct finding *fi
     return create->buffer.alive != YES || !(create->buffer.usage & usage) ||
            (create->address_flags & flags) ||
            violated(finding, "addressFlags", "{} does not state that {} was created with {}",
-                    hex(create->address_flags), buffer(create), text(name));
+                    hex(create->address_flags), buffer(create), phrase(name));
 }
 
 static bool usage_is_not_invented(const struct create_view *create, struct finding *finding,
@@ -270,7 +270,7 @@ static bool usage_is_not_invented(const struct create_view *create, struct findi
     return create->buffer.alive != YES || (create->buffer.usage & usage) ||
            !(create->address_flags & flag) ||
            violated(finding, "addressFlags", "{} states {}, and {} was created without it",
-                    hex(create->address_flags), text(name), buffer(create));
+                    hex(create->address_flags), phrase(name), buffer(create));
 }
 
 #define STORAGE VK_BUFFER_USAGE_2_STORAGE_BUFFER_BIT

@@ -46,7 +46,7 @@ static bool no_instance_referred_to_it(const struct destroyed_view *destroyed,
                "had not completed as far as the application had observed",
                destroyed_object(destroyed->object.object_type, destroyed->object.handle,
                                 destroyed->object.id),
-               number(instance->index), text(build_command_name(instance->command)),
+               number(instance->index), phrase(build_command_name(instance->command)),
                address_of_missing(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, instance->reference));
 }
 
@@ -58,7 +58,7 @@ bool destroyed_object_is_not_in_use(const struct destroyed_view *destroyed, stru
     return violated(finding, parameter_of(destroyed->object.object_type),
                     "{} is used by {} in {}, which was submitted to {} (submission {}) and has not "
                     "completed as far as the application has observed",
-                    life_object_value(&destroyed->object), text(build_command_name(use->command)),
+                    life_object_value(&destroyed->object), phrase(build_command_name(use->command)),
                     object(VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(use->command_buffer)),
                     object(VK_OBJECT_TYPE_QUEUE, handle_number(use->queue)),
                     number(use->submission)) ||

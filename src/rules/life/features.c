@@ -5,7 +5,7 @@
 static bool feature_is_enabled(struct finding *finding, bool feature, const char *name)
 {
     return feature ||
-           violated(finding, "", "requires {}, which is not enabled for the device", text(name));
+           violated(finding, "", "requires {}, which is not enabled for the device", phrase(name));
 }
 
 bool micromap_feature_is_enabled(const struct call_view *call, struct finding *finding)

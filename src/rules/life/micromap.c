@@ -92,9 +92,9 @@ bool built_micromap_is_valid(const struct built_micromap_view *built_micromap,
 
 static struct value type_of(uint32_t type)
 {
-    return text(type == VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT
-                    ? "VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT"
-                    : "VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV");
+    return phrase(type == VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT
+                      ? "VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT"
+                      : "VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV");
 }
 
 /* Types that do not exist have an id of their own. */

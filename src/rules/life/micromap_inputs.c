@@ -79,7 +79,7 @@ static bool formats_are_valid(const struct micromap_triangles_view *triangles, u
         if (format < 1 || format > last)
             return violated(finding, "triangleArray",
                             "leads to triangle {}, whose format {} is not a {}", number(i),
-                            number(format), text(type));
+                            number(format), phrase(type));
     }
     return true;
 }
@@ -114,7 +114,7 @@ static bool levels_are_within(const struct micromap_triangles_view *triangles, u
                 finding, "triangleArray",
                 "leads to triangle {}, whose subdivisionLevel {} with format {} exceeds {} ({})",
                 number(i), number(triangle.subdivisionLevel), number(triangle.format),
-                text(limit_name), number(limit));
+                phrase(limit_name), number(limit));
     }
     return true;
 }

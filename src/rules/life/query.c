@@ -60,8 +60,8 @@ bool queries_are_in_the_pool(const struct query_view *query, struct finding *fin
     return query->pool.alive != YES ||
            (uint64_t)query->first_query + query->count <= query->pool.count ||
            violated(finding, "firstQuery", "{} plus {} {} exceeds the queryCount of {} ({})",
-                    number(query->first_query), text(count_parameter(query)), number(query->count),
-                    pool_of(query), number(query->pool.count));
+                    number(query->first_query), phrase(count_parameter(query)),
+                    number(query->count), pool_of(query), number(query->pool.count));
 }
 
 bool read_queries_are_initialized(const struct read_queries_view *read_queries,

@@ -91,9 +91,9 @@ bool written_query_is_unavailable(const struct written_query_view *written_query
     return violated(finding, "queryPool", "{} has query {}, which {}",
                     object(VK_OBJECT_TYPE_QUERY_POOL, handle_number(written_query->pool)),
                     number(written_query->number),
-                    text(written_query->is_available
-                             ? "an earlier command wrote and nothing reset since"
-                             : "nothing has reset since the pool was created"));
+                    phrase(written_query->is_available
+                               ? "an earlier command wrote and nothing reset since"
+                               : "nothing has reset since the pool was created"));
 }
 
 /* ---- the size of dst */
@@ -103,7 +103,7 @@ static bool has_size(const struct sized_copy_view *copy, VkDeviceSize size, cons
 {
     return copy->dst_size >= size ||
            violated(finding, "dst", "{} was created with size {}, less than {} src {} ({})",
-                    object(copy->object_type, copy->dst), number(copy->dst_size), text(which),
+                    object(copy->object_type, copy->dst), number(copy->dst_size), phrase(which),
                     object(copy->object_type, copy->src), number(size));
 }
 

@@ -68,7 +68,7 @@ static bool flag_has_its_feature(const struct micromap_build_view *micromap_buil
                     "{} has {}, but the feature micromap is not enabled for the device, neither of "
                     "VkPhysicalDeviceOpacityMicromapFeaturesKHR nor of "
                     "VkPhysicalDeviceOpacityMicromapFeaturesEXT",
-                    build_flags(micromap_build->build->info->flags), text(name));
+                    build_flags(micromap_build->build->info->flags), phrase(name));
 }
 
 bool micromap_update_flag_has_its_feature(const struct micromap_build_view *micromap_build,
@@ -226,7 +226,7 @@ bool micromap_geometry_has_micromap_data(const struct micromap_geometry_view *mi
     return violated(finding, "pNext",
                     "has {} VkAccelerationStructureGeometryMicromapDataKHR, but geometryType "
                     "VK_GEOMETRY_TYPE_MICROMAP_KHR requires one",
-                    text(has_two ? "more than one" : "no")) ||
+                    phrase(has_two ? "more than one" : "no")) ||
            is_reported_with(finding, other);
 }
 

@@ -27,7 +27,7 @@ static bool level_is_within(const struct micromap_triangle_view *view, uint32_t 
                finding, TRIANGLES,
                "leads to triangle {}, whose subdivisionLevel {} with format {} exceeds {} ({})",
                number(view->index), number(view->triangle.subdivisionLevel),
-               number(view->triangle.format), text(limit_name), number(limit));
+               number(view->triangle.format), phrase(limit_name), number(limit));
 }
 
 /* The largest subdivision level whose data size can be computed. No format supports a higher

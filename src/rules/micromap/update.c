@@ -84,8 +84,8 @@ static bool differs(const struct updated_micromap_view *view, struct finding *fi
                     const char *field, const char *now, const char *then, uint64_t handle)
 {
     const struct update_view *update = view->geometry->update;
-    return violated(finding, field, "{}, but {} was last built with {} ({})", text(now),
-                    structure(update->src), handle ? structure(handle) : text(then),
+    return violated(finding, field, "{}, but {} was last built with {} ({})", phrase(now),
+                    structure(update->src), handle ? structure(handle) : phrase(then),
                     built_at(update->source));
 }
 

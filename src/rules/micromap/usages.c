@@ -58,7 +58,7 @@ bool usage_formats_are_valid(const struct micromap_usages *usages, uint32_t last
         if (format < 1 || format > last)
             return violated(finding, usages_field(usages),
                             "has format {} at index {}, which is not a {}", number(format),
-                            number(i), text(type));
+                            number(i), phrase(type));
     }
     return true;
 }
@@ -72,7 +72,7 @@ bool usage_levels_are_within(const struct micromap_usages *usages, uint32_t form
             return violated(
                 finding, usages_field(usages),
                 "has subdivisionLevel {} with format {} at index {}, which exceeds {} ({})",
-                number(usage.subdivisionLevel), number(usage.format), number(i), text(limit_name),
+                number(usage.subdivisionLevel), number(usage.format), number(i), phrase(limit_name),
                 number(limit));
     }
     return true;

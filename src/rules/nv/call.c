@@ -131,7 +131,7 @@ static bool scratch_is_large_enough(const struct nv_call_view *nv_call, struct f
     return violated(finding, "scratchOffset",
                     "{} leaves less of {} ({}) than the {} that {} needs ({})", number(offset),
                     nv_buffer(nv_call->scratch), count_of(scratch->size, "byte"),
-                    count_of(needed, "byte"), nv_structure(nv_call->dst), text(type));
+                    count_of(needed, "byte"), nv_structure(nv_call->dst), phrase(type));
 }
 
 bool nv_build_scratch_is_large_enough(const struct nv_call_view *nv_call, struct finding *finding)
@@ -215,7 +215,7 @@ static bool created_for_fewer(const struct nv_call_view *nv_call, struct finding
                               const char *member, uint32_t created, uint32_t asked)
 {
     return violated(finding, "dst", "{} was created with {} {}, less than that of pInfo ({})",
-                    nv_structure(nv_call->dst), text(member), number(created), number(asked));
+                    nv_structure(nv_call->dst), phrase(member), number(created), number(asked));
 }
 
 bool nv_dst_was_created_compatible(const struct nv_call_view *nv_call, struct finding *finding)
