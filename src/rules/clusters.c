@@ -36,7 +36,7 @@ static bool has_usage(const struct built_address *address, VkBufferUsageFlags2 u
            violated(finding, address->field,
                     "{} is in {}, which was created with usage {}, without {}",
                     hex(address->address), buffer_of(address), buffer_usage(address->facts.usage),
-                    text(name));
+                    phrase(name));
 }
 
 #define HAS_USAGE(address, usage, finding)                                                         \
@@ -48,7 +48,7 @@ static bool has_room(const struct built_address *address, VkDeviceSize needed, c
     return !is_in_buffer(address) || address->facts.bytes_left >= needed ||
            violated(finding, address->field, "{} leaves {} to the end of {}, less than {} ({})",
                     hex(address->address), count_of(address->facts.bytes_left, "byte"),
-                    buffer_of(address), text(name), number(needed));
+                    buffer_of(address), phrase(name), number(needed));
 }
 
 /* An alignment of 0 is unknown. */
@@ -58,7 +58,7 @@ static bool is_aligned(const struct built_address *address, uint32_t alignment, 
     return address->is_ignored || address->is_indirect || !alignment ||
            address->address % alignment == 0 ||
            violated(finding, address->field, "{} is not a multiple of {} ({})",
-                    hex(address->address), text(name), number(alignment));
+                    hex(address->address), phrase(name), number(alignment));
 }
 
 static bool is_aligned_to(const struct built_address *address, uint32_t bytes,
@@ -86,7 +86,7 @@ static bool are_apart(const struct built_address *a, VkDeviceSize a_size,
 {
     return !share_bytes(a, a_size, b, b_size) ||
            violated(finding, a->field, "{} has {} that overlap {} of {} {}", hex(a->address),
-                    count_of(a_size, "byte"), count_of(b_size, "byte"), text(b->field),
+                    count_of(a_size, "byte"), count_of(b_size, "byte"), phrase(b->field),
                     hex(b->address));
 }
 
@@ -106,13 +106,13 @@ static bool is_within_query(struct finding *finding, const char *field, uint32_t
 {
     return !asked || count <= asked ||
            violated(finding, field, "{} is greater than {}, the greatest that was passed to {}()",
-                    number(count), number(asked), text(command));
+                    number(count), number(asked), phrase(command));
 }
 
 static bool feature_is_enabled(struct finding *finding, bool feature, const char *name)
 {
     return feature ||
-           violated(finding, "", "requires {}, which is not enabled for the device", text(name));
+           violated(finding, "", "requires {}, which is not enabled for the device", phrase(name));
 }
 
 /* ---- what clusters are built of */
@@ -139,7 +139,7 @@ static bool is_within(struct finding *finding, const char *field, uint32_t count
                       const char *name)
 {
     return count <= limit || violated(finding, field, "{} is greater than {} ({})", number(count),
-                                      text(name), number(limit));
+                                      phrase(name), number(limit));
 }
 
 bool cluster_triangle_count_is_within_limit(const struct cluster_triangles_view *cluster_triangles,
@@ -316,7 +316,7 @@ static bool has_stride(const struct built_address *array, VkDeviceSize stride, s
 {
     return array->is_ignored || stride >= least ||
            violated(finding, array->field, "has stride {}, less than the size of {} ({})",
-                    number(stride), text(what), number(least));
+                    number(stride), phrase(what), number(least));
 }
 
 bool cluster_addresses_have_a_stride(const struct cluster_build_view *cluster_build,
@@ -337,7 +337,7 @@ static bool array_is_given(const struct built_address *array, const char *mode,
                            struct finding *finding)
 {
     if (!array->address && !array->is_ignored)
-        return violated(finding, array->field, "has address 0, but opMode is {}", text(mode));
+        return violated(finding, array->field, "has address 0, but opMode is {}", phrase(mode));
     return !leads_nowhere(array) || violated_by_nowhere(finding, array);
 }
 
@@ -406,7 +406,7 @@ static bool infos_have_room(const struct cluster_build_view *build,
     return op_of(build) != type || info->srcInfosCount ||
            !info->input.maxAccelerationStructureCount || info->srcInfosArray.size >= op->size ||
            violated(finding, build->infos.field, "has {}, less than one {} ({})",
-                    count_of(info->srcInfosArray.size, "byte"), text(op->name), number(op->size));
+                    count_of(info->srcInfosArray.size, "byte"), phrase(op->name), number(op->size));
 }
 
 #define HAVE_ROOM(name, op)                                                                        \
