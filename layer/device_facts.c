@@ -63,7 +63,7 @@ static void collect_owners(struct device_facts *facts, const VkDeviceCreateInfo 
         facts->owners |= (uint64_t)owns_values(create_info, registry_owners[i], backend) << i;
 }
 
-/* Cluster and partitioned builds write to addresses, and unknown extensions may do anything. */
+/* Unknown extensions may do anything. */
 static bool has_other_builders(const struct device_facts *facts,
                                const VkDeviceCreateInfo *create_info)
 {

@@ -24,6 +24,7 @@
 #include "src/check/call/check.h"
 #include "src/report/reporter.h"
 #include "src/report/told_queries.h"
+#include "src/state/builds/places.h"
 #include "src/state/builds/size_cache.h"
 #include "src/state/builds/structures.h"
 #include "src/state/commands/command_buffers.h"
@@ -113,6 +114,7 @@ struct layer_device {
     struct command_buffers *command_buffers;
     struct size_cache *sizes;
     struct size_queries *size_queries; /* of the application */
+    struct places *places; /* NULL unless an extension builds structures without handles */
     struct destroyed_objects *destroyed;
     struct object_names *names;
     struct queue_labels *queue_labels;

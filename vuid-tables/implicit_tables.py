@@ -109,7 +109,8 @@ class Tables:
         """One row of a table: what is checked of one member, which `owner` has: a part of `structure`."""
         place = f"{prefix}{member.name}"
         is_array = bool(member.pointers and member.lengths[0])
-        chained = f"pNext<{structure}>." if structure in self.chained else ""
+        chained = f"pNext<{structure}>." if structure in self.chained else \
+            getattr(self.scopes.get(structure), "place", None) or ""
         field = chained + place + ("[]" if kind in ("HANDLE", "PARENT") and member.pointers else "")
         element = "1" if member.type == "void" else \
             "sizeof(void *)" if member.pointers > 1 else f"sizeof({member.type})"
@@ -232,11 +233,14 @@ class Tables:
         plain = {name: text for name, text in self.values.items() if "&scope_of" not in text}
         with_scopes = {name: text for name, text in self.values.items() if "&scope_of" in text}
         table = "".join(f"    [COMMAND_{scope.name[2:]}] = &scope_of_{scope.name},\n" for scope in commands)
+        read = "".join(f'    {{"{scope.name}", &scope_of_{scope.name}}},\n'
+                       for scope in structures if scope.place is not None)
         return "".join([
             *plain.values(), *map(self.scope_text, chained), *with_scopes.values(),
             *map(self.scope_text, others), *map(self.scope_text, commands),
             "static const struct implicit_check chain_of_descriptors = {\n    ",
             f"{descriptors}}};\n\n",
+            f"static const struct implicit_read scopes_in_device_memory[] = {{\n{read}}};\n\n",
             "static const struct implicit_scope *const scope_of_command[COMMAND_COUNT] = {\n",
             table, "};\n"])
 

@@ -53,7 +53,7 @@ static VkResult start(struct layer_device *device, void **self)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     advice->device = device;
     advice->limits = &settings->advice_limits;
-    advice->is_unknown = device->facts.has_other_builders;
+    advice->is_unknown = device->facts.newer_than_registry;
     const uint32_t limit = advice->limits->of[ADVICE_LIMIT_submissions];
     advice->ring_size = limit > RING_MAX ? 0 : limit ? limit : 1;
     advice->created = calloc(advice->ring_size + 1, sizeof(*advice->created));
@@ -437,12 +437,21 @@ static void add_found_advice(void *user, enum advice id, const struct finding *f
     add_advice(judging->advice, id, judging->type, judging->object, finding, weight);
 }
 
+/* Builds of structures without handles may use those that have one. */
+static bool misses_uses(const struct adviser *advice)
+{
+    bool misses = advice->is_unknown;
+    for (enum place_kind kind = 0; kind < PLACE_KINDS; kind++)
+        misses |= places_are_used(advice->device->places, kind);
+    return misses;
+}
+
 /* Batches that did not execute yet may hold the use that is missing. */
 static void judge(struct adviser *advice, const struct accel_facts *accel, bool is_left)
 {
     struct structure_uses uses;
-    if (advice->is_unknown || advice->outstanding || accel->alive != YES || !accel->details_known ||
-        !uses_find(advice->device->structures, accel->id, &uses))
+    if (misses_uses(advice) || advice->outstanding || accel->alive != YES ||
+        !accel->details_known || !uses_find(advice->device->structures, accel->id, &uses))
         return;
     const struct use_view view = {
         .accel = accel,
@@ -466,7 +475,7 @@ static void judge_all(struct adviser *advice)
     const struct crowd_view view = {
         .tiny = advice->most_tiny, .single_calls = advice->single_calls, .limits = advice->limits};
     struct judging judging = {advice, VK_OBJECT_TYPE_DEVICE, handle_number(advice->device->handle)};
-    if (!advice->is_unknown)
+    if (!misses_uses(advice))
         advice_judge_crowd(&view, add_found_advice, &judging);
 }
 

@@ -81,9 +81,12 @@ static bool keep_finding(void *user, const struct journal *journal, uint32_t fir
     return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
 }
 
+/* Commands that build no structures have no position among the builds. */
 static uint32_t origin_of(const struct read_call *call, uint32_t build)
 {
-    return journal_origin_at(call->journal, call->first + build);
+    return call->first == POSITION_OF_OTHERS
+               ? 0
+               : journal_origin_at(call->journal, call->first + build);
 }
 
 static bool note_found(void *user, enum rule rule, const struct location *location,
@@ -271,6 +274,7 @@ static struct read_call *begin_call(struct reading *reading, const struct journa
         .active = device->active_rules[place->command],
         .resources = device->resources,
         .destroy_count = reading->ran->execution->destroy_count,
+        .places = device->places,
         .structures = device->structures,
     };
     call->executed = executed_call_begin(&call->context, &device->facts, place->command);

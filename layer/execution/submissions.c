@@ -105,7 +105,8 @@ static struct replay replay_of(struct judging *judging, const struct order_batch
         .follows = &batch->clock,
         .predecessors_known = batch->predecessors_known,
         .destroy_count = batch->destroy_count,
-        .never_is_certain = !submissions->device->facts.has_other_builders,
+        .never_is_certain = !submissions->device->facts.newer_than_registry &&
+                            !places_are_used(submissions->device->places, PLACE_BOTTOM_LEVEL),
         .has_unseen_sizes = submissions->device->has_unseen_sizes,
         .unordered = batch->work != WORK_OF_QUEUE,
         .found = send_found,

@@ -2,7 +2,13 @@
 /* Builds of clusters and of partitioned structures, and queries of their sizes. */
 #include "layer/intercepts/intercepts.h"
 
+#include <string.h>
+
+#include "layer/snapshots/snapshots.h"
 #include "observers.h"
+#include "src/base/chain.h"
+#include "src/base/readable.h"
+#include "src/model/clusters.h"
 
 void note_cluster_sizes(struct layer_device *device,
                         const VkClusterAccelerationStructureInputInfoNV *info)
@@ -23,4 +29,104 @@ void note_partition_sizes(struct layer_device *device,
     size_queries_note_count(queries, ASKED_PARTITIONS, info->partitionCount);
     size_queries_note_count(queries, ASKED_GLOBAL_INSTANCES,
                             info->maxInstanceInGlobalPartitionCount);
+}
+
+/* ---- builds */
+
+static void find_sizes(const struct layer_device *device, const void *input,
+                       struct addressed_build *build)
+{
+    const VkuDeviceDispatchTable *vk = &device->vk;
+    VkAccelerationStructureBuildSizesInfoKHR sizes = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    if (build->is_partitioned && vk->GetPartitionedAccelerationStructuresBuildSizesNV)
+        vk->GetPartitionedAccelerationStructuresBuildSizesNV(device->handle, input, &sizes);
+    else if (!build->is_partitioned && vk->GetClusterAccelerationStructureBuildSizesNV)
+        vk->GetClusterAccelerationStructureBuildSizesNV(device->handle, input, &sizes);
+    build->structure_size = sizes.accelerationStructureSize;
+    build->scratch_size = sizes.buildScratchSize;
+}
+
+/* Notes where a build may place structures. */
+static void note_places(const struct layer_device *device, const struct addressed_build *build)
+{
+    const VkClusterAccelerationStructureCommandsInfoNV *info = &build->clusters.info;
+    const bool is_indirect =
+        info->addressResolutionFlags &
+        VK_CLUSTER_ACCELERATION_STRUCTURE_ADDRESS_RESOLUTION_INDIRECTED_DST_IMPLICIT_DATA_BIT_NV;
+    enum place_kind kind = PLACE_KINDS;
+    switch ((int)info->input.opType) {
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_GET_CLUSTER_TEMPLATE_INDICES_NV:
+        return;
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_CLUSTERS_BOTTOM_LEVEL_NV:
+        kind = PLACE_BOTTOM_LEVEL;
+        break;
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_TEMPLATE_NV:
+        kind = PLACE_TEMPLATE;
+        break;
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_NV:
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_INSTANTIATE_TRIANGLE_CLUSTER_NV:
+        kind = PLACE_CLUSTER;
+        break;
+    default:
+        break;
+    }
+    if (info->input.opMode == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_COMPUTE_SIZES_NV)
+        return;
+    if (kind == PLACE_KINDS) {
+        places_add_moves(device->places);
+    } else if (build->structure_size && !is_indirect &&
+               info->input.opMode ==
+                   VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_IMPLICIT_DESTINATIONS_NV) {
+        places_add(device->places, kind, info->dstImplicitData, build->structure_size);
+    } else {
+        places_add_unknown(device->places, kind);
+    }
+}
+
+/* Returns false if the structure that the operation takes is not readable. */
+static bool keep_input(const VkClusterAccelerationStructureInputInfoNV *input,
+                       struct addressed_build *build)
+{
+    struct readable_cache *cache = readable_cache_of_thread();
+    const void *given = input->opInput.pTriangleClusters;
+    void *kept = &build->clusters.triangles;
+    size_t size = sizeof(build->clusters.triangles);
+    if (input->opType == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_MOVE_OBJECTS_NV)
+        return true;
+    if (input->opType == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_CLUSTERS_BOTTOM_LEVEL_NV) {
+        kept = &build->clusters.bottom_level;
+        size = sizeof(build->clusters.bottom_level);
+    }
+    if (!readable(cache, given, size))
+        return false;
+    memcpy(kept, given, size);
+    return true;
+}
+
+void record_cluster_build(struct layer_device *device, VkCommandBuffer handle,
+                          const VkClusterAccelerationStructureCommandsInfoNV *info)
+{
+    struct addressed_build build = {.clusters.info = *info};
+    build.is_valid =
+        !check_has_found() && device->facts.clusters.feature && keep_input(&info->input, &build);
+    if (build.is_valid)
+        find_sizes(device, &info->input, &build);
+    note_places(device, &build);
+    snapshots_build_addressed(device, handle, &build);
+}
+
+void record_partition_build(struct layer_device *device, VkCommandBuffer handle,
+                            const VkBuildPartitionedAccelerationStructureInfoNV *info)
+{
+    const VkPartitionedAccelerationStructureFlagsNV *flags = chain_find(
+        info->input.pNext, VK_STRUCTURE_TYPE_PARTITIONED_ACCELERATION_STRUCTURE_FLAGS_NV);
+    struct addressed_build build = {
+        .is_partitioned = true,
+        .partitions = {.info = *info, .translates = flags && flags->enablePartitionTranslation}};
+    build.is_valid = !check_has_found() && device->facts.partitions.feature;
+    if (build.is_valid)
+        find_sizes(device, &info->input, &build);
+    places_add(device->places, PLACE_PARTITIONED, info->dstAccelerationStructureData, 1);
+    snapshots_build_addressed(device, handle, &build);
 }

@@ -66,6 +66,7 @@ void layer_free_device(struct layer_device *device)
     resources_destroy(device->resources);
     size_cache_destroy(device->sizes);
     size_queries_destroy(device->size_queries);
+    places_destroy(device->places);
     destroyed_objects_destroy(device->destroyed);
     object_names_destroy(device->names);
     queue_labels_destroy(device->queue_labels);
@@ -217,6 +218,10 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
 {
     vkuInitDeviceDispatchTable(device->handle, &device->vk, next_proc_addr);
     VkResult result = layer_collect_device_facts(device, create_info);
+    if (result == VK_SUCCESS && device->facts.has_other_builders) {
+        device->places = places_create();
+        result = device->places ? VK_SUCCESS : VK_ERROR_OUT_OF_HOST_MEMORY;
+    }
     if (result != VK_SUCCESS)
         return result;
     apply_settings(device);

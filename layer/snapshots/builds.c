@@ -65,7 +65,8 @@ static void gather_instances(struct recorder *recorder, struct recorded_build *b
         snapshot_find(build->snapshots, build->snapshot_count,
                       input_address(&parameters->geometries[0], INPUT_INSTANCES));
     struct gathering gathering = {.is_typed = parameters->info.flags &
-                                              VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV};
+                                              VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV,
+                                  GATHERING_OF_POINTERS};
     if (addresses && recorder_gather(recorder, addresses, &gathering))
         build->gathering = gathering;
 }

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What builds of clusters read: an array of structures, one for each structure that is built, whose
- * type the operation decides. */
+/* Builds of structures at addresses. What builds of clusters read: an array of structures, one for
+ * each structure that is built, whose type the operation decides. What builds of partitioned
+ * structures read: an array of operations, each of which leads to an array. */
 #ifndef ASSAY_MODEL_CLUSTERS_H
 #define ASSAY_MODEL_CLUSTERS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <vulkan/vulkan_core.h>
 
@@ -30,6 +32,43 @@ static inline const struct cluster_op *cluster_op(VkClusterAccelerationStructure
                                VkClusterAccelerationStructureGetTemplateIndicesInfoNV)};
 #undef OP
     return (size_t)type < sizeof(ops) / sizeof(ops[0]) ? &ops[type] : NULL;
+}
+
+/* A copy of the parameters of a build. */
+struct addressed_build {
+    bool is_valid; /* else the call has a mistake, and is not followed */
+    bool is_partitioned;
+    VkDeviceSize structure_size, scratch_size; /* that the next layer returns; 0: unknown */
+    union {
+        struct {
+            VkClusterAccelerationStructureCommandsInfoNV info; /* without the pointers of opInput */
+            /* By the operation. */
+            VkClusterAccelerationStructureTriangleClusterInputNV triangles;
+            VkClusterAccelerationStructureClustersBottomLevelInputNV bottom_level;
+        } clusters;
+        struct {
+            VkBuildPartitionedAccelerationStructureInfoNV info; /* without its chain */
+            bool translates;                                    /* enablePartitionTranslation */
+        } partitions;
+    };
+};
+
+/* The most operations that a build of a partitioned structure can have: each has its opType. */
+enum { PARTITION_OPERATIONS = 3 };
+
+/* Returns the size of one element of the array that an operation leads to; 0: unknown. */
+static inline size_t partition_argument_size(VkPartitionedAccelerationStructureOpTypeNV type)
+{
+    switch ((int)type) {
+    case VK_PARTITIONED_ACCELERATION_STRUCTURE_OP_TYPE_WRITE_INSTANCE_NV:
+        return sizeof(VkPartitionedAccelerationStructureWriteInstanceDataNV);
+    case VK_PARTITIONED_ACCELERATION_STRUCTURE_OP_TYPE_UPDATE_INSTANCE_NV:
+        return sizeof(VkPartitionedAccelerationStructureUpdateInstanceDataNV);
+    case VK_PARTITIONED_ACCELERATION_STRUCTURE_OP_TYPE_WRITE_PARTITION_TRANSLATION_NV:
+        return sizeof(VkPartitionedAccelerationStructureWritePartitionTranslationDataNV);
+    default:
+        return 0;
+    }
 }
 
 #endif

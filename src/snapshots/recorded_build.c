@@ -198,16 +198,20 @@ static bool add_elements(struct snapshot_memory *memory, uint64_t type_bits, uin
 {
     const struct gathering *gathering = memory->gathering;
     uint64_t element_size = gathering->elements.size / gathering->count;
-    uint64_t count = copied_bytes(memory, &gathering->addresses) / sizeof(uint64_t);
-    for (uint32_t i = 0; i < gathering->count && i < count; i++) {
-        uint64_t address;
-        memcpy(&address, bytes_of(memory, &gathering->addresses) + 8ull * i, sizeof(address));
+    uint64_t size = gathering->parts == 1 ? size_of_type(type) : element_size;
+    uint64_t words = copied_bytes(memory, &gathering->addresses) / sizeof(uint64_t);
+    for (uint32_t i = 0; i < gathering->count / gathering->parts; i++) {
+        uint64_t at = gathering->first + (uint64_t)i * gathering->stride, address;
+        if (at >= words)
+            break;
+        memcpy(&address, bytes_of(memory, &gathering->addresses) + 8 * at, sizeof(address));
         if ((address & type_bits) != type || address == type)
             continue;
-        if (memory->omits_unread && !was_read(memory, address - type, size_of_type(type)))
+        if (memory->omits_unread && !was_read(memory, address - type, size))
             continue;
         if (!handle_table_set(&memory->gathered, address - type,
-                              bytes_of(memory, &gathering->elements) + i * element_size))
+                              bytes_of(memory, &gathering->elements) +
+                                  i * gathering->parts * element_size))
             return false;
     }
     return true;
@@ -242,6 +246,31 @@ void snapshot_memory_close(struct snapshot_memory *memory)
     memory->copied = NULL;
 }
 
+/* Elements behind an address in the middle of those of a base: an array that is gathered is read
+ * element by element. */
+static uint64_t find_part(const struct snapshot_memory *memory, uint64_t address, uint64_t size,
+                          const void **bytes)
+{
+    const struct gathering *gathering = memory->gathering;
+    const uint64_t element_size = gathering->elements.size / gathering->count,
+                   whole = element_size * gathering->parts;
+    for (uint32_t i = 0; i < gathering->count / gathering->parts; i++) {
+        uint64_t base;
+        memcpy(&base,
+               bytes_of(memory, &gathering->addresses) +
+                   8 * (gathering->first + (uint64_t)i * gathering->stride),
+               sizeof(base));
+        const unsigned char *there = base ? handle_table_find(&memory->gathered, base) : NULL;
+        if (!there || address - base >= whole || size > whole - (address - base) ||
+            !was_read(memory, address - address % element_size, element_size) ||
+            !was_read(memory, (address + size - 1) / element_size * element_size, element_size))
+            continue;
+        *bytes = there + (address - base);
+        return size;
+    }
+    return 0;
+}
+
 /* A null pointer reads as zeros, as it was gathered. */
 static uint64_t find_gathered(const struct snapshot_memory *memory, uint64_t address, uint64_t size,
                               const void **bytes)
@@ -251,6 +280,8 @@ static uint64_t find_gathered(const struct snapshot_memory *memory, uint64_t add
     *bytes = NULL;
     if (!gathering || !gathering->count)
         return 0;
+    if (gathering->parts > 1)
+        return find_part(memory, address, size, bytes);
     *bytes = address ? handle_table_find(&memory->gathered, address) : &nothing;
     uint64_t there = *bytes ? gathering->elements.size / gathering->count : 0;
     return size < there ? size : there;
@@ -304,6 +335,7 @@ void recorded_build_free(struct recorded_build *build)
     build_parameters_release(&build->parameters);
     build_parameters_release(&build->given);
     free(build->deserialization);
+    free(build->addressed);
     free(build->snapshots);
     free(build);
 }

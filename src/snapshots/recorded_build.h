@@ -8,6 +8,7 @@
 
 #include "src/base/handle_table.h"
 #include "src/model/build_parameters.h"
+#include "src/model/clusters.h"
 #include "src/snapshots/memory.h"
 #include "vuid-tables/rules.h"
 
@@ -50,7 +51,11 @@ struct gathering {
                                were gathered as zeros */
     uint32_t count;
     bool is_typed;
+    uint32_t first, stride; /* of the addresses, in words of 8 bytes */
+    uint32_t parts;         /* consecutive elements behind each address */
 };
+/* Of an array of addresses. */
+#define GATHERING_OF_POINTERS .stride = 1, .parts = 1
 
 /* ---- guards (setting guard): a shader copies the instances of a top-level build just before it,
  * without references to structures that are not live, and the build reads the copy. */
@@ -123,12 +128,13 @@ struct deserialization {
     uint64_t address;      /* of the serialized data */
 };
 
-/* A build, or a deserialization, which has no parameters of a build.
+/* A build, or a deserialization or a build at addresses, which have no parameters of a build.
  * Addresses and offsets are changed by recorded_build_normalize(). */
 struct recorded_build {
     /* `given`: the parameters before normalization; empty if both are the same. */
     struct build_parameters parameters, given;
     struct deserialization *deserialization; /* owned; NULL: it is a build */
+    struct addressed_build *addressed;       /* owned; NULL: it builds what has a handle */
     struct recorded_place place;
     enum left_out left_out;
     /* If set, the ranges lie at indirect_address, and parameters.ranges have the maximum counts. */

@@ -259,7 +259,8 @@ struct device_facts {
     /* An enabled extension is missing in the registry of this build. So enumerants and structures
      * that are unknown to the layer may be valid. */
     bool newer_than_registry;
-    /* Commands that the layer does not intercept may build acceleration structures. */
+    /* Acceleration structures without a handle may be built, or by commands that the layer does not
+     * intercept. */
     bool has_other_builders;
     bool has_queues; /* it was created with a queue */
     /* Extensions that add enumerants and structures: bits by registry_owners[]. */

@@ -5,6 +5,7 @@
 #ifndef ASSAY_VIEW_CLUSTER_VIEW_H
 #define ASSAY_VIEW_CLUSTER_VIEW_H
 
+#include "src/model/clusters.h"
 #include "src/view/finding.h"
 #include "src/view/view.h"
 
@@ -65,6 +66,62 @@ struct partition_descriptors_view {
 struct partition_descriptor_view {
     const struct call_view *call;
     struct address_facts facts;
+};
+
+/* ---- what the device has read, at level CONTENT */
+
+/* What a build of clusters has read as a whole. */
+struct cluster_read_view {
+    const struct call_view *call;
+    const struct addressed_build *build;
+    bool has_count;
+    uint32_t count; /* at srcInfosCount */
+    uint32_t infos; /* that are built: the count, or maxAccelerationStructureCount at most */
+    /* Of bottom-level structures: the sum of their references, and the structure that has most. */
+    uint64_t references;
+    uint32_t most_references, most_index;
+    /* The first address of dstAddressesArray that is wrong; NULL: none. */
+    const struct cluster_dst {
+        uint32_t index, same; /* `same`: the index of an earlier one that is equal; or `index` */
+        struct address_facts facts;
+    } * misaligned, *unusable, *repeated, *in_scratch;
+    uint32_t alignment;
+};
+
+/* One structure of srcInfosArray; the operation decides which member is set. A cluster is what a
+ * template begins with. */
+struct cluster_info_view {
+    const struct call_view *call;
+    const struct addressed_build *build;
+    const VkClusterAccelerationStructureBuildTriangleClusterTemplateInfoNV *triangles;
+    const VkClusterAccelerationStructureInstantiateClusterInfoNV *instance;
+    const VkClusterAccelerationStructureBuildClustersBottomLevelInfoNV *bottom_level;
+    struct address_facts references; /* of bottom_level; unknown if a buffer was destroyed since */
+    /* Two references that are equal; the same index: there are none. */
+    uint32_t first_same, second_same;
+    /* Addresses of what the operation takes, at which no command that was recorded builds it. */
+    VkDeviceAddress unbuilt_move, unbuilt_template;
+};
+
+/* What a build of a partitioned structure has read as a whole. */
+struct partition_read_view {
+    const struct call_view *call;
+    const struct addressed_build *build;
+    uint32_t count;             /* at srcInfosCount */
+    struct address_facts infos; /* unknown if a buffer was destroyed since */
+    bool src_is_unbuilt;        /* no command that was recorded builds at src */
+    bool repeats_operation, repeats_instance;
+    uint32_t operation; /* the opType that is repeated */
+    uint32_t instance;  /* the index that is */
+};
+
+/* An element of the array that an operation leads to; its opType decides which member is set. */
+struct partition_operation_view {
+    const struct call_view *call;
+    const struct addressed_build *build;
+    const VkPartitionedAccelerationStructureWriteInstanceDataNV *write;
+    const VkPartitionedAccelerationStructureUpdateInstanceDataNV *update;
+    const VkPartitionedAccelerationStructureWritePartitionTranslationDataNV *translation;
 };
 
 #endif

@@ -99,6 +99,7 @@ struct instance_view {
      * address that of a host build; or NULL. */
     VkAccelerationStructureKHR confused;
     struct data_look look; /* if there is none */
+    bool may_be_placed;    /* if there is none: one without a handle may have been built there */
 };
 
 /* An instance of VK_NV_ray_tracing whose reference is not 0. */

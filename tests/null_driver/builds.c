@@ -71,6 +71,34 @@ COMMAND(CmdBuildAccelerationStructureNV)
                                                                    .count = pInfo->instanceCount});
 }
 
+/* Structures that builds place are as large as `compacted` says, and follow each other. */
+COMMAND(CmdBuildClusterAccelerationStructureIndirectNV)
+{
+    enum { WRITTEN_MAX = 64 };
+    const VkClusterAccelerationStructureInputInfoNV *input = &pCommandInfos->input;
+    const VkStridedDeviceAddressRegionKHR *addresses = &pCommandInfos->dstAddressesArray,
+                                          *sizes = &pCommandInfos->dstSizesArray;
+    const uint32_t size = (uint32_t)CONFIG(commandBuffer)->sizes.compacted;
+    transfers_add_build(commandBuffer);
+    for (uint32_t i = 0; pCommandInfos->addressResolutionFlags == 0 &&
+                         i < input->maxAccelerationStructureCount && i < WRITTEN_MAX;
+         i++) {
+        const VkDeviceAddress address = pCommandInfos->dstImplicitData + (VkDeviceSize)i * size;
+        if (addresses->deviceAddress != 0 &&
+            input->opMode == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_IMPLICIT_DESTINATIONS_NV)
+            transfers_add_write(commandBuffer, addresses->deviceAddress + i * addresses->stride,
+                                &address, sizeof(address));
+        if (sizes->deviceAddress != 0)
+            transfers_add_write(commandBuffer, sizes->deviceAddress + i * sizes->stride, &size,
+                                sizeof(size));
+    }
+}
+
+COMMAND(CmdBuildPartitionedAccelerationStructuresNV)
+{
+    transfers_add_build(commandBuffer);
+}
+
 /* ---- execution */
 
 static void note(uint64_t reference)

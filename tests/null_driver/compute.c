@@ -183,7 +183,7 @@ static void copy(const struct dispatch *dispatch)
 
 struct gathering {
     uint64_t gate, addresses, ranges, target;
-    uint32_t count, range_count, words, typed;
+    uint32_t count, range_count, words, typed, first, stride, parts, reserved;
 };
 
 bool ranges_contain(VkDeviceAddress ranges, uint32_t count, VkDeviceAddress address,
@@ -217,12 +217,14 @@ static void gather(const struct dispatch *dispatch)
     for (uint32_t i = 0; i < gathering.count && gathering.words <= WORDS_MAX; i++) {
         uint32_t element[WORDS_MAX] = {0}, words = gathering.words;
         VkDeviceAddress address;
-        if (!address_read(gathering.addresses + i * sizeof(address), &address, sizeof(address)))
+        const uint64_t at = gathering.first + (uint64_t)(i / gathering.parts) * gathering.stride;
+        if (!address_read(gathering.addresses + at * sizeof(address), &address, sizeof(address)))
             return;
         if (gathering.typed != 0) {
             words = instance_words((uint32_t)address & 15);
             address &= ~(VkDeviceAddress)15;
         }
+        address += i % gathering.parts * size;
         if (address % sizeof(uint32_t) == 0 &&
             ranges_contain(gathering.ranges, gathering.range_count, address,
                            words * sizeof(uint32_t)))

@@ -435,6 +435,8 @@ bool play_build(struct play *play, char **words)
         play_build_micromap(play, words, is_host);
         return true;
     }
+    if (play_build_addressed(play, words))
+        return true;
     if (!play_is(words[0], "build") && !play_is(words[0], "top"))
         return false;
     if (play->is_nv)

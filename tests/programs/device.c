@@ -166,6 +166,8 @@ struct device_features {
     VkPhysicalDeviceRayQueryFeaturesKHR ray_query;
     VkPhysicalDeviceRayTracingPipelineFeaturesKHR ray_tracing;
     VkPhysicalDeviceDeviceAddressCommandsFeaturesKHR address_commands;
+    VkPhysicalDeviceClusterAccelerationStructureFeaturesNV clusters;
+    VkPhysicalDevicePartitionedAccelerationStructureFeaturesNV partitions;
 };
 
 #define FEATURES(member, type)                                                                     \
@@ -207,6 +209,10 @@ static const struct extension {
      FEATURES(address_commands, DEVICE_ADDRESS_COMMANDS_FEATURES_KHR)},
     {"VK_KHR_push_descriptor", false, NO_FEATURES},
     {"VK_EXT_conditional_rendering", false, NO_FEATURES},
+    {"VK_NV_cluster_acceleration_structure", false,
+     FEATURES(clusters, CLUSTER_ACCELERATION_STRUCTURE_FEATURES_NV)},
+    {"VK_NV_partitioned_acceleration_structure", false,
+     FEATURES(partitions, PARTITIONED_ACCELERATION_STRUCTURE_FEATURES_NV)},
     {"VK_KHR_maintenance5", false, FEATURES(maintenance_5, MAINTENANCE_5_FEATURES)},
 };
 

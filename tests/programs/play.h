@@ -331,6 +331,8 @@ enum { PLAY_MIXED_USAGES = 2 };
 const VkMicromapUsageEXT *play_mixed_usages(const struct play *play);
 void play_build_micromap(struct play *play, char **words, bool is_host);
 void play_copy_micromap(struct play *play, char **words, bool is_host);
+/* clusters.c */
+bool play_build_addressed(struct play *play, char **words);
 /* copies.c */
 bool play_copy(struct play *play, char **words);
 /* transfers.c */

@@ -392,7 +392,7 @@ VkResult host_writes_create(struct layer_device *device)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     host_writes->device = device;
     host_writes->batches = execution_order_batches(device->order);
-    host_writes->is_stopped = device->facts.has_other_builders;
+    host_writes->is_stopped = device->facts.newer_than_registry;
     device->host_writes = host_writes;
     return VK_SUCCESS;
 }

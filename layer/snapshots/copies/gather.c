@@ -7,7 +7,7 @@
 /* Push constants, in the layout of gather.comp. */
 struct constants {
     uint64_t gate, addresses, ranges, target;
-    uint32_t count, range_count, words, typed;
+    uint32_t count, range_count, words, typed, first, stride, parts, reserved;
 };
 _Static_assert(sizeof(VkAccelerationStructureInstanceKHR) == 4 * 16 &&
                    sizeof(VkAccelerationStructureMatrixMotionInstanceNV) == 4 * 28 &&
@@ -16,6 +16,8 @@ _Static_assert(sizeof(VkAccelerationStructureInstanceKHR) == 4 * 16 &&
 _Static_assert(sizeof(struct constants) <= SHADER_CONSTANTS_MAX, "they can be pushed");
 
 enum { GROUP = 64, GROUPS_MAX = 65535, RANGE_SIZE = 16, SPARE_RANGES = 16 };
+/* Bytes of an element if several follow each other: so few that the last one is readable. */
+enum { PART_SIZE = 8 };
 
 /* ---- where the shader may read */
 
@@ -99,12 +101,18 @@ static void wait_for_addresses(const struct recorder *recorder, const struct sna
 bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses,
                      struct gathering *gathering)
 {
-    const uint32_t count = (uint32_t)(addresses->size / sizeof(uint64_t));
-    const uint32_t size = gathering->is_typed ? sizeof(VkAccelerationStructureMotionInstanceDataNV)
-                                              : sizeof(VkAccelerationStructureInstanceKHR);
-    if (!count)
+    const uint64_t words = addresses->size / sizeof(uint64_t);
+    const uint64_t address_count =
+        words > gathering->first ? (words - gathering->first - 1) / gathering->stride + 1 : 0;
+    const uint32_t size = gathering->parts > 1 ? PART_SIZE
+                          : gathering->is_typed
+                              ? sizeof(VkAccelerationStructureMotionInstanceDataNV)
+                              : sizeof(VkAccelerationStructureInstanceKHR);
+    const uint64_t all = address_count * gathering->parts;
+    const uint32_t count = (uint32_t)all;
+    if (!all)
         return false;
-    if (count > (uint32_t)GROUP * GROUPS_MAX || !dispatches_prepare(recorder, SHADER_GATHER)) {
+    if (all > (uint32_t)GROUP * GROUPS_MAX || !dispatches_prepare(recorder, SHADER_GATHER)) {
         recorder_fail(recorder);
         return false;
     }
@@ -120,6 +128,9 @@ bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses
         .range_count = (uint32_t)(gathering->ranges.size / RANGE_SIZE),
         .words = size / 4,
         .typed = gathering->is_typed,
+        .first = gathering->first,
+        .stride = gathering->stride,
+        .parts = gathering->parts,
     };
     copy_orders_flush(recorder);
     wait_for_addresses(recorder, addresses);

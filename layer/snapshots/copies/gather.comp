@@ -36,6 +36,9 @@ layout(push_constant) uniform Constants
     uint count, range_count;
     uint words; // words of an element; of the largest one if elements have types
     uint typed; // whether the low 4 bits of an address are a VkAccelerationStructureMotionInstanceTypeNV
+    uint first, stride; // of the addresses among words of 8 bytes
+    uint parts;         // consecutive elements behind each address
+    uint reserved;
 };
 
 bool is_at_most(uvec2 a, uvec2 b)
@@ -77,12 +80,13 @@ void main()
     uint i = gl_GlobalInvocationID.x;
     if (i >= count || Gate(gate).is_open == 0) // src/snapshots/recording.h
         return;
-    uvec2 address = Addresses(addresses).at[i];
+    uvec2 address = Addresses(addresses).at[first + i / parts * stride];
     uint there = words;
     if (typed != 0) {
         there = words_of(address.x & 15);
         address.x &= ~15;
     }
+    address = plus(address, i % parts * words * 4);
     if (!is_readable(address, there))
         there = 0;
     for (uint word = 0; word < words; word++)

@@ -72,8 +72,8 @@ static const char *find_obstacle(const struct recorder *recorder, bool is_nv, ui
 {
     struct buffer_target target;
     if (recorder->device->facts.has_other_builders)
-        return "an enabled extension builds structures by commands that the layer does not "
-               "intercept";
+        return "an enabled extension builds structures that have no handle, or is not known to the "
+               "layer";
     if (recorder->cannot_inject || !dispatches_are_allowed(recorder))
         return is_nv && !recorder->device->snapshots->has_addresses
                    ? "the feature bufferDeviceAddress is not enabled"

@@ -8,6 +8,7 @@
 
 #include "src/base/array.h"
 #include "src/check/assemble/views.h"
+#include "src/check/content/clusters.h"
 #include "src/check/content/micromap.h"
 #include "src/check/content/unbuilt.h"
 #include "src/check/life/life.h"
@@ -284,6 +285,10 @@ void executed_call_read(struct executed_call *call, const struct executed_build 
 {
     if (build->build->deserialization) {
         retain_data(call, build);
+        return;
+    }
+    if (build->build->addressed) {
+        content_check_addressed(&call->walk, &call->view, build->build->addressed, &build->memory);
         return;
     }
     if (call->view.command == COMMAND_CmdBuildMicromapsEXT) {

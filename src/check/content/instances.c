@@ -182,6 +182,8 @@ static void check_flags_and_reference(struct content *content, uint32_t index, b
     if (referenced->alive == NO) {
         view.confused = find_confused(content, reference);
         view.look = content_look_of_instance(content, instance);
+        view.may_be_placed =
+            places_may_hold(content->walk->context->places, PLACE_BOTTOM_LEVEL, reference);
     }
     if (instance->flags & VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR)
         view.allows_disabling = find_disabling(content, referenced);

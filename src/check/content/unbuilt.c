@@ -38,7 +38,8 @@ static enum structure_written find_written(const struct walk *walk,
 void unbuilt_uses_add(struct unbuilt_uses *unbuilt, const struct walk *walk,
                       const struct build_view *build, const struct instance_uses *uses)
 {
-    if (build->geometry_count != 1 || build->call->device->has_other_builders)
+    if (build->geometry_count != 1 || build->call->device->newer_than_registry ||
+        places_are_used(walk->context->places, PLACE_BOTTOM_LEVEL))
         return;
     for (uint32_t i = 0; i < uses->count; i++) {
         const enum structure_written written = find_written(walk, &uses->items[i].referenced);

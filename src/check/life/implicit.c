@@ -20,7 +20,8 @@ struct subject_of_check {
     struct location location;
     const char *bytes; /* of the structure, readable and aligned */
     bool is_well_formed;
-    enum rule reported; /* the rule of the last finding */
+    bool skips_addresses; /* a buffer may have been destroyed since */
+    enum rule reported;   /* the rule of the last finding */
 };
 
 static uint64_t read_word(const char *bytes, size_t at, size_t size)
@@ -315,7 +316,8 @@ static void check_address(struct subject_of_check *subject, const struct implici
 {
     const struct check_context *context = subject->walk->context;
     struct address_facts facts;
-    if (context->level < LEVEL_STATE || (!address && check->is_optional))
+    if (context->level < LEVEL_STATE || (!address && check->is_optional) ||
+        subject->skips_addresses)
         return;
     resources_look_up_address(context->resources, address, &facts);
     if (facts.status == ADDRESS_NULL)
@@ -565,4 +567,20 @@ void check_implicit_descriptor(struct walk *walk, const struct call_view *call,
     subject.bytes = (const char *)&chain;
     check_chain(&subject, &chain_of_descriptors);
     check_chained(&subject, &chain_of_descriptors, chain);
+}
+
+void check_implicit_read(struct walk *walk, const struct call_view *call,
+                         const struct location *location, const char *name, const void *bytes,
+                         bool knows_addresses)
+{
+    struct subject_of_check subject = {.walk = walk,
+                                       .call = call,
+                                       .location = *location,
+                                       .bytes = bytes,
+                                       .is_well_formed = true,
+                                       .skips_addresses = !knows_addresses};
+    for (size_t i = 0; i < sizeof(scopes_in_device_memory) / sizeof(scopes_in_device_memory[0]);
+         i++)
+        if (strcmp(scopes_in_device_memory[i].name, name) == 0)
+            check_scope(&subject, scopes_in_device_memory[i].scope);
 }

@@ -78,4 +78,10 @@ struct implicit_scope {
     uint32_t visit_count;
 };
 
+/* A structure that the device reads. */
+struct implicit_read {
+    const char *name;
+    const struct implicit_scope *scope;
+};
+
 #endif

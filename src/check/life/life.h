@@ -24,6 +24,12 @@ void check_read_serialized(struct walk *walk, const struct call_view *call,
                            const struct deserialization *deserialization, const void *bytes,
                            uint64_t size);
 
+/* Validates a structure that the device has read, by the tables of implicit.h. `bytes` may be
+ * misaligned. `knows_addresses`: no buffer was destroyed since. */
+void check_implicit_read(struct walk *walk, const struct call_view *call,
+                         const struct location *location, const char *name, const void *bytes,
+                         bool knows_addresses);
+
 /* ---- for the files of this folder: each validates the commands of one subject */
 
 /* Validates the arguments of a call by the tables of implicit.h. Returns false if enumerants,

@@ -7,6 +7,7 @@
 
 #include "src/base/readable.h"
 #include "src/state/aligned_copies.h"
+#include "src/state/builds/places.h"
 #include "src/state/builds/size_queries.h"
 #include "src/state/commands/journal.h"
 #include "src/state/resources/resources.h"
@@ -120,7 +121,8 @@ struct check_context {
     struct update_templates *templates;      /* of updates of descriptor sets; or NULL */
     const struct size_queries *size_queries; /* of the application; or NULL */
     struct size_differences *asked;          /* a place for that of struct build_view; or NULL */
-    struct sweep *sweep; /* memory kept between calls, see check_make_sweep; or NULL */
+    struct sweep *sweep;   /* memory kept between calls, see check_make_sweep; or NULL */
+    struct places *places; /* of structures without handles; or NULL */
     const struct structures *structures; /* those that builds refer to; or NULL */
     const struct execution_point *point; /* of a host command; NULL: unknown */
     uint64_t destroy_count; /* resources_destroy_count() at submission of the builds that are

@@ -172,9 +172,10 @@ bool instance_references_are_zero_or_a_blas(const struct instance_view *instance
 {
     const struct accel_facts *referenced = instance->referenced;
     uint64_t reference = instance->instance.accelerationStructureReference;
-    if (!reference || device_of(instance)->has_other_builders)
+    if (!reference || device_of(instance)->newer_than_registry || instance->may_be_placed)
         return true;
-    if (is_not_a_blas(referenced))
+    /* A bottom-level structure of clusters may lie in the memory of another structure. */
+    if (is_not_a_blas(referenced) && !device_of(instance)->clusters.feature)
         return violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                         "leads to instance {}, whose accelerationStructureReference {} is the "
                         "address of {}, which is not a bottom-level acceleration structure",

@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Records builds of clusters and of partitioned structures with copies of the arrays that they
+ * read, and of the arrays to which those lead. Arrays at addresses that are in device memory
+ * themselves are not copied. */
+#include <stdlib.h>
+
+#include "layer/snapshots/copies/copies.h"
+#include "layer/snapshots/recorder.h"
+
+/* The most bytes that are gathered for one build. */
+enum { GATHERED_MAX = 1 << 22 };
+
+/* Returns the snapshot, or NULL if nothing is copied. */
+static const struct snapshot *copy_array(struct recorder *recorder, struct recorded_build *build,
+                                         VkDeviceAddress address, uint64_t size)
+{
+    struct snapshot snapshot;
+    if (!address || !size || !recorder_copy(recorder, address, size, &snapshot))
+        return NULL;
+    if (recorded_build_add(build, &snapshot))
+        return &build->snapshots[build->snapshot_count - 1];
+    recorder_fail(recorder);
+    return NULL;
+}
+
+/* Copies `size` bytes behind each address, which stands at an offset in each element. */
+static void gather_arrays(struct recorder *recorder, struct recorded_build *build,
+                          const struct snapshot *elements, uint64_t stride, uint64_t offset,
+                          uint64_t size)
+{
+    struct gathering gathering = {.first = (uint32_t)(offset / 8),
+                                  .stride = (uint32_t)(stride / 8),
+                                  .parts = (uint32_t)((size + 7) / 8)};
+    if (!elements || !stride || stride % 8 || size <= 8 ||
+        elements->size / stride * size > GATHERED_MAX)
+        return;
+    if (recorder_gather(recorder, elements, &gathering))
+        build->gathering = gathering;
+}
+
+/* ---- clusters */
+
+static void copy_clusters(struct recorder *recorder, struct recorded_build *build)
+{
+    const VkClusterAccelerationStructureCommandsInfoNV *info = &build->addressed->clusters.info;
+    const uint64_t count = info->input.maxAccelerationStructureCount;
+    const VkStridedDeviceAddressRegionKHR *infos = &info->srcInfosArray,
+                                          *addresses = &info->dstAddressesArray;
+#define IS_DIRECT(bit)                                                                             \
+    (!(info->addressResolutionFlags &                                                              \
+       VK_CLUSTER_ACCELERATION_STRUCTURE_ADDRESS_RESOLUTION_INDIRECTED_##bit##_BIT_NV))
+    if (IS_DIRECT(SRC_INFOS_COUNT))
+        copy_array(recorder, build, info->srcInfosCount, sizeof(uint32_t));
+    if (IS_DIRECT(DST_ADDRESS_ARRAY) &&
+        info->input.opMode == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_EXPLICIT_DESTINATIONS_NV)
+        copy_array(recorder, build, addresses->deviceAddress,
+                   smaller_of(addresses->size, count * addresses->stride));
+    if (!IS_DIRECT(SRC_INFOS_ARRAY))
+        return;
+    const struct snapshot *copied = copy_array(recorder, build, infos->deviceAddress,
+                                               smaller_of(infos->size, count * infos->stride));
+    if (info->input.opType ==
+        VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_CLUSTERS_BOTTOM_LEVEL_NV)
+        gather_arrays(recorder, build, copied, infos->stride,
+                      offsetof(VkClusterAccelerationStructureBuildClustersBottomLevelInfoNV,
+                               clusterReferences),
+                      (uint64_t)build->addressed->clusters.bottom_level
+                              .maxClusterCountPerAccelerationStructure *
+                          sizeof(VkDeviceAddress));
+#undef IS_DIRECT
+}
+
+/* ---- partitioned structures */
+
+static void copy_partitions(struct recorder *recorder, struct recorded_build *build)
+{
+    const VkBuildPartitionedAccelerationStructureInfoNV *info = &build->addressed->partitions.info;
+    const uint64_t size = sizeof(VkBuildPartitionedAccelerationStructureIndirectCommandNV);
+    copy_array(recorder, build, info->srcInfosCount, sizeof(uint32_t));
+    /* One more than are valid. */
+    const struct snapshot *copied =
+        copy_array(recorder, build, info->srcInfos, (PARTITION_OPERATIONS + 1) * size);
+    gather_arrays(recorder, build, copied, size,
+                  offsetof(VkBuildPartitionedAccelerationStructureIndirectCommandNV, argData),
+                  info->input.instanceCount *
+                      sizeof(VkPartitionedAccelerationStructureWriteInstanceDataNV));
+}
+
+/* ---- both */
+
+void snapshots_build_addressed(struct layer_device *device, VkCommandBuffer handle,
+                               const struct addressed_build *addressed)
+{
+    struct recorder recorder;
+    if (!addressed->is_valid || !device->snapshots || device->snapshots->are_for_backend ||
+        !recorder_begin_other(&recorder, handle))
+        return;
+    struct recorded_build *build = calloc(1, sizeof(*build));
+    struct addressed_build *kept = malloc(sizeof(*kept));
+    if (build && kept) {
+        *kept = *addressed;
+        build->addressed = kept;
+        build->place = (struct recorded_place){
+            .command = addressed->is_partitioned
+                           ? COMMAND_CmdBuildPartitionedAccelerationStructuresNV
+                           : COMMAND_CmdBuildClusterAccelerationStructureIndirectNV,
+            .position = POSITION_OF_OTHERS};
+        recorder.left_out = LEFT_OUT_NOTHING;
+        if (addressed->is_partitioned)
+            copy_partitions(&recorder, build);
+        else
+            copy_clusters(&recorder, build);
+        build->left_out = recorder.left_out;
+        recorder_keep_build(&recorder, build);
+        if (recorder.left_out)
+            recording_leave_out(recorder.recording, POSITION_OF_OTHERS, recorder.left_out);
+    } else {
+        free(build);
+        free(kept);
+        recorder_fail(&recorder);
+    }
+    recorder_end(&recorder);
+    recorder_end_call(&recorder);
+}

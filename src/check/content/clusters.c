@@ -1,0 +1,382 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Makes the views of what builds of clusters and of partitioned structures have read. Of an array,
+ * only the mistakes of the first wrong element are reported. */
+#include "src/check/content/clusters.h"
+
+#include <string.h>
+
+#include "src/base/handle_table.h"
+#include "src/check/life/life.h"
+#include "src/check/walk/rows.h"
+
+/* The copies of one build. */
+struct copied {
+    struct walk *walk;
+    const struct call_view *call;
+    const struct addressed_build *build;
+    const struct input_memory *memory;
+    bool knows_addresses; /* no buffer was destroyed since the submission */
+};
+
+/* Reads one element; missing bytes become zeros. Returns how many bytes are known. */
+static uint64_t read_element(const struct copied *copied, uint64_t address, void *element,
+                             size_t size)
+{
+    const void *bytes;
+    memset(element, 0, size);
+    const uint64_t found = copied->memory->find(copied->memory->context, address, size, &bytes);
+    if (found)
+        memcpy(element, bytes, (size_t)found);
+    return found;
+}
+
+static bool read_whole(const struct copied *copied, uint64_t address, void *element, size_t size)
+{
+    return read_element(copied, address, element, size) == size;
+}
+
+static struct address_facts look_up(const struct copied *copied, uint64_t address)
+{
+    struct address_facts facts = {.address = address, .status = ADDRESS_UNKNOWN};
+    if (copied->knows_addresses)
+        resources_look_up_address(copied->walk->context->resources, address, &facts);
+    return facts;
+}
+
+/* Without a stride all elements are one: two tell as much as all. */
+static uint32_t elements_of(uint32_t count, uint64_t stride)
+{
+    return stride || count < 2 ? count : 2;
+}
+
+/* The element of an array in device memory. */
+static struct location element_of(const struct copied *copied, const char *array, uint32_t index)
+{
+    return check_element(copied->call, array, index);
+}
+
+/* Returns the index at which the value was noted before, or `index`. Without memory it is new. */
+static uint32_t note_value(struct handle_table *table, uint64_t value, uint32_t index)
+{
+    const uintptr_t known = (uintptr_t)handle_table_find(table, value);
+    if (known)
+        return (uint32_t)(known - 1);
+    handle_table_set(table, value, (void *)((uintptr_t)index + 1)); // NOLINT
+    return index;
+}
+
+/* ---- clusters */
+
+static uint32_t alignment_of(const struct copied *copied)
+{
+    const VkPhysicalDeviceClusterAccelerationStructurePropertiesNV *limits =
+        &copied->call->device->clusters.limits;
+    switch ((int)copied->build->clusters.info.input.opType) {
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_CLUSTERS_BOTTOM_LEVEL_NV:
+        return limits->clusterBottomLevelByteAlignment;
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_TEMPLATE_NV:
+        return limits->clusterTemplateByteAlignment;
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_NV:
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_INSTANTIATE_TRIANGLE_CLUSTER_NV:
+        return limits->clusterByteAlignment;
+    default: /* what is moved decides, and indices of templates have no alignment */
+        return 0;
+    }
+}
+
+struct wrong_dsts {
+    struct cluster_dst misaligned, unusable, repeated, in_scratch;
+};
+
+static void find_wrong(const struct cluster_dst **found, struct cluster_dst *place,
+                       const struct cluster_dst *dst, bool is_wrong)
+{
+    if (!is_wrong || *found)
+        return;
+    *place = *dst;
+    *found = place;
+}
+
+/* Explicit destinations, which the build has read. */
+static void read_dsts(const struct copied *copied, struct cluster_read_view *view,
+                      struct wrong_dsts *wrong)
+{
+    const VkClusterAccelerationStructureCommandsInfoNV *info = &copied->build->clusters.info;
+    const VkStridedDeviceAddressRegionKHR *array = &info->dstAddressesArray;
+    const bool is_indirect_scratch =
+        info->addressResolutionFlags &
+        VK_CLUSTER_ACCELERATION_STRUCTURE_ADDRESS_RESOLUTION_INDIRECTED_SCRATCH_DATA_BIT_NV;
+    struct handle_table known = {0};
+    view->alignment = alignment_of(copied);
+    for (uint32_t i = 0; i < view->infos; i++) {
+        VkDeviceAddress address;
+        if (!read_whole(copied, array->deviceAddress + i * array->stride, &address,
+                        sizeof(address)))
+            break;
+        const struct cluster_dst dst = {.index = i,
+                                        .same = address ? note_value(&known, address, i) : i,
+                                        .facts = look_up(copied, address)};
+        find_wrong(&view->misaligned, &wrong->misaligned, &dst,
+                   view->alignment && address % view->alignment);
+        find_wrong(
+            &view->unusable, &wrong->unusable, &dst,
+            dst.facts.status == ADDRESS_NULL || dst.facts.status == ADDRESS_NOWHERE ||
+                (dst.facts.status == ADDRESS_IN_BUFFER &&
+                 !(dst.facts.usage & VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR)));
+        find_wrong(&view->repeated, &wrong->repeated, &dst, dst.same != i);
+        find_wrong(&view->in_scratch, &wrong->in_scratch, &dst,
+                   !is_indirect_scratch &&
+                       address - info->scratchData < copied->build->scratch_size);
+    }
+    handle_table_release(&known);
+}
+
+static void find_same_reference(const struct copied *copied, struct cluster_info_view *view)
+{
+    const VkClusterAccelerationStructureBuildClustersBottomLevelInfoNV *info = view->bottom_level;
+    struct handle_table known = {0};
+    for (uint32_t i = 0;
+         i < elements_of(info->clusterReferencesCount, info->clusterReferencesStride); i++) {
+        VkDeviceAddress reference;
+        const uint64_t at = info->clusterReferences + (uint64_t)i * info->clusterReferencesStride;
+        if (!read_whole(copied, at, &reference, sizeof(reference)))
+            break;
+        if (!reference)
+            continue;
+        view->first_same = note_value(&known, reference, i);
+        view->second_same = i;
+        if (view->first_same != i)
+            break;
+    }
+    handle_table_release(&known);
+}
+
+/* A structure of srcInfosArray, whatever its type. */
+union cluster_info {
+    VkClusterAccelerationStructureBuildTriangleClusterTemplateInfoNV triangles;
+    VkClusterAccelerationStructureInstantiateClusterInfoNV instance;
+    VkClusterAccelerationStructureBuildClustersBottomLevelInfoNV bottom_level;
+    uint64_t address; /* of the others */
+};
+
+_Static_assert(offsetof(VkClusterAccelerationStructureBuildTriangleClusterInfoNV,
+                        opacityMicromapIndexBuffer) ==
+                   offsetof(VkClusterAccelerationStructureBuildTriangleClusterTemplateInfoNV,
+                            opacityMicromapIndexBuffer),
+               "a template begins like a cluster");
+
+/* Whether the address is one in a buffer, and no command that was recorded builds there what one of
+ * the kinds says. */
+static bool is_unbuilt(const struct copied *copied, uint64_t address, enum place_kind first,
+                       enum place_kind last)
+{
+    if (look_up(copied, address).status != ADDRESS_IN_BUFFER)
+        return false;
+    for (enum place_kind kind = first; kind <= last; kind++)
+        if (places_may_hold(copied->walk->context->places, kind, address))
+            return false;
+    return true;
+}
+
+static void view_info(const struct copied *copied, const union cluster_info *info,
+                      struct cluster_info_view *view)
+{
+    switch ((int)copied->build->clusters.info.input.opType) {
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_NV:
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_TEMPLATE_NV:
+        view->triangles = &info->triangles;
+        break;
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_INSTANTIATE_TRIANGLE_CLUSTER_NV:
+        view->instance = &info->instance;
+        break;
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_CLUSTERS_BOTTOM_LEVEL_NV:
+        view->bottom_level = &info->bottom_level;
+        view->references = look_up(copied, info->bottom_level.clusterReferences);
+        find_same_reference(copied, view);
+        break;
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_MOVE_OBJECTS_NV:
+        view->unbuilt_move = is_unbuilt(copied, info->address, PLACE_BOTTOM_LEVEL, PLACE_TEMPLATE)
+                                 ? info->address
+                                 : 0;
+        break;
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_GET_CLUSTER_TEMPLATE_INDICES_NV:
+        view->unbuilt_template =
+            is_unbuilt(copied, info->address, PLACE_TEMPLATE, PLACE_TEMPLATE) ? info->address : 0;
+        break;
+    default:
+        break;
+    }
+}
+
+static WALK_ALL(cluster_info)
+
+    /* Returns false if a rule about the structure is violated. */
+    static bool check_info(const struct copied *copied, const struct cluster_op *op, uint32_t index,
+                           const union cluster_info *info)
+{
+    const struct location location = element_of(copied, "pCommandInfos->srcInfosArray", index);
+    const uint32_t findings = copied->walk->findings;
+    struct cluster_info_view view = {.call = copied->call, .build = copied->build};
+    view_info(copied, info, &view);
+    check_implicit_read(copied->walk, copied->call, &location, op->name, info,
+                        copied->knows_addresses);
+    walk_cluster_info(copied->walk, &view, &location);
+    return copied->walk->findings == findings;
+}
+
+static void read_infos(const struct copied *copied, struct cluster_read_view *view)
+{
+    const VkClusterAccelerationStructureCommandsInfoNV *info = &copied->build->clusters.info;
+    const struct cluster_op *op = cluster_op(info->input.opType);
+    const bool has_references =
+        info->input.opType ==
+        VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_CLUSTERS_BOTTOM_LEVEL_NV;
+    bool is_valid = true;
+    for (uint32_t i = 0; op && i < view->infos; i++) {
+        union cluster_info element = {0};
+        if (!read_whole(copied, info->srcInfosArray.deviceAddress + i * info->srcInfosArray.stride,
+                        &element, op->size))
+            return;
+        const uint32_t references =
+            has_references ? element.bottom_level.clusterReferencesCount : 0;
+        view->references += references;
+        if (references > view->most_references) {
+            view->most_references = references;
+            view->most_index = i;
+        }
+        is_valid = is_valid && check_info(copied, op, i, &element);
+    }
+}
+
+static WALK_ALL(cluster_read)
+
+    static void check_clusters(const struct copied *copied)
+{
+    const VkClusterAccelerationStructureCommandsInfoNV *info = &copied->build->clusters.info;
+    const uint32_t most = info->input.maxAccelerationStructureCount;
+    const struct location location = check_argument(copied->call, "pCommandInfos");
+    struct cluster_read_view view = {.call = copied->call, .build = copied->build, .infos = most};
+    struct wrong_dsts wrong;
+    if (info->srcInfosCount) {
+        view.has_count = read_whole(copied, info->srcInfosCount, &view.count, sizeof(view.count));
+        view.infos = !view.has_count ? 0 : view.count < most ? view.count : most;
+    }
+    read_infos(copied, &view);
+    if (info->input.opMode == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_EXPLICIT_DESTINATIONS_NV)
+        read_dsts(copied, &view, &wrong);
+    walk_cluster_read(copied->walk, &view, &location);
+}
+
+/* ---- partitioned structures */
+
+static uint32_t instance_of(const struct partition_operation_view *view)
+{
+    return view->write ? view->write->instanceIndex : view->update->instanceIndex;
+}
+
+static WALK_ALL(partition_operation)
+
+    /* The elements of one operation. */
+    static void read_operation(
+        const struct copied *copied, uint32_t index,
+        const VkBuildPartitionedAccelerationStructureIndirectCommandNV *operation,
+        struct partition_read_view *whole)
+{
+    const size_t size = partition_argument_size(operation->opType);
+    const char *const name =
+        operation->opType == VK_PARTITIONED_ACCELERATION_STRUCTURE_OP_TYPE_WRITE_INSTANCE_NV
+            ? "VkPartitionedAccelerationStructureWriteInstanceDataNV"
+            : "VkPartitionedAccelerationStructureUpdateInstanceDataNV";
+    struct location location = element_of(copied, "pBuildInfo->srcInfos", index);
+    const bool translates =
+        operation->opType ==
+        VK_PARTITIONED_ACCELERATION_STRUCTURE_OP_TYPE_WRITE_PARTITION_TRANSLATION_NV;
+    struct handle_table known = {0};
+    bool is_valid = true;
+    const uint32_t count = elements_of(operation->argCount, operation->argData.strideInBytes);
+    for (uint32_t i = 0; size && i < count; i++) {
+        union {
+            VkPartitionedAccelerationStructureWriteInstanceDataNV write;
+            VkPartitionedAccelerationStructureUpdateInstanceDataNV update;
+            VkPartitionedAccelerationStructureWritePartitionTranslationDataNV translation;
+        } element;
+        struct partition_operation_view view = {.call = copied->call, .build = copied->build};
+        const uint32_t findings = copied->walk->findings;
+        if (!read_whole(copied,
+                        operation->argData.startAddress + i * operation->argData.strideInBytes,
+                        &element, size))
+            break;
+        if (translates)
+            view.translation = &element.translation;
+        else if (size == sizeof(element.write))
+            view.write = &element.write;
+        else
+            view.update = &element.update;
+        if (!translates && note_value(&known, 1 + (uint64_t)instance_of(&view), i) != i &&
+            !whole->repeats_instance) {
+            whole->repeats_instance = true;
+            whole->instance = instance_of(&view);
+        }
+        location.geometry = i;
+        if (is_valid && !translates)
+            check_implicit_read(copied->walk, copied->call, &location, name, &element,
+                                copied->knows_addresses);
+        if (is_valid)
+            walk_partition_operation(copied->walk, &view, &location);
+        is_valid = copied->walk->findings == findings;
+    }
+    handle_table_release(&known);
+}
+
+static WALK_ALL(partition_read)
+
+    static void check_partitions(const struct copied *copied)
+{
+    const VkBuildPartitionedAccelerationStructureInfoNV *info = &copied->build->partitions.info;
+    const struct location location = check_argument(copied->call, "pBuildInfo");
+    const VkDeviceAddress src = info->srcAccelerationStructureData;
+    struct partition_read_view view = {
+        .call = copied->call,
+        .build = copied->build,
+        .infos = look_up(copied, info->srcInfos),
+        .src_is_unbuilt =
+            src && !places_may_hold(copied->walk->context->places, PLACE_PARTITIONED, src)};
+    uint32_t types = 0;
+    if (!read_whole(copied, info->srcInfosCount, &view.count, sizeof(view.count)))
+        view.count = 0;
+    for (uint32_t i = 0; i < view.count; i++) {
+        VkBuildPartitionedAccelerationStructureIndirectCommandNV operation;
+        const struct location element = element_of(copied, "pBuildInfo->srcInfos", i);
+        if (!read_whole(copied, info->srcInfos + i * sizeof(operation), &operation,
+                        sizeof(operation)))
+            break;
+        const uint32_t op_type = operation.opType;
+        const uint32_t type = op_type < PARTITION_OPERATIONS ? 1u << op_type : 0;
+        if (types & type && !view.repeats_operation) {
+            view.repeats_operation = true;
+            view.operation = operation.opType;
+        }
+        types |= type;
+        check_implicit_read(copied->walk, copied->call, &element,
+                            "VkBuildPartitionedAccelerationStructureIndirectCommandNV", &operation,
+                            copied->knows_addresses);
+        read_operation(copied, i, &operation, &view);
+    }
+    walk_partition_read(copied->walk, &view, &location);
+}
+
+void content_check_addressed(struct walk *walk, const struct call_view *call,
+                             const struct addressed_build *build, const struct input_memory *memory)
+{
+    const struct check_context *context = walk->context;
+    const struct copied copied = {.walk = walk,
+                                  .call = call,
+                                  .build = build,
+                                  .memory = memory,
+                                  .knows_addresses = resources_destroy_count(context->resources) ==
+                                                     context->destroy_count};
+    if (build->is_partitioned)
+        check_partitions(&copied);
+    else
+        check_clusters(&copied);
+}
