@@ -47,7 +47,7 @@ static void collect_extensions(struct device_facts *facts, const VkDeviceCreateI
 /* Backend cpu executes the queries of VK_KHR_ray_tracing_maintenance1, whose other parts it lacks,
  * so that it cannot offer the extension. */
 static bool owns_values(const VkDeviceCreateInfo *create_info, const char *extension,
-                        enum backend backend)
+                        enum backend_setting backend)
 {
     return enables_extension(create_info, extension) ||
            (backend == BACKEND_CPU &&
@@ -55,7 +55,7 @@ static bool owns_values(const VkDeviceCreateInfo *create_info, const char *exten
 }
 
 static void collect_owners(struct device_facts *facts, const VkDeviceCreateInfo *create_info,
-                           enum backend backend)
+                           enum backend_setting backend)
 {
     for (uint32_t i = 0; i < create_info->queueCreateInfoCount; i++)
         facts->has_queues |= create_info->pQueueCreateInfos[i].queueCount > 0;

@@ -59,7 +59,7 @@ struct layer_instance {
     VkuInstanceDispatchTable vk;
     PFN_GetPhysicalDeviceProcAddr next_physical_device_proc_addr;
     struct reporter *reporter;
-    enum backend backend;
+    enum backend_setting backend;
     VkuInstanceDispatchTable next; /* backend cpu: the commands that it replaces in `vk` */
     struct { /* limits = harsh: the commands that layer/harsh.c replaces in `vk` */
         PFN_vkGetPhysicalDeviceProperties2 get_properties2;

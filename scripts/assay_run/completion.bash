@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Bash completion of assay-run.
 _assay_run() {
-    local word=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} i
+    local word=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} key= i
+    local settings="@ASSAY_SETTINGS@" # the build writes each KEY=VALUE here
     for ((i = 1; i < COMP_CWORD; i++)); do
         if [ "${COMP_WORDS[i]}" = -- ]; then
             # shellcheck disable=SC2207
@@ -10,14 +11,24 @@ _assay_run() {
             return
         fi
     done
+    # Bash splits a word at =.
+    case $previous$word in
+    *=) key=$previous word= ;;
+    =*) key=${COMP_WORDS[COMP_CWORD - 2]} ;;
+    --level* | --backend*) key=${previous#--} ;;
+    esac
+    if [ -n "$key" ]; then
+        mapfile -t COMPREPLY < <(compgen -W "$settings" -- "$key=$word")
+        COMPREPLY=("${COMPREPLY[@]#*=}")
+        return
+    fi
     case $previous in
-    --level) mapfile -t COMPREPLY < <(compgen -W "parameters state execution content" -- "$word") ;;
-    --backend) mapfile -t COMPREPLY < <(compgen -W "driver cpu" -- "$word") ;;
+    --set) mapfile -t COMPREPLY < <(compgen -W "$settings" -- "$word") ;;
     --junit | --sarif | --json | --html | --baseline | --write-baseline | --merge)
         mapfile -t COMPREPLY < <(compgen -f -- "$word")
         ;;
     --record) mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;
-    --set | --error-exitcode) ;;
+    --error-exitcode) ;;
     *)
         mapfile -t COMPREPLY < <(compgen -W "--level --backend --everything --set --lavapipe --with-khronos --count-khronos
             --stop-at-first --live --no-live --junit

@@ -5,7 +5,7 @@ import argparse
 import os
 import shlex
 
-from .settings import SettingFailure, check_settings, did_you_mean
+from .settings import SettingFailure, check_settings, did_you_mean, known_settings, words_of
 
 DESCRIPTION = """\
 Runs an application with the Assay validation layer enabled, in it and in its child processes. Then
@@ -36,11 +36,14 @@ examples:
   assay-run --merge host1/record host2/record --html assay.html"""
 
 
+SET_BY_ASSAY_RUN = ("log_format", "log_filename")
+
+
 def setting(text):
     key, separator, value = text.partition("=")
     if not separator or not key.replace("_", "").isalnum():
         raise argparse.ArgumentTypeError(f"not KEY=VALUE: {text}")
-    if key.lower() in ("log_format", "log_filename"):
+    if key.lower() in SET_BY_ASSAY_RUN:
         raise argparse.ArgumentTypeError(f"assay-run sets {key.lower()} itself; see --record")
     return key.lower(), value
 
@@ -64,14 +67,16 @@ def make_parser():
               "       assay-run --merge RECORD... [options]",
         formatter_class=argparse.RawDescriptionHelpFormatter)
     layer = parser.add_argument_group("layer")
-    layer.add_argument("--level", choices=("parameters", "state", "execution", "content"))
-    layer.add_argument("--backend", choices=("driver", "cpu"))
+    settings = known_settings() or {}
+    for name in ("level", "backend"):
+        layer.add_argument(f"--{name}", choices=words_of(settings[name]) if name in settings else None)
     layer.add_argument("--everything", action="store_true",
                        help="all checks, by setting preset=everything: level content, hazards, guarded "
                             "builds, advice, full call sites and a record of all builds; a setting that "
                             "is given, here or in the environment, wins over it")
     layer.add_argument("--set", dest="settings", metavar="KEY=VALUE", type=setting, action="append",
-                       default=[], help="any other setting of the layer; may be repeated")
+                       default=[], help="any other setting of the layer; may be repeated: " +
+                                          ", ".join(key for key in settings if key not in SET_BY_ASSAY_RUN))
     layer.add_argument("--lavapipe", action="store_true", help="run on Mesa's CPU driver")
     layer.add_argument("--with-khronos", action="store_true",
                        help="also enable the Khronos validation layer; its messages do not count")

@@ -2,6 +2,7 @@
 """The settings of the layer, as its manifest lists them, and the values that it takes."""
 
 import difflib
+import importlib.util
 import json
 import pathlib
 
@@ -18,11 +19,14 @@ class SettingFailure(Exception):
 
 def read_features():
     """Returns the manifest's list of settings; None if the layer that will be loaded is another one."""
-    source = SCRIPTS.parent / "json/features.json"
+    tables = SCRIPTS / "lib/tables.py"  # in the repository, from which the manifest is made
     folder = find_manifest_folder(SCRIPTS)
     try:
-        if source.is_file():
-            return json.loads(source.read_text(encoding="utf-8"))
+        if tables.is_file():
+            spec = importlib.util.spec_from_file_location("tables", tables)
+            module = importlib.util.module_from_spec(spec)
+            spec.loader.exec_module(module)
+            return module.features(SCRIPTS.parent)
         if folder:
             text = (folder / MANIFEST).read_text(encoding="utf-8")
             return json.loads(text)["layer"]["features"]
@@ -40,6 +44,12 @@ def list_settings(items):
     return settings
 
 
+def known_settings():
+    """Returns the settings by their keys; None if the layer that will be loaded is another one."""
+    features = read_features()
+    return features and list_settings(features["settings"])
+
+
 def words_of(setting):
     """Returns the values of a setting that has a list of them; None if it takes anything."""
     if setting["type"] == "BOOL":
@@ -48,7 +58,7 @@ def words_of(setting):
         return None
     words = [flag["key"].lower() for flag in setting["flags"]]
     if setting["key"] == "debug_action":
-        words += ["log"] + [word.removeprefix(ACTION) for word in words]
+        words += [ACTION + word for word in words] + [ACTION + "log_msg"]
     if setting["key"] == "report_flags":
         words += ["debug", "verbose"]  # the Khronos layer's
     return tuple(words)
@@ -85,10 +95,9 @@ def did_you_mean(word, known):
 
 def check_settings(given):
     """Raises SettingFailure for the first of (key, value) that the layer would only warn about."""
-    features = read_features()
-    if features is None:
+    known = known_settings()
+    if known is None:
         return
-    known = list_settings(features["settings"])
     for key, value in given:
         if key not in known:
             raise SettingFailure(f"--set {key}: the layer has no such setting{did_you_mean(key, known)}; "

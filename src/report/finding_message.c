@@ -30,7 +30,7 @@ static size_t short_length(const char *sentence)
 }
 
 void specification_append_sentence(struct text_buffer *text, const struct vuid_text *vuid,
-                                   enum spec_text spec_text)
+                                   enum spec_text_setting spec_text)
 {
     if (!vuid->sentence[0] || spec_text == SPEC_TEXT_NONE)
         return;
@@ -49,7 +49,7 @@ void specification_append_url(struct text_buffer *text, const struct vuid_text *
 /* Appends a line with the sentence, its address, and the other ids of the same sentence. `named` is
  * the message's id. If the message has the current id, retired ids are appended. */
 static void specification_append(struct text_buffer *text, enum vuid vuid, const char *named,
-                                 enum spec_text spec_text)
+                                 enum spec_text_setting spec_text)
 {
     const struct vuid_text *current = &vuid_texts[vuid];
     if (current->sentence[0] && spec_text != SPEC_TEXT_NONE) {

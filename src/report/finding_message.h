@@ -11,7 +11,7 @@
 
 /* Appends the sentence as `spec_text` says; nothing if the registry lacks it. */
 void specification_append_sentence(struct text_buffer *text, const struct vuid_text *vuid,
-                                   enum spec_text spec_text);
+                                   enum spec_text_setting spec_text);
 /* Appends the address of the sentence. */
 void specification_append_url(struct text_buffer *text, const struct vuid_text *vuid);
 

@@ -86,8 +86,8 @@ enum last_message {
 };
 
 struct message_style {
-    enum vuid_names vuid_names;
-    enum spec_text spec_text;
+    enum vuid_names_setting vuid_names;
+    enum spec_text_setting spec_text;
     enum last_message last;
     uint32_t sent;    /* messages of the id, for the object or for any object as `last` says */
     uint32_t left;    /* at most this many messages of the id follow */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The keys, their values, and the settings that they set. */
+/* Reads the settings of settings.def. */
 #include "src/report/settings.h"
 
 #include <stdio.h>
@@ -13,7 +13,7 @@
 #include "src/report/settings/source.h"
 #include "src/report/words.h"
 
-enum { LINE_SIZE = 1024, VALUE_SHOWN = 200, CHANGES_SIZE = 4096 };
+enum { LINE_SIZE = 1024, VALUE_SHOWN = 200, VALUE_SIZE = 32, CHANGES_SIZE = 4096 };
 
 struct loader {
     void (*warn)(void *context, const char *line);
@@ -22,193 +22,96 @@ struct loader {
     struct text_buffer *changes;
 };
 
-/* ---- values */
+/* ---- the table */
 
-static const struct choice levels[] = {
-    {"parameters", LEVEL_PARAMETERS},
-    {"state", LEVEL_STATE},
-    {"execution", LEVEL_EXECUTION},
-    {"content", LEVEL_CONTENT},
-    {NULL, 0},
+static const struct key {
+    const char *name, *by_default;
+    const char *accepts; /* NULL: the setting's words */
+    bool has_list;       /* of words; else there is one at most */
+    bool is_own;         /* its default is no value */
+} keys[SETTING_COUNT] = {
+#define CHOICE(key, by_default, ...) {#key, by_default, NULL, false, false},
+#define CHOICE_OF(key, type, by_default, ...) {#key, by_default, NULL, false, false},
+#define FLAGS(key, by_default, ...) {#key, by_default, NULL, true, false},
+#define SWITCH(key, by_default, ...) {#key, by_default, "true or false", false, false},
+#define NUMBER(key, by_default, most, accepts, ...) {#key, by_default, accepts, false, false},
+#define OWN(key, kind, by_default, accepts, ...) {#key, by_default, accepts, false, true},
+#include "src/report/settings.def"
 };
 
-static const struct choice backends[] = {
-    {"driver", BACKEND_DRIVER},
-    {"cpu", BACKEND_CPU},
-    {NULL, 0},
+/* The words of settings. */
+static const struct word {
+    enum setting setting;
+    bool is_alias;
+    const char *name;
+    uint32_t value;
+} words[] = {
+#define VALUE(key, constant, name, ...) {SETTING_##key, false, name, constant},
+#define GIVEN(key, constant, name, ...) {SETTING_##key, false, name, constant},
+#define ALIAS(key, constant, name) {SETTING_##key, true, name, constant},
+#include "src/report/settings.def"
 };
 
-static const struct choice when_full[] = {
-    {"wait", CONTENT_WAIT},
-    {"skip", CONTENT_SKIP},
-    {NULL, 0},
+/* Each preset sets what the presets before it set, too. */
+static const struct preset_value {
+    enum preset_setting preset;
+    enum setting setting;
+    const char *value;
+} preset_values[] = {
+#define PRESET(preset, key, value) {preset, SETTING_##key, value},
+#include "src/report/settings.def"
 };
 
-static const struct choice vuid_names[] = {
-    {"current", VUID_NAMES_CURRENT},
-    {"listed", VUID_NAMES_LISTED},
-    {NULL, 0},
-};
+#define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
 
-static const struct choice spec_texts[] = {
-    {"full", SPEC_TEXT_FULL},
-    {"short", SPEC_TEXT_SHORT},
-    {"none", SPEC_TEXT_NONE},
-    {NULL, 0},
-};
+/* ---- values: each function may modify the text, and returns false if the value is invalid */
 
-static const struct choice log_formats[] = {
-    {"text", LOG_FORMAT_TEXT},
-    {"json", LOG_FORMAT_JSON},
-    {NULL, 0},
-};
-
-static const struct choice call_site_modes[] = {
-    {"off", CALL_SITES_OFF},
-    {"frames", CALL_SITES_FRAMES},
-    {"full", CALL_SITES_FULL},
-    {NULL, 0},
-};
-
-/* The last two are flags of the Khronos layer only; users share its settings with this layer. */
-static const struct choice report_flags[] = {
-    {"error", REPORT_ERROR},
-    {"warn", REPORT_WARNING},
-    {"info", REPORT_INFO},
-    {"perf", REPORT_PERFORMANCE},
-    {"debug", 0},
-    {"verbose", 0},
-    {NULL, 0},
-};
-
-static const struct choice debug_actions[] = {
-    {"default", DEBUG_ACTION_DEFAULT},
-    {"ignore", DEBUG_ACTION_IGNORE},
-    {"callback", DEBUG_ACTION_CALLBACK},
-    {"log", DEBUG_ACTION_LOG},
-    {"break", DEBUG_ACTION_BREAK},
-    {"fail", DEBUG_ACTION_FAIL},
-    {"VK_DBG_LAYER_ACTION_DEFAULT", DEBUG_ACTION_DEFAULT},
-    {"VK_DBG_LAYER_ACTION_IGNORE", DEBUG_ACTION_IGNORE},
-    {"VK_DBG_LAYER_ACTION_CALLBACK", DEBUG_ACTION_CALLBACK},
-    {"VK_DBG_LAYER_ACTION_LOG_MSG", DEBUG_ACTION_LOG},
-    {"VK_DBG_LAYER_ACTION_BREAK", DEBUG_ACTION_BREAK},
-    {"VK_DBG_LAYER_ACTION_FAIL", DEBUG_ACTION_FAIL},
-    {"VK_DBG_LAYER_ACTION_DEBUG_OUTPUT", DEBUG_ACTION_DEBUGGER},
-    {NULL, 0},
-};
-
-static const struct choice guards[] = {
-    {"off", GUARD_OFF},
-    {"references", GUARD_REFERENCES},
-    {NULL, 0},
-};
-
-static const struct choice limits[] = {
-    {"driver", LIMITS_DRIVER},
-    {"harsh", LIMITS_HARSH},
-    {NULL, 0},
-};
-
-enum preset { PRESET_NONE, PRESET_EVERYTHING, PRESET_CI };
-
-static const struct choice presets[] = {
-    {"none", PRESET_NONE},
-    {"everything", PRESET_EVERYTHING},
-    {"ci", PRESET_CI},
-    {NULL, 0},
-};
-
-static const struct choice booleans[] = {
-    {"true", 1}, {"false", 0}, {"on", 1}, {"off", 0}, {"1", 1}, {"0", 0}, {NULL, 0},
-};
-
-/* ---- keys: each function may modify `value`, and returns false if the value is invalid */
-
-/* load_MEMBER for a member that is one of some choices. */
-#define DEFINE_LOAD_CHOICE(member, choices)                                                        \
-    static bool load_##member(const struct loader *loader, char *value)                            \
-    {                                                                                              \
-        uint32_t chosen;                                                                           \
-        if (!value_read_choice(choices, value, &chosen))                                           \
-            return false;                                                                          \
-        loader->settings->member = (__typeof__(loader->settings->member))chosen;                   \
-        return true;                                                                               \
-    }
-
-DEFINE_LOAD_CHOICE(level, levels)
-DEFINE_LOAD_CHOICE(backend, backends)
-DEFINE_LOAD_CHOICE(content_when_full, when_full)
-DEFINE_LOAD_CHOICE(vuid_names, vuid_names)
-DEFINE_LOAD_CHOICE(spec_text, spec_texts)
-DEFINE_LOAD_CHOICE(log_format, log_formats)
-DEFINE_LOAD_CHOICE(call_sites, call_site_modes)
-DEFINE_LOAD_CHOICE(hazards, booleans)
-DEFINE_LOAD_CHOICE(advice, booleans)
-DEFINE_LOAD_CHOICE(record_builds, booleans)
-DEFINE_LOAD_CHOICE(crash_report, booleans)
-DEFINE_LOAD_CHOICE(guard, guards)
-DEFINE_LOAD_CHOICE(limits, limits)
-
-static bool load_content_budget_mib(const struct loader *loader, char *value)
+static bool read_word(enum setting setting, const char *name, uint32_t *value)
 {
-    return value_read_number(value, &loader->settings->content_budget_mib);
+    for (size_t i = 0; i < COUNT_OF(words); i++)
+        if (words[i].setting == setting && text_equals_in_any_case(words[i].name, name)) {
+            *value |= words[i].value;
+            return true;
+        }
+    return false;
 }
 
-static bool load_hang_seconds(const struct loader *loader, char *value)
+/* Reads one word, or several if the setting has a list; combines their values. */
+static bool read_words(enum setting setting, char *list, uint32_t *value)
 {
-    return value_read_number(value, &loader->settings->hang_seconds);
+    uint32_t all = 0, count = 0;
+    for (char *name; (name = value_next_entry(&list)); count++)
+        if (!read_word(setting, name, &all) || (count && !keys[setting].has_list))
+            return false;
+    *value = all;
+    return count != 0;
 }
 
-static bool load_report_flags(const struct loader *loader, char *value)
+static bool read_switch(char *list, bool *value)
 {
-    return value_read_flags(report_flags, value, &loader->settings->report_flags);
+    static const char *const names[] = {"false", "off", "0", "true", "on", "1"};
+    const char *name = value_next_entry(&list);
+    for (size_t i = 0; name && i < COUNT_OF(names); i++)
+        if (text_equals_in_any_case(names[i], name)) {
+            *value = i >= COUNT_OF(names) / 2;
+            return !value_next_entry(&list);
+        }
+    return false;
 }
 
-static bool load_debug_action(const struct loader *loader, char *value)
+static bool read_number(char *list, uint32_t most, uint32_t *value)
 {
-    uint32_t actions;
-    if (!value_read_flags(debug_actions, value, &actions))
+    uint32_t number;
+    if (!value_read_number(list, &number) || number > most)
         return false;
-    if (actions & DEBUG_ACTION_DEBUGGER && !PROCESS_HAS_DEBUGGER_OUTPUT) {
-        loader->warn(loader->context,
-                     "assay_validation.debug_action: VK_DBG_LAYER_ACTION_DEBUG_OUTPUT has an "
-                     "effect on Windows only.");
-        actions &= ~(uint32_t)DEBUG_ACTION_DEBUGGER;
-    }
-    if (actions != DEBUG_ACTION_IGNORE)
-        actions &= ~(uint32_t)DEBUG_ACTION_IGNORE;
-    /* A break or a failed call needs the message, too: it states the reason. */
-    if (!(actions & ~(uint32_t)(DEBUG_ACTION_BREAK | DEBUG_ACTION_FAIL)))
-        actions |= DEBUG_ACTION_DEFAULT;
-    loader->settings->debug_action = actions;
+    *value = number;
     return true;
 }
 
-static bool load_duplicate_message_limit(const struct loader *loader, char *value)
+/* The settings own the text. */
+static bool load_log_filename(const struct loader *loader, char *value)
 {
-    return value_read_number(value, &loader->settings->duplicate_message_limit);
-}
-
-static bool load_enable_message_limit(const struct loader *loader, char *value)
-{
-    uint32_t enabled;
-    if (!value_read_choice(booleans, value, &enabled))
-        return false;
-    if (!enabled)
-        loader->settings->duplicate_message_limit = 0;
-    return true;
-}
-
-/* More rays would delay a wait of the application by seconds for each build. */
-enum { COMPARE_RAYS_MAX = 1000000 };
-
-static bool load_compare_rays(const struct loader *loader, char *value)
-{
-    uint32_t rays;
-    if (!value_read_number(value, &rays) || rays > COMPARE_RAYS_MAX)
-        return false;
-    loader->settings->compare_rays = rays;
+    loader->settings->log_filename = value;
     return true;
 }
 
@@ -255,176 +158,159 @@ static bool load_message_id_filter(const struct loader *loader, char *value)
     return true;
 }
 
-static bool load_preset(const struct loader *loader, char *value);
-
-/* The preset comes first, so that any other key that is given replaces the preset's value. */
-static const struct key {
-    const char *name;
-    bool (*load)(const struct loader *loader, char *value); /* NULL: log_filename */
-    const char *accepts, *default_value;
-} keys[] = {
-    {"preset", load_preset, "none, everything or ci", "none"},
-    {"level", load_level, "parameters, state, execution or content", "execution"},
-    {"backend", load_backend, "driver or cpu", "driver"},
-    {"limits", load_limits, "driver or harsh", "driver"},
-    {"content_budget_mib", load_content_budget_mib, "a number", "256"},
-    {"content_when_full", load_content_when_full, "wait or skip", "wait"},
-    {"vuid_names", load_vuid_names, "current or listed", "current"},
-    {"spec_text", load_spec_text, "full, short or none", "full"},
-    {"report_flags", load_report_flags, "error, warn, info, perf", "error,warn"},
-    {"debug_action", load_debug_action, "default, ignore, callback, log, break, fail", "default"},
-    {"log_filename", NULL, "a file name", "stderr"},
-    {"log_format", load_log_format, "text or json", "text"},
-    {"record_builds", load_record_builds, "true or false", "false"},
-    {"duplicate_message_limit", load_duplicate_message_limit, "a number; 0 is no limit", "10"},
-    {"enable_message_limit", load_enable_message_limit, "true or false", "true"},
-    {"message_id_filter", load_message_id_filter, "a list of VUIDs", "none"},
-    {"hazards", load_hazards, "true or false", "false"},
-    {"advice", load_advice, "true or false", "false"},
-    {"advice_limits", load_advice_limits, "a list of NAME=NUMBER", "none"},
-    {"guard", load_guard, "off or references", "off"},
-    {"hang_seconds", load_hang_seconds, "a number of seconds; 0 is off", "10"},
-    {"crash_report", load_crash_report, "true or false", "false"},
-    {"call_sites", load_call_sites, "off, frames or full", "off"},
-    {"compare_rays", load_compare_rays, "a number up to 1000000; 0 is off", "0"},
-};
-
-enum { KEY_COUNT = sizeof(keys) / sizeof(keys[0]) };
-
-static const struct key *find_key(const char *name)
+/* Reads the value of a setting. */
+static bool load_value(const struct loader *loader, enum setting setting, char *value)
 {
-    const struct key *key = keys;
-    while (strcmp(key->name, name) != 0)
-        key++;
-    return key;
-}
-
-/* ---- presets */
-
-/* What presets set. Each preset sets what the presets before it set, too. */
-static const struct preset_value {
-    enum preset preset;
-    const char *key, *value;
-} preset_values[] = {
-    {PRESET_EVERYTHING, "level", "content"},
-    {PRESET_EVERYTHING, "hazards", "true"},
-    {PRESET_EVERYTHING, "guard", "references"},
-    {PRESET_EVERYTHING, "call_sites", "full"},
-    {PRESET_EVERYTHING, "record_builds", "true"},
-    {PRESET_EVERYTHING, "advice", "true"},
-    {PRESET_CI, "limits", "harsh"},
-};
-
-enum { PRESET_VALUE_COUNT = sizeof(preset_values) / sizeof(preset_values[0]), VALUE_SIZE = 16 };
-
-_Static_assert(KEY_COUNT <= 32, "settings.by_preset has a bit for each key");
-
-static uint32_t bit_of(const struct key *key)
-{
-    return 1u << (key - keys);
-}
-
-static bool load_preset(const struct loader *loader, char *value)
-{
-    uint32_t preset;
-    if (!value_read_choice(presets, value, &preset))
-        return false;
-    for (unsigned i = 0; i < PRESET_VALUE_COUNT; i++) {
-        const struct key *key = find_key(preset_values[i].key);
-        char copy[VALUE_SIZE];
-        if (preset_values[i].preset > preset)
-            continue;
-        snprintf(copy, sizeof(copy), "%s", preset_values[i].value);
-        key->load(loader, copy);
-        loader->settings->by_preset |= bit_of(key);
+    struct settings *settings = loader->settings;
+    uint32_t word;
+    switch (setting) {
+#define CHOICE(key, ...)                                                                           \
+    case SETTING_##key:                                                                            \
+        if (!read_words(setting, value, &word))                                                    \
+            return false;                                                                          \
+        settings->key = (__typeof__(settings->key))word;                                           \
+        return true;
+#define CHOICE_OF(key, ...) CHOICE(key)
+#define FLAGS(key, ...)                                                                            \
+    case SETTING_##key:                                                                            \
+        return read_words(setting, value, &settings->key);
+#define SWITCH(key, ...)                                                                           \
+    case SETTING_##key:                                                                            \
+        return read_switch(value, &settings->key);
+#define NUMBER(key, by_default, most, ...)                                                         \
+    case SETTING_##key:                                                                            \
+        return read_number(value, most, &settings->key);
+#define OWN(key, ...)                                                                              \
+    case SETTING_##key:                                                                            \
+        return load_##key(loader, value);
+#include "src/report/settings.def"
+    case SETTING_COUNT:
+        break;
     }
-    return true;
+    return false;
 }
 
-/* The value of a key that is not given: the preset's or the default. */
-static const char *usual_value(const struct settings *settings, const struct key *key)
+/* Reads a value of the table. */
+static void load_known(const struct loader *loader, enum setting setting, const char *value)
 {
-    if (settings->by_preset & bit_of(key))
-        for (unsigned i = 0; i < PRESET_VALUE_COUNT; i++)
-            if (strcmp(preset_values[i].key, key->name) == 0)
-                return preset_values[i].value;
-    return key->default_value;
+    char copy[VALUE_SIZE];
+    snprintf(copy, sizeof(copy), "%s", value);
+    load_value(loader, setting, copy);
 }
 
-bool settings_leave_out(struct settings *settings, const char *name)
+/* The value of a setting that is not given: the preset's or the default. */
+static const char *usual_value(const struct settings *settings, enum setting setting)
 {
-    const uint32_t bit = bit_of(find_key(name)), was_by_preset = settings->by_preset & bit;
-    settings->by_preset &= ~bit;
-    return was_by_preset;
+    for (size_t i = 0; settings->by_preset[setting] && i < COUNT_OF(preset_values); i++)
+        if (preset_values[i].setting == setting)
+            return preset_values[i].value;
+    return keys[setting].by_default;
+}
+
+static void apply_preset(const struct loader *loader)
+{
+    for (size_t i = 0; i < COUNT_OF(preset_values); i++) {
+        const struct preset_value *value = &preset_values[i];
+        if (value->preset > loader->settings->preset)
+            continue;
+        load_known(loader, value->setting, value->value);
+        loader->settings->by_preset[value->setting] = true;
+    }
 }
 
 /* ---- loading */
 
-static void warn_of_value(const struct loader *loader, const struct key *key, const char *value)
+static void append_accepted(struct text_buffer *text, enum setting setting)
+{
+    const char *before = "";
+    uint32_t left = 0;
+    if (keys[setting].accepts) {
+        text_append(text, keys[setting].accepts);
+        return;
+    }
+    for (size_t i = 0; i < COUNT_OF(words); i++)
+        left += words[i].setting == setting && !words[i].is_alias;
+    for (size_t i = 0; i < COUNT_OF(words); i++)
+        if (words[i].setting == setting && !words[i].is_alias) {
+            text_say(text, "{}{}", phrase(before), phrase(words[i].name));
+            before = --left == 1 && !keys[setting].has_list ? " or " : ", ";
+        }
+}
+
+static void warn_of_value(const struct loader *loader, enum setting setting, const char *value)
 {
     char line[LINE_SIZE];
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
-    text_say(&text, "assay_validation.{}: {} is not a valid value ({}). The {}, {}, is used.",
-             phrase(key->name), quoted(value, VALUE_SHOWN), phrase(key->accepts),
-             phrase(loader->settings->by_preset & bit_of(key) ? "preset's value" : "default"),
-             phrase(usual_value(loader->settings, key)));
+    text_say(&text, "assay_validation.{}: {} is not a valid value (", phrase(keys[setting].name),
+             quoted(value, VALUE_SHOWN));
+    append_accepted(&text, setting);
+    text_say(&text, "). The {}, {}, is used.",
+             phrase(loader->settings->by_preset[setting] ? "preset's value" : "default"),
+             phrase(usual_value(loader->settings, setting)));
     loader->warn(loader->context, line);
 }
 
-static void note_value(const struct loader *loader, const struct key *key, const char *value)
+static void note_value(const struct loader *loader, enum setting setting, const char *value)
 {
-    char **values = loader->settings->values;
-    if (values)
-        values[key - keys] = strdup(value);
     struct text_buffer *changes = loader->changes;
-    if (text_equals_in_any_case(value, usual_value(loader->settings, key)))
+    loader->settings->values[setting] = strdup(value);
+    if (text_equals_in_any_case(value, usual_value(loader->settings, setting)))
         return;
-    text_say(changes, "{}{} = {} (", phrase(changes->length ? ", " : ""), phrase(key->name),
-             quoted(value, VALUE_SHOWN));
-    settings_append_origin(changes, key->name);
+    text_say(changes, "{}{} = {} (", phrase(changes->length ? ", " : ""),
+             phrase(keys[setting].name), quoted(value, VALUE_SHOWN));
+    settings_append_origin(changes, keys[setting].name);
     text_append(changes, ")");
 }
 
-static VkResult load_filename(const struct loader *loader, const struct settings_source *source,
-                              const struct key *key)
+static VkResult load_setting(const struct loader *loader, const struct settings_source *source,
+                             enum setting setting)
 {
-    char **filename = &loader->settings->log_filename;
-    VkResult result = settings_source_text(source, key->name, filename);
-    if (result == VK_SUCCESS && *filename)
-        note_value(loader, key, *filename);
-    return result;
-}
-
-static VkResult load_key(const struct loader *loader, const struct settings_source *source,
-                         const struct key *key)
-{
-    if (!key->load)
-        return load_filename(loader, source, key);
-
+    const struct key *key = &keys[setting];
+    const bool is_text = setting == SETTING_log_filename || setting == SETTING_message_id_filter;
     char *value;
-    VkResult result = key->load == load_message_id_filter
-                          ? settings_source_text(source, key->name, &value)
-                          : settings_source_list(source, key->name, &value);
+    if (!key->is_own && !loader->settings->by_preset[setting])
+        load_known(loader, setting, key->by_default);
+    VkResult result = is_text ? settings_source_text(source, key->name, &value)
+                              : settings_source_list(source, key->name, &value);
     if (result != VK_SUCCESS || !value)
         return result;
     char *as_given = strdup(value);
-    if (key->load(loader, value)) {
+    if (load_value(loader, setting, value)) {
         if (as_given)
-            note_value(loader, key, as_given);
-        loader->settings->by_preset &= ~bit_of(key);
+            note_value(loader, setting, as_given);
+        loader->settings->by_preset[setting] = false;
     } else {
-        warn_of_value(loader, key, as_given ? as_given : "");
+        warn_of_value(loader, setting, as_given ? as_given : "");
     }
     free(as_given);
-    free(value);
+    if (value != loader->settings->log_filename)
+        free(value);
     return VK_SUCCESS;
+}
+
+/* Actions that count for nothing beside others, and those that others need. */
+static void settle_actions(const struct loader *loader)
+{
+    uint32_t actions = loader->settings->debug_action;
+    if (actions & DEBUG_ACTION_DEBUGGER && !PROCESS_HAS_DEBUGGER_OUTPUT) {
+        loader->warn(loader->context,
+                     "assay_validation.debug_action: VK_DBG_LAYER_ACTION_DEBUG_OUTPUT has an "
+                     "effect on Windows only.");
+        actions &= ~(uint32_t)DEBUG_ACTION_DEBUGGER;
+    }
+    if (actions != DEBUG_ACTION_IGNORE)
+        actions &= ~(uint32_t)DEBUG_ACTION_IGNORE;
+    /* A break or a failed call needs the message, too: it states the reason. */
+    if (!(actions & ~(uint32_t)(DEBUG_ACTION_BREAK | DEBUG_ACTION_FAIL)))
+        actions |= DEBUG_ACTION_DEFAULT;
+    loader->settings->debug_action = actions;
 }
 
 static void warn_of_ignored(const struct loader *loader, const struct settings_source *source)
 {
-    const char *names[KEY_COUNT + 1] = {NULL};
-    for (unsigned i = 0; i < KEY_COUNT; i++)
+    const char *names[SETTING_COUNT + 1] = {NULL};
+    for (unsigned i = 0; i < SETTING_COUNT; i++)
         names[i] = keys[i].name;
     settings_source_ignored(source, names, loader->warn, loader->context);
 }
@@ -433,36 +319,27 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
                        void (*warn)(void *context, const char *line), void *context,
                        struct settings *settings)
 {
-    *settings = (struct settings){
-        .level = LEVEL_EXECUTION,
-        .backend = BACKEND_DRIVER,
-        .limits = LIMITS_DRIVER,
-        .vuid_names = VUID_NAMES_CURRENT,
-        .spec_text = SPEC_TEXT_FULL,
-        .content_budget_mib = 256,
-        .content_when_full = CONTENT_WAIT,
-        .hang_seconds = 10,
-        .report_flags = REPORT_ERROR | REPORT_WARNING,
-        .debug_action = DEBUG_ACTION_DEFAULT,
-        .duplicate_message_limit = 10,
-    };
+    *settings = (struct settings){0};
     for (enum advice_limit limit = 0; limit < ADVICE_LIMITS; limit++)
         settings->advice_limits.of[limit] = advice_limit_infos[limit].by_default;
-    settings->values = calloc(KEY_COUNT, sizeof(*settings->values));
     struct settings_source source;
     VkResult result = settings_source_open(&source, create_info);
-    if (result != VK_SUCCESS) {
-        settings_release(settings);
+    if (result != VK_SUCCESS)
         return result;
-    }
 
     char changed[CHANGES_SIZE];
     struct text_buffer changes;
     text_begin(&changes, changed, sizeof(changed));
     struct loader loader = {warn, context, settings, &changes};
-    for (unsigned i = 0; i < KEY_COUNT && result == VK_SUCCESS; i++)
-        result = load_key(&loader, &source, &keys[i]);
+    for (enum setting setting = 0; setting < SETTING_COUNT && result == VK_SUCCESS; setting++) {
+        result = load_setting(&loader, &source, setting);
+        if (setting == SETTING_preset)
+            apply_preset(&loader);
+    }
     if (result == VK_SUCCESS) {
+        settle_actions(&loader);
+        if (!settings->enable_message_limit)
+            settings->duplicate_message_limit = 0;
         warn_of_ignored(&loader, &source);
         if (settings->report_flags & REPORT_INFO && changes.length)
             settings->changes = strdup(changed);
@@ -475,9 +352,8 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
 
 void settings_release(struct settings *settings)
 {
-    for (unsigned i = 0; settings->values && i < KEY_COUNT; i++)
+    for (unsigned i = 0; i < SETTING_COUNT; i++)
         free(settings->values[i]);
-    free(settings->values);
     free(settings->log_filename);
     free(settings->changes);
     narrow_filters_free(settings->narrow_filters);
@@ -488,14 +364,59 @@ void settings_disown(struct settings *settings)
 {
     settings->narrow_filters = NULL;
     settings->log_filename = settings->changes = NULL;
-    settings->values = NULL;
+    memset(settings->values, 0, sizeof(settings->values));
 }
 
 void settings_each(const struct settings *settings,
                    void (*each)(void *context, const char *key, const char *value), void *context)
 {
-    for (unsigned i = 0; i < KEY_COUNT; i++) {
-        const char *given = settings->values ? settings->values[i] : NULL;
-        each(context, keys[i].name, given ? given : usual_value(settings, &keys[i]));
+    for (enum setting i = 0; i < SETTING_COUNT; i++)
+        each(context, keys[i].name,
+             settings->values[i] ? settings->values[i] : usual_value(settings, i));
+}
+
+/* ---- settings without effect beside others */
+
+/* Warns of a setting that has no effect. What the preset has set is left out in silence. */
+static void leave_out(const struct loader *loader, enum setting setting, const char *needs)
+{
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    const bool is_by_preset = loader->settings->by_preset[setting];
+    loader->settings->by_preset[setting] = false;
+    if (is_by_preset)
+        return;
+    text_begin(&text, line, sizeof(line));
+    text_say(&text, "assay_validation.{} needs {}", phrase(keys[setting].name), phrase(needs));
+    loader->warn(loader->context, line);
+}
+
+/* The file would look as if there were no messages. */
+static void check_log_filename(const struct loader *loader)
+{
+    const struct settings *settings = loader->settings;
+    if (!settings->log_filename ||
+        settings->debug_action & (DEBUG_ACTION_LOG | DEBUG_ACTION_DEFAULT))
+        return;
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    text_begin(&text, line, sizeof(line));
+    text_say(&text,
+             "assay_validation.log_filename: nothing is written to {}, because debug_action has "
+             "neither log nor default.",
+             quoted(settings->log_filename, VALUE_SHOWN));
+    loader->warn(loader->context, line);
+}
+
+void settings_check(struct settings *settings, void (*warn)(void *context, const char *line),
+                    void *context)
+{
+    const struct loader loader = {warn, context, settings, NULL};
+#define NEEDS(key, condition, says)                                                                \
+    if (settings->key && !(condition)) {                                                           \
+        settings->key = 0;                                                                         \
+        leave_out(&loader, SETTING_##key, says);                                                   \
     }
+#include "src/report/settings.def"
+    check_log_filename(&loader);
 }

@@ -12,10 +12,16 @@
 #include "vuid-tables/advice.h"
 #include "vuid-tables/rules.h"
 
-/* Who executes builds. */
-enum backend {
-    BACKEND_DRIVER, /* the driver, after validation */
-    BACKEND_CPU,    /* the layer; the driver never gets acceleration structures */
+/* enum backend_setting and others: the values of settings, as settings.def says what they mean. */
+enum no_setting {
+    NO_SETTING,
+#define CHOICE(key, ...)                                                                           \
+    }                                                                                              \
+    ;                                                                                              \
+    enum key##_setting                                                                             \
+    {
+#define VALUE(key, constant, ...) constant,
+#include "src/report/settings.def"
 };
 
 /* What to do with a message. Every action but IGNORE calls the application's messengers. */
@@ -38,81 +44,36 @@ enum report_flag {
     REPORT_PERFORMANCE = 1 << 3, /* advice about waste; also sent with REPORT_WARNING */
 };
 
-/* What to do if the copies of a build's inputs would exceed content_budget_mib. */
-enum content_when_full {
-    CONTENT_WAIT, /* wait until pending builds free memory; skip if that does not suffice */
-    CONTENT_SKIP, /* leave the build unchecked */
-};
-
-/* Which id a message has if the registry has replaced the id of its condition. */
-enum vuid_names {
-    VUID_NAMES_CURRENT, /* the current id */
-    VUID_NAMES_LISTED,  /* the retired id */
-};
-
-/* How much of the specification's sentence a message quotes. */
-enum spec_text {
-    SPEC_TEXT_FULL,  /* the sentence and a link to it */
-    SPEC_TEXT_SHORT, /* at most 160 characters of the sentence, and the link */
-    SPEC_TEXT_NONE,  /* neither */
-};
-
-/* What the builds of top-level structures read. */
-enum guard_setting {
-    GUARD_OFF,        /* the application's instances */
-    GUARD_REFERENCES, /* copies, without references to structures that are not live */
-};
-
-/* Which limits and sizes the layer reports to the application, and checks by. */
-enum limits_setting {
-    LIMITS_DRIVER, /* the driver's */
-    LIMITS_HARSH,  /* src/state/builds/harsh.h */
-};
-
-enum log_format {
-    LOG_FORMAT_TEXT,
-    LOG_FORMAT_JSON, /* one line for each message: json/findings.schema.json */
-};
-
-/* How the layer finds from where a build command is called. */
-enum call_site_mode {
-    CALL_SITES_OFF,
-    CALL_SITES_FRAMES, /* by frame pointers */
-    CALL_SITES_FULL,   /* by unwinding tables */
-};
-
 struct narrow_filter; /* src/report/ids/message_filter.h */
 
+enum setting {
+#define CHOICE(key, ...) SETTING_##key,
+#define CHOICE_OF(key, ...) SETTING_##key,
+#define FLAGS(key, ...) SETTING_##key,
+#define SWITCH(key, ...) SETTING_##key,
+#define NUMBER(key, ...) SETTING_##key,
+#define OWN(key, ...) SETTING_##key,
+#include "src/report/settings.def"
+    SETTING_COUNT,
+};
+
 struct settings {
-    enum level level;
-    enum backend backend;
-    enum limits_setting limits;
-    enum vuid_names vuid_names;
-    enum spec_text spec_text;
-    uint32_t content_budget_mib; /* MiB for copies of builds' inputs; backend driver */
-    enum content_when_full content_when_full;
-    enum guard_setting guard;
-    uint32_t hang_seconds; /* without progress, before a wait reports; level content; 0: never */
-    bool crash_report;     /* report when the process gets a signal that ends it */
-    uint32_t report_flags; /* enum report_flag */
-    uint32_t debug_action; /* enum debug_action */
-    char *log_filename;    /* NULL: stderr; owned */
-    enum log_format log_format;
-    enum call_site_mode call_sites;
-    bool hazards; /* report accesses that no barrier orders */
-    bool advice;  /* list what the application wastes */
+#define CHOICE(key, ...) enum key##_setting key;
+#define CHOICE_OF(key, type, ...) type key;
+#define FLAGS(key, ...) uint32_t key;
+#define SWITCH(key, ...) bool key;
+#define NUMBER(key, ...) uint32_t key;
+#include "src/report/settings.def"
+    char *log_filename; /* NULL: stderr; owned */
     struct advice_limits advice_limits;
-    bool record_builds; /* the log also has a line for each build, copy and submission */
-    uint32_t duplicate_message_limit;     /* per id and object; 0: no limit */
     bool muted[MESSAGE_ID_COUNT];         /* message_id_filter: VUIDs */
     bool muted_others[OTHER_ID_COUNT];    /* message_id_filter: other ids */
     struct narrow_filter *narrow_filters; /* message_id_filter: ID@GLOB; owned list */
-    uint32_t compare_rays;                /* rays per build; 0: none */
     /* The settings that differ from the defaults, and where each came from; owned. NULL: there are
      * none, report_flags lacks REPORT_INFO, or memory ran out. */
     char *changes;
-    char **values;      /* by key; the settings own the array and its strings */
-    uint32_t by_preset; /* a bit for each key: its value is the preset's */
+    char *values[SETTING_COUNT];   /* as given; NULL: not; owned */
+    bool by_preset[SETTING_COUNT]; /* its value is the preset's */
 };
 
 /* Reads the settings of an instance that is about to be created. An unknown key or an invalid value
@@ -129,13 +90,8 @@ void settings_disown(struct settings *settings);
 void settings_each(const struct settings *settings,
                    void (*each)(void *context, const char *key, const char *value), void *context);
 
-/* ---- settings that have no effect beside others */
-
-/* Returns whether the preset has set a key, which then counts as not set. */
-bool settings_leave_out(struct settings *settings, const char *key);
-
-/* Turns each setting off that has no effect. Calls `warn` with one line for it, unless the preset
- * has set it. */
+/* Turns each setting off that has no effect beside the others. Calls `warn` with one line for it,
+ * unless the preset has set it. */
 void settings_check(struct settings *settings, void (*warn)(void *context, const char *line),
                     void *context);
 

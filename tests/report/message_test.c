@@ -22,7 +22,7 @@ static const char *word(const struct location *location, const struct call_origi
 }
 
 /* The message of a call that is wrong. */
-static void say(enum vuid vuid, enum vuid_names names)
+static void say(enum vuid vuid, enum vuid_names_setting names)
 {
     const struct message_style style = {.vuid_names = names};
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};

@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The settings in the manifests are those of the layer: the same keys, defaults, choices and presets."""
+"""What scripts/lib/tables.py makes of the table of settings, and the files that it has written."""
 
 import json
 import pathlib
 import re
+import subprocess
+import sys
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-KEY = re.compile(r'^    \{"(\w+)",\s+(\w+),\s+"[^"]*",\s+"([^"]*)"\},$', re.M)
+TABLES = [sys.executable, "-B", str(ROOT / "scripts/lib/tables.py"), str(ROOT)]
 
 
 def flatten(settings):
@@ -18,61 +20,56 @@ def flatten(settings):
 
 
 class Settings(unittest.TestCase):
-    def setUp(self):
-        features = json.loads((ROOT / "json" / "features.json").read_text(encoding="utf-8"))
-        self.presets = features["presets"]
-        self.settings = {setting["key"]: setting for setting in flatten(features["settings"])}
-        self.source = (ROOT / "src" / "report" / "settings.c").read_text(encoding="utf-8")
-        self.keys = {key: default for key, _, default in KEY.findall(self.source)}
+    @classmethod
+    def setUpClass(cls):
+        cls.features = json.loads(subprocess.check_output([*TABLES, "--print", "features"]))
+        cls.settings = {setting["key"]: setting for setting in flatten(cls.features["settings"])}
 
-    def test_keys(self):
-        self.assertGreater(len(self.keys), 10)
-        self.assertEqual(sorted(self.keys), sorted(self.settings))
+    def test_files_are_up_to_date(self):
+        self.assertEqual(subprocess.run(TABLES, stdout=subprocess.DEVNULL, check=False).returncode, 0)
 
-    def test_names_in_the_environment(self):
-        for key, setting in self.settings.items():
-            self.assertEqual(setting["env"], "VK_ASSAY_VALIDATION_" + key.upper())
+    def test_stale_file(self):
+        readme = (ROOT / "README.md").read_text(encoding="utf-8")
+        sys.path.insert(0, str(ROOT / "scripts/lib"))
+        import tables  # pylint: disable=import-outside-toplevel,import-error
+        self.assertEqual(tables.write_readme(ROOT, readme.replace("| `guard` |", "| `gard` |")), readme)
 
-    def test_defaults(self):
-        for key, setting in self.settings.items():
-            default = setting["default"]
-            text = ",".join(default) if isinstance(default, list) else str(default)
-            text = text.replace("VK_DBG_LAYER_ACTION_", "").lower() or "none"
-            self.assertEqual(text, self.keys[key], key)
-
-    def test_choices(self):
-        words = set(re.findall(r'\{"([\w]+)", \w+\}', self.source))
-        for setting in self.settings.values():
-            for flag in setting.get("flags", []):
-                self.assertIn(flag["key"], words)
+    def test_defaults_and_presets_are_values(self):
+        chosen = [(key, setting["default"]) for key, setting in self.settings.items()]
+        chosen += [(one["key"], one["value"]) for preset in self.features["presets"] for one in preset["settings"]]
+        for key, value in chosen:
+            words = [flag["key"] for flag in self.settings[key].get("flags", [])]
+            for word in value if isinstance(value, list) else [value]:
+                self.assertTrue(not words or word in words, (key, word))
 
     def test_presets(self):
-        for preset in self.presets:
-            for chosen in preset["settings"]:
-                setting = self.settings[chosen["key"]]
-                flags = [flag["key"] for flag in setting.get("flags", [])]
-                self.assertIn(chosen["value"], flags or [True, False])
-
-    def test_presets_of_the_layer(self):
-        """Vulkan Configurator has the layer's presets, but for the record of builds, which needs a log as
-        JSON. It writes all settings to its file, so that the layer's own preset has no effect there."""
-        shown = {preset["label"].lower(): {chosen["key"]: str(chosen["value"]).lower()
-                                           for chosen in preset["settings"]} for preset in self.presets}
-        values = re.findall(r'\{PRESET_(\w+), "(\w+)", "(\w+)"\},', self.source)
-        made, expected = {}, {}
-        for preset in dict.fromkeys(name for name, _, _ in values):  # each has what those before it have
-            made.update({key: value for name, key, value in values
-                         if name == preset and key != "record_builds"})
-            expected[preset.lower()] = dict(made)
-        self.assertEqual(sorted(expected), ["ci", "everything"])
-        for preset, settings in expected.items():
-            self.assertEqual(shown[preset], settings)
+        """Vulkan Configurator has the layer's presets, but for the record of builds."""
+        shown = {preset["label"]: {one["key"]: one["value"] for one in preset["settings"]}
+                 for preset in self.features["presets"]}
+        self.assertEqual(shown["CI"], {**shown["Everything"], "limits": "harsh"})
+        self.assertNotIn("record_builds", shown["CI"])
         self.assertEqual(self.settings["preset"]["view"], "HIDDEN")
 
     def test_sentences(self):
         for setting in self.settings.values():
             for part in [setting, *setting.get("flags", [])]:
-                self.assertRegex(part["description"], r"^[A-Z].*\.$|none\.$")
+                self.assertRegex(part["description"], r"^[A-Z].*\.$")
+                self.assertNotRegex(part["description"], r"`|\]\(")
+
+    def test_what_a_setting_needs(self):
+        self.assertIn("Needs level = content and backend = driver.", self.settings["guard"]["description"])
+        self.assertEqual(self.settings["record_builds"]["dependence"]["settings"], [{"key": "log_format", "value": "json"}])
+
+    def test_completions(self):
+        words = subprocess.check_output([*TABLES, "--print", "completions"], encoding="utf-8").split()
+        self.assertIn("guard=references", words)
+        self.assertEqual({word.partition("=")[0] for word in words}, set(self.settings) - {"log_filename", "log_format"})
+
+    def test_manual(self):
+        manual = subprocess.check_output([*TABLES, "--print", "manual"], encoding="utf-8")
+        self.assertEqual(re.findall(r"^\.B (\w+)$", manual, re.M), [
+            line.split("`")[1] for line in (ROOT / "README.md").read_text(encoding="utf-8").partition(
+                "<!-- settings -->")[2].partition("<!-- end")[0].splitlines()[3:]])
 
 
 if __name__ == "__main__":

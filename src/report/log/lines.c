@@ -249,7 +249,7 @@ static void write_place(struct json *json, const struct call_origin *origin, int
 #include "src/report/properties.def"
 }
 
-bool line_of_message(struct json *json, const struct message *message, enum spec_text spec_text)
+bool line_of_message(struct json *json, const struct message *message, enum spec_text_setting spec_text)
 {
     const struct call_origin *origin = message->origin;
     const struct vuid_text *vuid = &vuid_texts[message->vuid];

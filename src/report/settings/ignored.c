@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Finds settings without effect: misspelt ones, lines that are not settings, a file that is not
- * read, and settings that count for nothing beside others. */
-#include "src/report/settings.h"
+/* Finds settings without effect: misspelt ones, lines that are not settings, and a file that is not
+ * read. */
+#include "src/report/settings/source.h"
 
 #include <ctype.h>
 #include <stdio.h>
@@ -12,7 +12,6 @@
 #include "src/base/text_buffer.h"
 #include "src/platform/files.h"
 #include "src/platform/process.h"
-#include "src/report/settings/source.h"
 #include "src/report/words.h"
 
 #define FILE_PREFIX "assay_validation."
@@ -216,113 +215,4 @@ void settings_source_ignored(const struct settings_source *source, const char *c
         return;
     search_environment(&search);
     search_file(&search);
-}
-
-/* ---- settings without effect beside others */
-
-enum { VALUE_SHOWN = 200 };
-
-struct checker {
-    void (*warn)(void *context, const char *line);
-    void *context;
-    struct settings *settings;
-};
-
-/* Warns of a setting that has no effect. What the preset has set is left out in silence. */
-static void warn_of_key(const struct checker *checker, const char *key, const char *reason)
-{
-    char line[LINE_SIZE];
-    struct text_buffer text;
-    if (settings_leave_out(checker->settings, key))
-        return;
-    text_begin(&text, line, sizeof(line));
-    text_say(&text, "assay_validation.{} needs {}", phrase(key), phrase(reason));
-    checker->warn(checker->context, line);
-}
-
-/* Rays compare the driver's structures with structures built from the inputs that level content
- * reads. */
-static void check_compare_rays(const struct checker *checker)
-{
-    struct settings *settings = checker->settings;
-    if (!settings->compare_rays ||
-        (settings->level == LEVEL_CONTENT && settings->backend == BACKEND_DRIVER))
-        return;
-    settings->compare_rays = 0;
-    warn_of_key(checker, "compare_rays",
-                "level = content and backend = driver. No rays are compared.");
-}
-
-/* The file would look as if there were no messages. */
-static void check_log_filename(const struct checker *checker)
-{
-    const struct settings *settings = checker->settings;
-    if (!settings->log_filename ||
-        settings->debug_action & (DEBUG_ACTION_LOG | DEBUG_ACTION_DEFAULT))
-        return;
-    char line[LINE_SIZE];
-    struct text_buffer text;
-    text_begin(&text, line, sizeof(line));
-    text_say(&text,
-             "assay_validation.log_filename: nothing is written to {}, because debug_action has "
-             "neither log nor default.",
-             quoted(settings->log_filename, VALUE_SHOWN));
-    checker->warn(checker->context, line);
-}
-
-/* Journals, which list the builds of command buffers, begin at level execution. */
-static void check_record_builds(const struct checker *checker)
-{
-    struct settings *settings = checker->settings;
-    if (!settings->record_builds ||
-        (settings->level >= LEVEL_EXECUTION && settings->log_format == LOG_FORMAT_JSON &&
-         settings->debug_action & (DEBUG_ACTION_LOG | DEBUG_ACTION_DEFAULT)))
-        return;
-    settings->record_builds = false;
-    warn_of_key(checker, "record_builds",
-                "level = execution or content, log_format = json, and a debug_action that logs. No "
-                "builds are recorded.");
-}
-
-/* Journals, which hold what is to be ordered, begin at level execution. */
-static void check_hazards(const struct checker *checker)
-{
-    struct settings *settings = checker->settings;
-    if (!settings->hazards || settings->level >= LEVEL_EXECUTION)
-        return;
-    settings->hazards = false;
-    warn_of_key(checker, "hazards", "level = execution or content. No hazards are reported.");
-}
-
-/* What becomes of a structure is followed from journals, too. */
-static void check_advice(const struct checker *checker)
-{
-    struct settings *settings = checker->settings;
-    if (!settings->advice || settings->level >= LEVEL_EXECUTION)
-        return;
-    settings->advice = false;
-    warn_of_key(checker, "advice", "level = execution or content. No advice is given.");
-}
-
-/* Guarded builds need what level content records. */
-static void check_guard(const struct checker *checker)
-{
-    struct settings *settings = checker->settings;
-    if (settings->guard == GUARD_OFF ||
-        (settings->level == LEVEL_CONTENT && settings->backend == BACKEND_DRIVER))
-        return;
-    settings->guard = GUARD_OFF;
-    warn_of_key(checker, "guard", "level = content and backend = driver. No builds are guarded.");
-}
-
-void settings_check(struct settings *settings, void (*warn)(void *context, const char *line),
-                    void *context)
-{
-    const struct checker checker = {warn, context, settings};
-    check_advice(&checker);
-    check_compare_rays(&checker);
-    check_guard(&checker);
-    check_hazards(&checker);
-    check_log_filename(&checker);
-    check_record_builds(&checker);
 }

@@ -297,14 +297,6 @@ bool settings_file_next(FILE *file, char **buffer, size_t *size, struct settings
 
 /* ---- values */
 
-static const struct choice *find_choice(const struct choice *choices, const char *name)
-{
-    for (const struct choice *choice = choices; choice->name; choice++)
-        if (text_equals_in_any_case(choice->name, name))
-            return choice;
-    return NULL;
-}
-
 char *value_next_entry(char **list)
 {
     while (*list) {
@@ -317,32 +309,6 @@ char *value_next_entry(char **list)
             return entry;
     }
     return NULL;
-}
-
-/* Combines the values of one to `most` choices. */
-static bool read_choices(const struct choice *choices, char *list, uint32_t most, uint32_t *value)
-{
-    uint32_t all = 0, count = 0;
-    for (char *name = value_next_entry(&list); name; name = value_next_entry(&list)) {
-        const struct choice *choice = find_choice(choices, name);
-        if (!choice || ++count > most)
-            return false;
-        all |= choice->value;
-    }
-    if (!count)
-        return false;
-    *value = all;
-    return true;
-}
-
-bool value_read_choice(const struct choice *choices, char *list, uint32_t *value)
-{
-    return read_choices(choices, list, 1, value);
-}
-
-bool value_read_flags(const struct choice *choices, char *list, uint32_t *flags)
-{
-    return read_choices(choices, list, UINT32_MAX, flags);
 }
 
 bool value_read_number(char *list, uint32_t *value)

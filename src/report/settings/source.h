@@ -68,23 +68,11 @@ bool settings_file_next(FILE *file, char **buffer, size_t *size, struct settings
 
 /* ---- values of settings, as text: comma-separated lists with blanks around the entries */
 
-/* One word that a setting accepts, in any case. An array of choices ends with a NULL name. */
-struct choice {
-    const char *name;
-    uint32_t value;
-};
-
 /* Cuts the next entry off a list, and trims it. Returns NULL at the end. */
 char *value_next_entry(char **list);
 
-/* These functions read a list, and change its text. If the list is something else, they return
- * false and do not change the value. */
-
-/* Reads exactly one choice. */
-bool value_read_choice(const struct choice *choices, char *list, uint32_t *value);
-/* Reads one choice or more, and combines their values. */
-bool value_read_flags(const struct choice *choices, char *list, uint32_t *flags);
-/* Reads exactly one number. */
+/* Reads exactly one number. If the list is something else, returns false and does not change
+ * `value`. Changes the text of the list. */
 bool value_read_number(char *list, uint32_t *value);
 
 #endif
