@@ -93,31 +93,25 @@ static const char *words_of(const struct submitted_build *build)
 static void append_build(const struct list *list, const struct submitted_build *build)
 {
     const struct journal_entry *entry = build->entry;
-    const struct call_site *site = journal_site(build->journal, entry->origin);
+    struct call_origin origin =
+        layer_origin_of(list->device, build->submission, build->journal, 0, entry->origin);
     const struct words *words = &list->words;
+    if (build->primary != build->journal->command_buffer)
+        origin.executed_by = build->primary;
     words_say(words, "\n{}. ", number(list->listed));
     append_structure(list, entry);
-    words_say(words, " from {}, {}, build {}", count_of(entry->built.geometry_count, "geometry"),
-              object(VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(build->journal->command_buffer)),
-              number(entry->built.position));
-    message_append_labels(words->text, ", labels ", journal_labels(build->journal, entry->origin));
-    if (build->primary != build->journal->command_buffer)
-        words_say(words, ", executed by {}",
-                  object(VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(build->primary)));
-    words_say(words, ", as submitted to {}",
-              object(VK_OBJECT_TYPE_QUEUE, handle_number(build->submission->queue)));
-    if (build->submission->number)
-        words_say(words, ", submission {}", number(build->submission->number));
-    message_append_labels(words->text, ", queue labels ",
-                          shared_labels_stack(build->submission->labels));
+    words_say(words, " from {}, {}", count_of(entry->built.geometry_count, "geometry"),
+              object(VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(build->journal->command_buffer)));
+    message_append_place(words, &origin, entry->built.position, false);
     text_append(words->text, words_of(build));
     if (has_findings(build))
         text_append(words->text, "; there are findings about its inputs");
     if (has_fault(list, build))
         text_append(words->text, "; a faulting address lies in its inputs or structures");
     text_append(words->text, ".");
-    if (site)
-        message_append_call_site(words->text, site, 1); /* the list is to fit into a message */
+    if (origin.call_site)
+        message_append_call_site(words->text, origin.call_site,
+                                 1); /* the list is to fit into a message */
 }
 
 /* ---- all builds */

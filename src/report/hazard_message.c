@@ -139,14 +139,8 @@ static void append_place(const struct words *words, const struct hazard_access_t
         return;
     words_say(words, " in {}",
               object(VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(origin->command_buffer)));
-    if (access->is_build)
-        words_say(words, ", build {}", number((uint64_t)origin->build_index + access->info));
-    message_append_labels(words->text, ", labels ", origin->labels);
-    if (origin->submission.queue)
-        words_say(words, ", submitted to {}",
-                  object(VK_OBJECT_TYPE_QUEUE, handle_number(origin->submission.queue)));
-    if (origin->submission.queue && origin->submission.number)
-        words_say(words, ", submission {}", number(origin->submission.number));
+    message_append_place(words, origin,
+                         access->is_build ? (int64_t)origin->build_index + access->info : -1, true);
 }
 
 static void append_bytes(const struct words *words, const struct hazard_bytes *bytes)

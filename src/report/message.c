@@ -188,29 +188,41 @@ int64_t message_build(const struct message *message)
                : -1;
 }
 
+void message_append_place(const struct words *words, const struct call_origin *origin,
+                          int64_t build, bool is_aside)
+{
+    const char *template;
+#define PLACE(key, type, is_known, value, says, aside, range, about)                               \
+    template = is_aside ? aside : says;                                                            \
+    if (template && (is_known))                                                                    \
+        words_say(words, template, value);
+#define LABELS(labels, says, aside)                                                                \
+    template = is_aside ? aside : says;                                                            \
+    if (template)                                                                                  \
+        message_append_labels(words->text, template, labels);
+#include "src/report/properties.def"
+}
+
+/* Nothing is said of a call without a command buffer whose place has no properties. */
 static void append_place(struct text_buffer *text, struct message *message)
 {
     const struct call_origin *origin = message->origin;
-    const struct location *at = &message->location;
     const struct words words = {.text = text, .named = &message->named, .names = origin->names};
-    if (!origin->command_buffer)
+    const struct text_buffer before = *text;
+    if (origin->command_buffer)
+        words_say(&words, " Command buffer {}",
+                  object(VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(origin->command_buffer)));
+    else if (origin->device)
+        words_say(&words, " Device {}",
+                  object(VK_OBJECT_TYPE_DEVICE, handle_number(origin->device)));
+    const size_t length = text->length;
+    message_append_place(&words, origin, message_build(message), false);
+    if (origin->command_buffer || text->length > length) {
+        text_append(text, ".");
         return;
-    words_say(&words, " Command buffer {}",
-              object(VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(origin->command_buffer)));
-    if (location_is_of_build(at))
-        words_say(&words, ", build {}", number((uint64_t)origin->build_index + at->build));
-    message_append_labels(text, ", labels ", origin->labels);
-    if (origin->submission.queue)
-        words_say(&words, ", as submitted to {}",
-                  object(VK_OBJECT_TYPE_QUEUE, handle_number(origin->submission.queue)));
-    if (origin->submission.queue && origin->submission.number)
-        words_say(&words, ", submission {}", number(origin->submission.number));
-    if (origin->submission.queue)
-        message_append_labels(text, ", queue labels ",
-                              shared_labels_stack(origin->submission.labels));
-    if (origin->when)
-        words_say(&words, ", {}", phrase(origin->when));
-    text_append(text, ".");
+    }
+    *text = before;
+    text->text[text->length] = '\0';
 }
 
 void message_append_origin(struct text_buffer *text, struct message *message)

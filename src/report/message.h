@@ -31,6 +31,7 @@ struct call_origin {
     const struct object_names *names;
     const struct label_stack *labels;    /* of the command buffer */
     const struct call_site *call_site;   /* of the call that recorded the build, or made it */
+    VkCommandBuffer executed_by;         /* if a list of builds names the primary one, too */
     struct submission_origin submission; /* if the finding arose from one */
     /* Number of references that the layer replaced by 0 because of the mistake (setting guard). */
     uint32_t replaced;
@@ -129,6 +130,9 @@ void message_set_origin(struct message *message, const struct call_origin *origi
  * none, or `stack` is NULL. */
 void message_append_labels(struct text_buffer *text, const char *what,
                            const struct label_stack *stack);
+/* Appends the properties of a place, see PLACE and `build` in properties.def. */
+void message_append_place(const struct words *words, const struct call_origin *origin,
+                          int64_t build, bool is_aside);
 /* Appends the sentences about where the call was recorded and submitted, and its call site. */
 void message_append_origin(struct text_buffer *text, struct message *message);
 

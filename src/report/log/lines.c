@@ -240,16 +240,14 @@ static void write_value(struct json *json, const char *key, struct value value)
 /* Records of builds, too, have these properties. `build`: see properties.def. */
 static void write_place(struct json *json, const struct call_origin *origin, int64_t build)
 {
-#define PROPERTY(key, type, is_known, value, about)
-#define WRITTEN(key, type, is_known, write, about)
 #define PLACE(key, type, is_known, value, says, aside, range, about)                               \
     if (is_known)                                                                                  \
         write_value(json, key, value);
-#define LABELS(labels, says, aside)
 #include "src/report/properties.def"
 }
 
-bool line_of_message(struct json *json, const struct message *message, enum spec_text_setting spec_text)
+bool line_of_message(struct json *json, const struct message *message,
+                     enum spec_text_setting spec_text)
 {
     const struct call_origin *origin = message->origin;
     const struct vuid_text *vuid = &vuid_texts[message->vuid];
@@ -266,8 +264,6 @@ bool line_of_message(struct json *json, const struct message *message, enum spec
 #define WRITTEN(key, type, is_known, write, about)                                                 \
     if (is_known)                                                                                  \
         write_##write(json, key, message);
-#define PLACE(key, type, is_known, value, says, aside, range, about)
-#define LABELS(labels, says, aside)
 #include "src/report/properties.def"
     if (origin)
         write_place(json, origin, message_build(message));

@@ -22,7 +22,8 @@ bool line_of_header(struct json *json, const VkApplicationInfo *application,
 /* `driver` may lack names. */
 bool line_of_device(struct json *json, VkDevice device, const char *name,
                     const VkPhysicalDeviceDriverProperties *driver);
-bool line_of_message(struct json *json, const struct message *message, enum spec_text_setting spec_text);
+bool line_of_message(struct json *json, const struct message *message,
+                     enum spec_text_setting spec_text);
 bool line_of_summary(struct json *json, const struct settings *settings,
                      const struct duplicates *duplicates, struct unchecked_counts *unchecked);
 
