@@ -91,6 +91,8 @@ struct layer_device {
     /* The application may know sizes of structures from queries that the layer did not follow. */
     atomic_bool has_unseen_sizes;
 
+    _Atomic uint64_t frame; /* calls of vkQueuePresentKHR */
+
     /* Never change after creation. */
     struct device_facts facts;
     enum level level;

@@ -9,6 +9,7 @@ struct call_origin layer_origin(const struct layer_device *device)
         .names = device->names,
         .destroyed = device->destroyed,
         .resources = device->resources,
+        .submission.frame = atomic_load(&device->frame),
     };
 }
 
@@ -18,7 +19,8 @@ struct call_origin layer_origin_of(const struct layer_device *device,
                                    uint32_t entry)
 {
     struct call_origin origin = layer_origin(device);
-    origin.submission = *submission;
+    if (submission->queue)
+        origin.submission = *submission;
     origin.command_buffer = journal->command_buffer;
     origin.build_index = first_build;
     origin.labels = journal_labels(journal, entry);

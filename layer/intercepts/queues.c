@@ -80,7 +80,8 @@ static struct submission *begin_submission(struct layer_device *device, VkQueue 
 {
     destroyed_objects_count_submission(device->destroyed);
     guard_begin_submission();
-    const struct submission_origin origin = queue_labels_submit(device->queue_labels, queue);
+    struct submission_origin origin = queue_labels_submit(device->queue_labels, queue);
+    origin.frame = atomic_load(&device->frame);
     struct submission *submission = submission_begin(device->order, SUBMIT_COMMANDS, queue);
     submission_set_origin(submission, &origin, resources_destroy_count(device->resources));
     return submission;
@@ -199,6 +200,7 @@ void end_bind_sparse(struct submission *submission, VkResult result)
  */
 void note_present(struct layer_device *device, const VkPresentInfoKHR *info)
 {
+    atomic_fetch_add(&device->frame, 1);
     for (uint32_t i = 0; i < info->waitSemaphoreCount; i++)
         execution_order_forget_signal(device->order, info->pWaitSemaphores[i]);
 }

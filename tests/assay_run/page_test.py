@@ -186,6 +186,20 @@ class Page(Runs):
         self.browser.run("document.querySelector('#timeline button').focus()")
         self.assertNotIn("after the start", self.text("#selected"))
 
+    def test_frames(self):
+        """On the axes, of a column, and of a finding; nothing before the first frame."""
+        numbers = [{**self.submission(number), **({"frame": 10 * number} if number else {})} for number in range(3)]
+        self.open(header(), numbers[0], build(0, size=1), *numbers[1:],
+                  finding(queue=QUEUE, submission=2, frame=20), finding(frame=30))
+        for axis in ("#timeline .axis", "#memory .axis"):
+            text = self.text(axis).split("\n")
+            self.assertNotIn("frame", text[0])
+            self.assertIn(", frame 20 (0.000 s)", text[1])
+        self.browser.run("document.querySelectorAll('#timeline button')[2].focus()")
+        self.assertIn("Submission 2, frame 20: 0 builds and copies, 1 finding", self.text("#selected"))
+        self.assertIn(", frame 20, 0.000 s after the start", self.text("#groups .finding"))
+        self.assertIn("first seen in frame 20, last in 30", self.text("#groups .finding"))
+
     def destroyed(self, number, **members):
         return {"Type": "Destroyed", "pid": 7, "time": TIME, "device": "0x7f0000000001",
                 "dst": f"0x7f{number:010x}", **members}

@@ -219,6 +219,13 @@ class Repetition(Runs):
             "VUID": VUID, "count": 20, "first_submission": 0, "last_submission": 19,
             "command_buffers": ["frame 0", "frame 1", "frame 2"], "objects": ["scratch"]}])
 
+    def test_first_and_last_frame(self):
+        self.expect(self.merge(*(finding(submission=n, frame=frame) for n, frame in ((1, 12), (900, 1340), (7, 20)))),
+                    99, "3 times, from submission 1 to submission 900, first seen in frame 12, last in 1,340")
+        properties = self.load("a.sarif")["runs"][0]["results"][0]["properties"]
+        self.assertEqual((properties["first_frame"], properties["last_frame"]), (12, 1340))
+        self.assertIn("first seen in frame 12, last in 1,340", self.read("a.xml"))
+
     def test_many_command_buffers(self):
         unnamed = [frame_finding(frame, Objects=[{"type": "VkCommandBuffer",
                                                   "handle": f"0x5500{frame:04x}"}], DebugRegion="")

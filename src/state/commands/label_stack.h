@@ -60,6 +60,7 @@ void queue_labels_pop(struct queue_labels *labels, VkQueue queue);
 struct submission_origin {
     VkQueue queue;                /* VK_NULL_HANDLE: the host, or no submission */
     uint64_t number;              /* of the call among those of the queue, from 1; 0: unknown */
+    uint64_t frame;               /* presentations on the device before it; 0: none, or unknown */
     struct shared_labels *labels; /* that were open in the queue; NULL: none, or forgotten */
 };
 
