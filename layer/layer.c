@@ -262,7 +262,7 @@ __attribute__((noinline, cold)) static struct layer_device *search_owner(VkComma
     }
     device = layer_find_device_safely(handle);
     bool may_be_valid = device && (device->level < LEVEL_STATE ||
-                                   command_buffers_incomplete(device->command_buffers));
+                                   command_buffers_are_unknown(device->command_buffers));
     return may_be_valid ? device : NULL;
 }
 

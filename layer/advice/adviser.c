@@ -9,6 +9,7 @@
 #include "src/advice/list.h"
 #include "src/advice/rules.h"
 #include "src/advice/single_calls.h"
+#include "src/base/unknown.h"
 #include "src/state/commands/object_names.h"
 
 /* With a greater limit of submissions nothing counts as old. */
@@ -28,7 +29,7 @@ struct adviser {
     atomic_uint tiny;       /* structures with few primitives that are alive */
     uint32_t most_tiny;     /* at a time; read when all work has executed */
     uint32_t single_calls;  /* the most in a row; read then, too */
-    atomic_bool is_unknown; /* uses of structures may be missing */
+    struct unknown unknown; /* uses of structures may be missing */
     /* The last id of an object after each of the last submissions, by their number: a ring. */
     uint32_t ring_size; /* as many as the limit; 0: none */
     _Atomic uint64_t *created;
@@ -53,7 +54,7 @@ static VkResult start(struct layer_device *device, void **self)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     advice->device = device;
     advice->limits = &settings->advice_limits;
-    advice->is_unknown = device->facts.newer_than_registry;
+    unknown_follow(&advice->unknown, device->facts.newer_than_registry);
     const uint32_t limit = advice->limits->of[ADVICE_LIMIT_submissions];
     advice->ring_size = limit > RING_MAX ? 0 : limit ? limit : 1;
     advice->created = calloc(advice->ring_size + 1, sizeof(*advice->created));
@@ -255,7 +256,7 @@ static void note_batch(struct adviser *advice, const struct order_batch *batch)
             journal_walk(journal, &failures, &noting);
     }
     if (!noting.has_memory)
-        advice->is_unknown = true;
+        unknown_set(&advice->unknown, UNKNOWN_USES);
 }
 
 static void count_submission(struct adviser *advice)
@@ -275,7 +276,7 @@ static void advice_run(void *user, struct order_batch *batch)
     if (batch->is_replayed && batch->work != WORK_SYNC)
         note_batch(advice, batch);
     else if (batch->work != WORK_SYNC)
-        advice->is_unknown = true;
+        unknown_follow(&advice->unknown, true);
     atomic_fetch_sub(&advice->outstanding, is_submitted);
 }
 
@@ -283,7 +284,7 @@ static void order_unknown(void *user, enum order_unknown_reason why)
 {
     struct adviser *advice = user;
     (void)why;
-    advice->is_unknown = true;
+    unknown_follow(&advice->unknown, true);
 }
 
 static struct batch_consumer batches(void *self)
@@ -440,7 +441,7 @@ static void add_found_advice(void *user, enum advice id, const struct finding *f
 /* Builds of structures without handles may use those that have one. */
 static bool misses_uses(const struct adviser *advice)
 {
-    bool misses = advice->is_unknown;
+    bool misses = unknown_is_set(&advice->unknown);
     for (enum place_kind kind = 0; kind < PLACE_KINDS; kind++)
         misses |= places_are_used(advice->device->places, kind);
     return misses;

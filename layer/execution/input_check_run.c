@@ -337,7 +337,7 @@ static struct found_notes take_notes(struct read_buffer *buffer, const struct jo
     bool has_point =
         entry->built.type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR && notes->point_count;
     buffer->used_count = 0;
-    if (notes->lacks_memory || reading->lost_notes)
+    if (unknown_is_set(&notes->unknown) || reading->lost_notes)
         return (struct found_notes){0};
     reading->lost_notes = (has_inputs && (reading->next_note >= notes->count ||
                                           notes->items[reading->next_note].entry != entry)) ||

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "src/base/array.h"
+#include "src/base/unknown.h"
 #include "src/state/commands/journal.h"
 
 /* Of more batches than these, the oldest are forgotten. Ranges beyond these are joined. */
@@ -27,7 +28,7 @@ struct batch_queries {
     struct batch_queries *older;
     const struct order_batch *batch; /* NULL: `clock` is known */
     bool is_unknown;                 /* what it follows is not known */
-    bool lacks_any;                  /* memory ran out for ranges, or for entries of a journal */
+    struct unknown unknown;          /* memory ran out for ranges, or for entries of a journal */
     struct execution_clock clock;    /* the batch, and what it follows */
     struct query_range *ranges;
     uint32_t count, capacity;
@@ -37,7 +38,7 @@ struct query_writes {
     pthread_mutex_t lock;
     struct batch_queries *newest;
     uint32_t count;
-    bool lacks_any; /* memory ran out: queries may have been written by other batches */
+    struct unknown unknown; /* memory ran out: queries may have been written by other batches */
 };
 
 struct query_writes *query_writes_create(void)
@@ -107,7 +108,8 @@ static bool is_observable(const struct journal *journal)
 static void add_range(struct journal_walk *walk, VkQueryPool pool, uint64_t first, uint64_t count)
 {
     struct batch_queries *queries = walk->user;
-    queries->lacks_any |= !add_query(queries, pool, first, first + count);
+    if (!add_query(queries, pool, first, first + count))
+        unknown_set(&queries->unknown, UNKNOWN_QUERY_WRITES);
 }
 
 static void add_event(struct journal_walk *walk, const struct journal_entry *entry)
@@ -134,7 +136,7 @@ static void add_journal(struct batch_queries *queries, const struct journal *jou
                                                  .write_queries = add_writes,
                                                  .read = add_read,
                                                  .execute = journal_walk_secondary};
-    queries->lacks_any |= journal->incomplete;
+    unknown_follow(&queries->unknown, unknown_is_set(&journal->unknown));
     if (is_observable(journal))
         journal_walk(journal, &events, queries);
 }
@@ -144,7 +146,7 @@ static bool has_queries(const struct order_batch *batch)
     bool has_any = false;
     for (uint32_t i = 0; batch->origin.queue && i < batch->command_count; i++) {
         const struct journal *journal = batch->commands[i].captured;
-        has_any |= journal && (is_observable(journal) || journal->incomplete);
+        has_any |= journal && (is_observable(journal) || unknown_is_set(&journal->unknown));
     }
     return has_any;
 }
@@ -164,11 +166,15 @@ void query_writes_submit(struct query_writes *writes, struct order_batch *batch)
     if (!writes || !has_queries(batch))
         return;
     struct batch_queries *queries = calloc(1, sizeof(*queries));
-    for (uint32_t i = 0; queries && !queries->lacks_any && i < batch->command_count; i++)
+    for (uint32_t i = 0; queries && !unknown_is_set(&queries->unknown) && i < batch->command_count;
+         i++)
         if (batch->commands[i].captured)
             add_journal(queries, batch->commands[i].captured);
     pthread_mutex_lock(&writes->lock);
-    writes->lacks_any |= !queries || queries->lacks_any;
+    if (!queries)
+        unknown_set(&writes->unknown, UNKNOWN_QUERY_WRITES);
+    else
+        unknown_follow(&writes->unknown, unknown_is_set(&queries->unknown));
     if (queries) {
         queries->batch = batch;
         queries->older = writes->newest;
@@ -250,7 +256,7 @@ static bool find_writes(struct query_writes *writes, VkQueryPool pool, uint64_t 
     if (!writes)
         return false;
     pthread_mutex_lock(&writes->lock);
-    bool is_known = !writes->lacks_any && are_all_written(writes, pool, first, end);
+    bool is_known = !unknown_is_set(&writes->unknown) && are_all_written(writes, pool, first, end);
     for (const struct batch_queries *at = writes->newest; at && is_known; at = at->older)
         if (has_query(at, pool, first, end, &behind)) {
             is_known = !at->batch && !at->is_unknown;

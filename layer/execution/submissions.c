@@ -12,11 +12,12 @@
 #include "layer/hazards/executed/checks.h"
 #include "layer/layer.h"
 #include "layer/snapshots/guard/execution.h"
+#include "src/base/unknown.h"
 #include "src/check/replay/replay.h"
 
 struct submissions {
     struct layer_device *device;
-    bool order_unknown; /* all structures are unknown */
+    struct unknown unknown; /* all structures are unknown */
 };
 
 VkResult submissions_create(struct layer_device *device, struct submissions **submissions)
@@ -55,9 +56,9 @@ static const char *unchecked_because(enum order_unknown_reason why)
 
 static void set_order_unknown(struct submissions *submissions, enum order_unknown_reason why)
 {
-    if (!submissions->order_unknown)
+    if (!unknown_is_set(&submissions->unknown))
         reporter_add_unchecked(submissions->device->instance->reporter, unchecked_because(why), 1);
-    submissions->order_unknown = true;
+    unknown_follow(&submissions->unknown, true);
     structures_release(submissions->device->structures);
     hazard_checks_stop(submissions->device->hazard_checks);
 }
@@ -137,9 +138,9 @@ static void replay_batch(struct submissions *submissions, struct order_batch *ba
     struct replay replay = replay_of(&judging, batch);
     replay.may_fail = is_check;
     structures_forget_destroyed(submissions->device->structures);
-    for (uint32_t i = 0; i < batch->command_count && !submissions->order_unknown; i++) {
+    for (uint32_t i = 0; i < batch->command_count && !unknown_is_set(&submissions->unknown); i++) {
         const struct journal *journal = batch->commands[i].captured;
-        if (!journal || journal->incomplete) {
+        if (!journal || unknown_is_set(&journal->unknown)) {
             set_order_unknown(submissions, ORDER_UNKNOWN_OUT_OF_MEMORY);
             break;
         }
@@ -156,7 +157,7 @@ static void replay_batch(struct submissions *submissions, struct order_batch *ba
     }
     if (replay.has_unseen_sizes)
         submissions->device->has_unseen_sizes = true;
-    batch->is_replayed = !submissions->order_unknown;
+    batch->is_replayed = !unknown_is_set(&submissions->unknown);
 }
 
 /* ---- what command buffers recorded */
@@ -220,7 +221,7 @@ static void inspect(void *user, struct order_batch *batch)
     struct replay replay = replay_of(&judging, batch);
     for (uint32_t i = 0; i < batch->command_count; i++) {
         const struct journal *journal = batch->commands[i].captured;
-        if (journal && !journal->incomplete)
+        if (journal && !unknown_is_set(&journal->unknown))
             replay_destroyed(&replay, journal);
     }
     query_writes_submit(submissions->device->query_writes, batch);
@@ -237,7 +238,7 @@ static void submissions_fail(void *user, struct order_batch *batch)
 static void submissions_check(void *user, struct order_batch *batch)
 {
     struct submissions *submissions = user;
-    if (!submissions->order_unknown)
+    if (!unknown_is_set(&submissions->unknown))
         replay_batch(submissions, batch, true);
 }
 
@@ -255,9 +256,9 @@ static void submissions_run(void *user, struct order_batch *batch)
     bool is_done = batch->is_checked && batch->work == WORK_OF_QUEUE;
     if (batch->work != WORK_SYNC)
         structures_keep(submissions->device->structures);
-    if (!is_done && batch->work != WORK_SYNC && !submissions->order_unknown)
+    if (!is_done && batch->work != WORK_SYNC && !unknown_is_set(&submissions->unknown))
         replay_batch(submissions, batch, false);
-    batch->is_replayed = !submissions->order_unknown;
+    batch->is_replayed = !unknown_is_set(&submissions->unknown);
     query_writes_run(submissions->device->query_writes, batch);
 }
 

@@ -39,7 +39,7 @@ static struct group begin_wait(struct hazard_recording *recording, VkEvent event
 static void add_to_group(struct group *group, const struct hazard_barrier *barrier)
 {
     struct journal *journal = group->recording->journal;
-    if (journal->lacks_hazards)
+    if (unknown_is_set(&journal->accesses_unknown))
         return;
     struct hazard_entry *entry = hazard_add(journal, HAZARD_BARRIER);
     if (!entry) {

@@ -35,7 +35,8 @@ bool hazard_recording_begin(struct hazard_recording *recording, VkCommandBuffer 
  * journal lacks hazards. */
 static inline bool hazard_recording_has(struct hazard_recording *recording, const void *lowered)
 {
-    recording->journal->lacks_hazards |= !lowered;
+    if (!lowered)
+        unknown_set(&recording->journal->accesses_unknown, UNKNOWN_ACCESSES);
     return lowered;
 }
 

@@ -165,7 +165,7 @@ static void add_trace(const struct shader_recording *shaders,
     for (uint32_t i = 0; i < count; i++)
         if (!add_structure(shaders, HAZARD_TRACED, found[i]))
             return;
-    if (!shaders->recording->journal->lacks_hazards)
+    if (!unknown_is_set(&shaders->recording->journal->accesses_unknown))
         hazard_recording_add_anywhere(
             shaders->recording,
             &(struct hazard_use){.kind = shaders->command->trace, .role = HAZARD_SHADER});

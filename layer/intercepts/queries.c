@@ -193,7 +193,7 @@ static struct journal *begin_reading(struct layer_device *device)
 /* Without memory for an answer the application knows sizes that the layer does not. */
 static void end_reading(struct layer_device *device, struct journal *reading)
 {
-    const bool is_complete = !reading->incomplete;
+    const bool is_complete = !unknown_is_set(&reading->unknown);
     if (!layer_run_host_command(device, reading) || !is_complete)
         device->has_unseen_sizes = true;
 }

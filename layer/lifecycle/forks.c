@@ -51,7 +51,7 @@ static bool copy_constants(struct layer_device *device, const struct layer_devic
     device->level = old->level;
     device->memory = old->memory;
     /* What the parent has allocated is unknown, not invalid. No rule is active. */
-    command_buffers_set_incomplete(device->command_buffers);
+    command_buffers_set_unknown(device->command_buffers);
     return true;
 }
 

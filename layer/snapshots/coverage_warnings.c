@@ -162,7 +162,7 @@ void warn_unordered(const struct layer_device *device)
     uint32_t count = atomic_load(&snapshots->unordered);
     char line[LINE_SIZE];
     struct text_buffer text;
-    if (!is_reported(device) || !count || !atomic_load(&snapshots->order_unknown) ||
+    if (!is_reported(device) || !count || !unknown_is_set(&snapshots->order_unknown) ||
         atomic_exchange(&snapshots->unordered_reported, true))
         return;
     text_begin(&text, line, sizeof(line));

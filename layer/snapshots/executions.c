@@ -55,7 +55,7 @@ static void order_unknown(void *user, enum order_unknown_reason why)
 {
     struct snapshots *snapshots = user;
     snapshots->unknown_reason = why;
-    atomic_store(&snapshots->order_unknown, true);
+    unknown_follow(&snapshots->order_unknown, true);
     snapshots_run_all(snapshots);
     warn_unordered(snapshots->device);
 }

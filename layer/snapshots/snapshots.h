@@ -9,6 +9,7 @@
 #include "layer/layer.h"
 #include "layer/own_objects.h"
 #include "src/base/handle_table.h"
+#include "src/base/unknown.h"
 #include "src/platform/threads.h"
 #include "src/snapshots/recording.h"
 #include "src/state/order/order.h"
@@ -41,7 +42,7 @@ struct snapshots {
     _Atomic uint64_t bytes_copied;        /* bytes that recorded copies read */
     /* The order is unknown: executions go to `run_unordered` of the consumers as they are
      * submitted. */
-    _Atomic bool order_unknown;
+    struct unknown order_unknown;
     enum order_unknown_reason unknown_reason; /* never changes after order_unknown is set */
     atomic_uint unordered;                    /* number of executions without a known order */
     atomic_bool unordered_reported;           /* one warning reports them */

@@ -290,7 +290,7 @@ static VkResult give_executions(struct submit *submit, VkResult result)
             snapshots_run_unordered(snapshots, submitted->execution);
     }
     release_executions(submit);
-    if (atomic_load(&snapshots->order_unknown))
+    if (unknown_is_set(&snapshots->order_unknown))
         snapshots_run_all(snapshots);
     return result;
 }

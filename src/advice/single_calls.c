@@ -138,5 +138,5 @@ uint32_t journal_find_single_calls(const struct journal *journal)
     struct row row = {0};
     journal_walk(journal, &events, &row);
     end_command(&row);
-    return journal->lacks_hazards ? 0 : row.most;
+    return unknown_is_set(&journal->accesses_unknown) ? 0 : row.most;
 }

@@ -232,7 +232,7 @@ uint64_t hazards_access(struct hazards *hazards, const struct hazard_access *acc
     struct hazard_memory *memory = hazards_memory(hazards, access->bytes.memory, true);
     if (!memory || !(access_is_write(access->kind) ? write_bytes : read_bytes)(
                        hazards, &memory->ranges, number, access))
-        hazards->has_failed = true;
+        unknown_set(&hazards->failure, UNKNOWN_HAZARDS);
     hazards_settle_failure(hazards);
     return number;
 }

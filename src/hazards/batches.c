@@ -55,7 +55,7 @@ struct frontier *hazards_frontier(struct hazards *hazards, uint32_t past_queue)
     if (!*frontier)
         *frontier = calloc(1, sizeof(**frontier));
     if (!*frontier)
-        hazards->has_failed = true;
+        unknown_set(&hazards->failure, UNKNOWN_HAZARDS);
     return *frontier;
 }
 
@@ -82,9 +82,9 @@ struct hazard_memory *hazards_memory(struct hazards *hazards, uint64_t id, bool 
 
 void hazards_settle_failure(struct hazards *hazards)
 {
-    if (!hazards->has_failed)
+    if (!unknown_is_set(&hazards->failure))
         return;
-    hazards->has_failed = false;
+    hazards->failure = (struct unknown){0};
     /* Without it, nothing that follows on this queue would count as ordered. */
     hazards_frontier(hazards, hazards->queue);
     drop_accesses(hazards);
@@ -173,7 +173,7 @@ void hazards_begin_batch(struct hazards *hazards, const struct hazard_batch *bat
         queue->batches[queue->batch_count++] =
             (struct batch_record){batch->number, hazards->number + 1, NULL};
     else
-        hazards->has_failed = true;
+        unknown_set(&hazards->failure, UNKNOWN_HAZARDS);
     hazards_settle_failure(hazards);
 }
 
@@ -186,7 +186,7 @@ void hazards_end_batch(struct hazards *hazards)
         queue->batches[count - 1].completion = completion;
     } else { /* no record: what the batch accesses would never count as complete */
         free(completion);
-        hazards->has_failed = true;
+        unknown_set(&hazards->failure, UNKNOWN_HAZARDS);
     }
     hazards_settle_failure(hazards);
 }

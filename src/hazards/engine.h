@@ -13,6 +13,7 @@
 #include <stdint.h>
 
 #include "src/base/handle_table.h"
+#include "src/base/unknown.h"
 #include "src/hazards/hazards.h"
 #include "src/hazards/ranges.h"
 
@@ -197,7 +198,7 @@ struct hazards {
     void *user;
     uint64_t number;        /* the last one given */
     uint64_t command_first; /* of the current command's accesses */
-    bool has_failed;        /* memory ran out during the current call */
+    struct unknown failure; /* memory ran out during the current call */
     uint32_t queue;         /* of the current batch */
     uint64_t batch;         /* its number */
     uint64_t before[HAZARD_QUEUES];

@@ -99,7 +99,7 @@ static void cross_barriers(struct hazards *hazards, const struct first_scope *sc
     struct crossing crossing = {*scope, barriers, count, 0, false};
     for (uint32_t i = 0; i < count; i++)
         if (!cross_pieces(hazards, scope, &barriers[i], number))
-            hazards->has_failed = true;
+            unknown_set(&hazards->failure, UNKNOWN_HAZARDS);
     for (uint32_t i = 0; i < HAZARD_QUEUES; i++) {
         crossing.past_queue = i;
         crossing.is_own = i == hazards->queue;
@@ -204,7 +204,7 @@ void hazards_set_event(struct hazards *hazards, uint64_t event, stage_set src)
         set->next = drop_covered(handle_table_remove(&hazards->events, event + 1), set);
     if (!set || !handle_table_set(&hazards->events, event + 1, set)) {
         events_free(set);
-        hazards->has_failed = true;
+        unknown_set(&hazards->failure, UNKNOWN_HAZARDS);
     }
     hazards_settle_failure(hazards);
 }
@@ -321,7 +321,8 @@ struct signal *hazards_complete_batch(struct hazards *hazards)
     if (!known)
         return NULL;
     struct signal *completion = signal_create(rows);
-    hazards->has_failed |= !completion;
+    if (!completion)
+        unknown_set(&hazards->failure, UNKNOWN_HAZARDS);
     return completion;
 }
 
@@ -352,7 +353,7 @@ static void keep_signal(struct hazards *hazards, uint64_t number,
     if (*kept)
         (*kept)->number = number;
     else
-        hazards->has_failed = true;
+        unknown_set(&hazards->failure, UNKNOWN_HAZARDS);
 }
 
 void hazards_signal(struct hazards *hazards, uint64_t number, uint64_t previous,

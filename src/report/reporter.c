@@ -320,6 +320,7 @@ void reporter_summarize(struct reporter *reporter)
     if (!is_informing(reporter))
         return;
     text_begin(&text, line, sizeof(line));
+    unchecked_add_unknown(&reporter->unchecked);
     summary_append_end(&text, &reporter->settings, &reporter->duplicates, &reporter->unchecked);
     send_information(reporter, line);
 }
@@ -428,6 +429,7 @@ void reporter_destroy(struct reporter *reporter)
 {
     if (!reporter)
         return;
+    unchecked_add_unknown(&reporter->unchecked);
     if (reporter->has_begun)
         warn_of_log(reporter, log_summary(&reporter->log, &reporter->settings,
                                           &reporter->duplicates, &reporter->unchecked));

@@ -8,6 +8,8 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include "src/base/unknown.h"
+
 static const uint32_t NO_LIMIT = UINT32_MAX;
 
 enum {
@@ -192,6 +194,15 @@ void unchecked_add(struct unchecked_counts *unchecked, const char *what, uint32_
         unchecked->used += i == unchecked->used;
     }
     pthread_mutex_unlock(&unchecked->lock);
+}
+
+void unchecked_add_unknown(struct unchecked_counts *unchecked)
+{
+    for (enum unknown_what what = 0; what < UNKNOWN_WHATS; what++) {
+        const uint32_t count = unknown_take_count(what);
+        if (count)
+            unchecked_add(unchecked, unknown_text(what), count);
+    }
 }
 
 /* ---- the start */

@@ -69,7 +69,7 @@ void duplicates_hold(struct duplicates *duplicates, uint32_t id, uint32_t count)
  * layer when an instance is created, and about its findings at its end. */
 
 enum {
-    UNCHECKED_MAX = 32,                 /* reasons that are counted; there are no more */
+    UNCHECKED_MAX = 64,                 /* reasons that are counted; there are no more */
     SUMMARY_REASONS = UNCHECKED_MAX + 3 /* and those of the settings */
 };
 
@@ -86,6 +86,8 @@ struct unchecked_counts {
 void unchecked_init(struct unchecked_counts *unchecked);
 void unchecked_destroy(struct unchecked_counts *unchecked);
 void unchecked_add(struct unchecked_counts *unchecked, const char *what, uint32_t count);
+/* Adds what has become unknown in this process (src/base/unknown.h). */
+void unchecked_add_unknown(struct unchecked_counts *unchecked);
 
 /* Appends the n-th reason why something was not validated; nothing if that one does not apply. */
 void summary_append_reason(struct text_buffer *text, unsigned n, const struct settings *settings,

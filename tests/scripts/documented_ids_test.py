@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The documents name each id of the layer's own; warnings.md has a section for each warning."""
+"""The documents name each id of the layer's own; warnings.md has a section for each warning, and unknown.md
+a line for each thing that can become unknown."""
 
 import pathlib
 import re
@@ -29,6 +30,12 @@ class DocumentedIds(unittest.TestCase):
         text = (ROOT / "docs/warnings.md").read_text(encoding="utf-8")
         self.assertIn("ASSAY-read-past-buffer", ids)
         self.assertEqual(ids - set(re.findall(r"^## (\S+)$", text, re.MULTILINE)), set())
+
+    def test_each_unknown_has_a_line(self):
+        rows = re.findall(r'^UNKNOWN\(\w+, "(.+)"\)$', (ROOT / "src/base/unknown.def").read_text(encoding="utf-8"), re.M)
+        text = (ROOT / "docs/unknown.md").read_text(encoding="utf-8")
+        self.assertIn("query pools after memory ran out for one", rows)
+        self.assertEqual(rows, re.findall(r"^\| (.+?) \|", text.split("| --- | --- | --- |")[1], re.MULTILINE))
 
 
 if __name__ == "__main__":

@@ -374,7 +374,7 @@ TEST_BETWEEN(test_unknown_order_runs_all_that_is_expected, set_up, tear_down)
     assert_ptr_equal(calls[0].execution, older.executions[1]);
     assert_ptr_equal(calls[1].observer, &second);
     assert_ptr_equal(calls[2].execution, newer.executions[0]);
-    assert_true(atomic_load(&snapshots.order_unknown));
+    assert_true(unknown_is_set(&snapshots.order_unknown));
     assert_int_equal(atomic_load(&snapshots.unordered), 2);
     assert_int_equal(unordered_reports, 1);
     assert_null(execution_order_under_way(device.order, (VkQueue)(uintptr_t)1));

@@ -436,7 +436,7 @@ JOURNAL_TEST(a_build_without_memory_takes_no_other_build_s_site)
     add_build(journal, 1, NULL, NULL);
     assert_null(site_at(journal, 1));
     assert_ptr_equal(site_at(journal, 0), &site_a);
-    assert_false(journal->incomplete);
+    assert_false(unknown_is_set(&journal->unknown));
     add_build(journal, 2, NULL, &site_b);
     assert_ptr_equal(site_at(journal, 2), &site_b);
 }

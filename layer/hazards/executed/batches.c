@@ -44,7 +44,7 @@ void hazard_batch_add(struct hazard_batch_record *batch, const struct hazard_inp
     if (ARRAY_HAS_ROOM(batch->inputs, batch->input_count, batch->input_capacity))
         batch->inputs[batch->input_count++] = *input;
     else
-        batch->lacks_inputs = true;
+        unknown_set(&batch->inputs_unknown, UNKNOWN_HAZARDS);
 }
 
 /* The references of a command's builds follow each other. Inputs begin with their place. */

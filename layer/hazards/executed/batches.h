@@ -5,6 +5,7 @@
 #define ASSAY_LAYER_HAZARDS_EXECUTED_BATCHES_H
 
 #include "layer/hazards/executed/shaders.h"
+#include "src/base/unknown.h"
 #include "src/hazards/hazards.h"
 #include "src/report/hazard_message.h"
 #include "src/state/commands/hazard_entries.h"
@@ -70,7 +71,7 @@ struct ended_object {
 };
 
 /* The slot of a batch, from its execution point on. Until it is judged, the lock of the list guards
- * the members up to `lacks_inputs`; then they and the others belong to the thread that judges.
+ * the members up to `inputs_unknown`; then they and the others belong to the thread that judges.
  */
 struct hazard_batch_record {
     struct order_batch *batch;
@@ -80,8 +81,8 @@ struct hazard_batch_record {
     uint32_t awaited;   /* command buffers whose instances are not yet known */
     struct hazard_input *inputs;
     uint32_t input_count, input_capacity;
-    bool lacks_inputs;  /* memory ran out */
-    uint64_t untracked; /* see execution_order_find_observed(), before the submission */
+    struct unknown inputs_unknown; /* memory ran out */
+    uint64_t untracked;            /* see execution_order_find_observed(), before the submission */
 
     /* In ascending order, once the batch is judged. */
     struct hazard_command *commands;
@@ -91,7 +92,7 @@ struct hazard_batch_record {
 /* Returns NULL if memory runs out. */
 struct hazard_batch_record *hazard_batch_create(struct order_batch *batch);
 void hazard_batch_free(struct hazard_batch_record *batch);
-/* Adds a reference or indices. Sets lacks_inputs if memory runs out. */
+/* Adds a reference or indices. Sets inputs_unknown if memory runs out. */
 void hazard_batch_add(struct hazard_batch_record *batch, const struct hazard_input *input);
 /* Call once all references and indices are known, before the functions below. */
 void hazard_batch_sort(struct hazard_batch_record *batch);

@@ -51,7 +51,8 @@ static bool judge_next(struct hazard_checks *checks)
     if (!batch || !is_ready(checks, batch))
         return false;
     batch->is_taken = true;
-    checks->judge.lost |= atomic_exchange(&checks->missed, 0) != 0;
+    if (atomic_exchange(&checks->missed, 0))
+        unknown_set(&checks->judge.unknown, UNKNOWN_HAZARDS);
     pthread_mutex_unlock(&checks->batches->lock);
     hazard_judge_batch(&checks->judge, batch);
     pthread_mutex_lock(&checks->batches->lock);

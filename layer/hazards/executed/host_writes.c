@@ -7,6 +7,7 @@
 #include <xxhash.h>
 
 #include "src/base/array.h"
+#include "src/base/unknown.h"
 #include "src/report/hazard_message.h"
 #include "src/state/commands/journal.h"
 
@@ -37,7 +38,7 @@ struct submitted_input {
 struct submitted_inputs {
     uint64_t untracked; /* see execution_order_find_observed(), before the submission */
     atomic_bool is_reported;
-    bool lacks_any; /* memory ran out, or the order is unknown */
+    struct unknown unknown; /* memory ran out, or the order is unknown */
     uint32_t count, capacity;
     struct submitted_input *items;
 };
@@ -105,7 +106,7 @@ static void add_input(const struct host_writes *host_writes, struct submitted_in
     if (ARRAY_HAS_ROOM(inputs->items, inputs->count, inputs->capacity))
         inputs->items[inputs->count++] = input;
     else
-        inputs->lacks_any = true;
+        unknown_set(&inputs->unknown, UNKNOWN_HOST_WRITES);
 }
 
 struct index_reading {
@@ -204,8 +205,8 @@ static void begin_inputs(const struct host_writes *host_writes, struct order_bat
     struct submitted_inputs *inputs = calloc(1, sizeof(*inputs));
     batch->slots[USES_HOST_WRITES] = inputs;
     if (inputs)
-        inputs->lacks_any =
-            !execution_order_find_observed(host_writes->device->order, &seen, &inputs->untracked);
+        unknown_follow(&inputs->unknown, !execution_order_find_observed(host_writes->device->order,
+                                                                        &seen, &inputs->untracked));
 }
 
 static void host_writes_submit(void *user, struct order_batch *batch)
@@ -231,7 +232,7 @@ static void host_writes_run(void *user, struct order_batch *batch)
     for (uint32_t i = 0; i < batch->command_count; i++)
         if (batch->commands[i].captured)
             journal_walk(batch->commands[i].captured, &adds_inputs, &search);
-    if (!inputs->count || inputs->lacks_any)
+    if (!inputs->count || unknown_is_set(&inputs->unknown))
         return;
     batch->commands[0].is_used[USES_HOST_WRITES] = true; /* one step of a walk */
     atomic_fetch_add(&host_writes->kept, 1);

@@ -34,7 +34,7 @@ static void start_over(struct hazard_judge *judge)
 {
     uint64_t all[HAZARD_QUEUES];
     memset(all, 0xff, sizeof(all));
-    judge->shaders.lacks_tops = true;
+    unknown_follow(&judge->shaders.tops_unknown, true);
     shader_judge_forget_inputs(&judge->shaders);
     judge_forget_all_written(judge);
     while (judge->judged_count)
@@ -122,7 +122,8 @@ static void judge_access(struct journal_walk *walk, const struct hazard_entry *i
     struct hazard_judge *judge = walk->user;
     const struct hazard_command *command = &judge->command;
     if (!is_compared(judge)) {
-        judge->shaders.lacks_tops |= item->role == HAZARD_TOP_DST;
+        if (item->role == HAZARD_TOP_DST)
+            unknown_set(&judge->shaders.tops_unknown, UNKNOWN_TRACED);
         if (is_of_structure(item))
             judge_written(judge, item->object, 0, NULL);
         return;
@@ -188,7 +189,7 @@ static void begin_command(struct journal_walk *walk, const struct hazard_entry *
     judge->command = (struct hazard_command){hazards_begin_command(judge->hazards), walk->journal,
                                              item, walk->place};
     if (!hazard_batch_note(judge->current, &judge->command))
-        judge->lost = true;
+        unknown_set(&judge->unknown, UNKNOWN_HAZARDS);
 }
 
 /* Judges barriers, the first of which is `item`: those of a command, or of a wait for an event. */
@@ -201,7 +202,7 @@ static void judge_barriers(struct journal_walk *walk, const struct hazard_entry 
     if (count > BARRIERS_AT_ONCE)
         barriers = malloc(count * sizeof(*barriers));
     if (!barriers) {
-        judge->lost = true;
+        unknown_set(&judge->unknown, UNKNOWN_HAZARDS);
         barriers = few;
         count = BARRIERS_AT_ONCE;
     }
@@ -269,7 +270,10 @@ static void judge_journal(struct hazard_judge *judge, const struct journal *jour
                                                  .hazard_wait_event = judge_wait_event,
                                                  .use_event = judge_reset_event,
                                                  .execute = judge_secondary};
-    judge->lost |= journal->lacks_hazards; /* barriers between its accesses may be missing */
+    unknown_follow(
+        &judge->unknown,
+        unknown_is_set(
+            &journal->accesses_unknown)); /* barriers between its accesses may be missing */
     journal_walk(journal, &judges, judge);
     end_command(judge);
 }
@@ -321,7 +325,7 @@ static void keep_record(struct hazard_judge *judge, struct hazard_batch_record *
     prune_records(judge, completed);
     if (judge->judged_count <= BATCHES_KEPT)
         return;
-    judge->lost = true;
+    unknown_follow(&judge->unknown, true);
     reporter_add_unchecked(judge->device->instance->reporter,
                            "batches for hazards, because more are pending than the layer tracks",
                            judge->judged_count);
@@ -378,13 +382,14 @@ void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *
     execution_clock_copy(&completed, batch->host);
     execution_clock_extend(&completed, batch->clock.queues);
     judge->current = record;
-    if (judge->lost)
+    if (unknown_is_set(&judge->unknown))
         start_over(judge);
-    judge->lost = record->lacks_inputs;
+    judge->unknown = record->inputs_unknown;
     hazard_batch_sort(record);
     judge_commands(judge, batch, &completed);
     /* From now on the application may know that the batch is complete. */
-    judge->lost |= batch->is_exposed;
+    if (batch->is_exposed)
+        unknown_set(&judge->unknown, UNKNOWN_EXPOSED);
     keep_record(judge, record, &completed);
 }
 
@@ -397,7 +402,7 @@ bool hazard_judge_begin(struct hazard_judge *judge, struct layer_device *device)
     judge->hazards = hazards_create(hazard_judge_found, judge);
     shader_judge_begin(&judge->shaders, device->instance->reporter, judge->hazards);
     /* A shader may trace a null descriptor, or a structure that an unknown command built. */
-    judge->shaders.lacks_tops = device->facts.null_descriptor;
+    unknown_follow(&judge->shaders.tops_unknown, device->facts.null_descriptor);
     return judge->hazards;
 }
 

@@ -176,7 +176,7 @@ static bool add_to_kind(struct kind_of_hazard *kind, const struct hazard *hazard
 void hazard_judge_found_after(struct hazard_judge *judge, const struct hazard *hazard,
                               const struct hazard_access_text *earlier)
 {
-    if (judge->lost ||
+    if (unknown_is_set(&judge->unknown) ||
         !reporter_wants_hazard(judge->device->instance->reporter, hazard_id_of(hazard)))
         return;
     for (uint32_t i = 0; i < judge->kind_count; i++)

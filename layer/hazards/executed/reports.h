@@ -7,6 +7,7 @@
 #include "layer/hazards/executed/batches.h"
 #include "layer/hazards/executed/shaders.h"
 #include "layer/layer.h"
+#include "src/base/unknown.h"
 
 enum { HAZARD_KINDS_REPORTED = 8 }; /* in one command; each is reported once */
 
@@ -26,7 +27,7 @@ struct hazard_judge {
     struct layer_device *device;
     struct hazards *hazards;
     struct shader_judge shaders;
-    bool lost; /* memory ran out: what is known proves nothing */
+    struct unknown unknown; /* what is known of earlier batches proves nothing */
     /* Batches that later ones are compared with are kept: in execution order, and so in ascending
      * order of their accesses' numbers, up to `last`; NULL: none. */
     struct batch_list *batches;

@@ -65,7 +65,7 @@ void shader_judge_add_top(struct shader_judge *judge, const struct top_level *to
     if (judge->gone_count > GONE_KEPT)
         remove_oldest_gone(judge);
     if (!top->first.memory || !keep_top(judge, top))
-        judge->lacks_tops = true;
+        unknown_set(&judge->tops_unknown, UNKNOWN_TRACED);
 }
 
 void shader_judge_end_top(struct shader_judge *judge, uint64_t structure,
@@ -162,7 +162,7 @@ void shader_judge_add_traced(struct shader_judge *judge, uint64_t structure,
                              const struct hazard_bytes *first, bool is_alive)
 {
     struct top_level *top = shader_judge_find_top_at(judge, structure, first);
-    const bool is_unbuilt = is_alive && first->memory && !judge->lacks_tops &&
+    const bool is_unbuilt = is_alive && first->memory && !unknown_is_set(&judge->tops_unknown) &&
                             !shader_judge_find_top(judge, structure) &&
                             !is_place_of_top(judge, first);
     for (uint32_t i = 0; top && i < judge->traced.count; i++)
@@ -191,7 +191,7 @@ struct top_level *shader_judge_only_top(struct shader_judge *judge)
     if (judge->traced.is_unknown || (has_candidates(judge) && count != 1))
         return NULL;
     if (!has_candidates(judge)) {
-        if (judge->lacks_tops)
+        if (unknown_is_set(&judge->tops_unknown))
             return NULL;
         for (uint32_t i = 0; i < judge->top_count; i++)
             if (!judge->tops[i]->is_gone) {
@@ -215,7 +215,7 @@ bool shader_judge_trace(struct shader_judge *judge, enum access_kind kind, struc
     const uint32_t count = has_all ? judge->top_count : judge->traced.count;
     struct top_level *const *tops = has_all ? judge->tops : judge->traced.tops;
     bool found = false;
-    if (judge->traced.is_unknown || (has_all && judge->lacks_tops))
+    if (judge->traced.is_unknown || (has_all && unknown_is_set(&judge->tops_unknown)))
         return false;
     for (uint32_t i = 0; i < count; i++) {
         const struct top_level *top = tops[i];

@@ -16,6 +16,7 @@
 #define ASSAY_LAYER_HAZARDS_EXECUTED_SHADERS_H
 
 #include "src/base/handle_table.h"
+#include "src/base/unknown.h"
 #include "src/hazards/hazards.h"
 #include "src/report/reporter.h"
 #include "src/state/order/clock.h"
@@ -77,7 +78,7 @@ struct shader_judge {
     struct handle_table by_handle; /* the same */
     uint32_t top_count, top_capacity, gone_count;
     struct top_level *last_built; /* by shader_judge_add_reference(); NULL: none */
-    bool lacks_tops;              /* others may exist */
+    struct unknown tops_unknown;  /* others may exist */
     /* What the current command may trace: these, if there are any; else each structure. */
     struct {
         struct top_level *tops[TRACED_KEPT];

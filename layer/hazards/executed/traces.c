@@ -23,7 +23,7 @@ static void report_lost(const struct hazard_judge *judge, const struct top_level
         .write = ACCESS_KINDS,
         .is_used = is_used,
     };
-    if (judge->lost ||
+    if (unknown_is_set(&judge->unknown) ||
         !reporter_wants_hazard(judge->device->instance->reporter, HAZARD_ID_TRACE_DESTROYED) ||
         !hazard_judge_find_side(judge, number, &report.later))
         return;
@@ -36,7 +36,7 @@ static void report_lost(const struct hazard_judge *judge, const struct top_level
 static void report_unbuilt(const struct hazard_judge *judge, uint64_t structure, uint64_t number)
 {
     struct hazard_report report = {.hazard = {.type = TRACE_OF_UNBUILT}, .write = ACCESS_KINDS};
-    if (judge->lost ||
+    if (unknown_is_set(&judge->unknown) ||
         !reporter_wants_hazard(judge->device->instance->reporter, HAZARD_ID_TRACE_UNBUILT) ||
         !hazard_judge_find_side(judge, number, &report.later))
         return;

@@ -14,6 +14,7 @@
 #include "layer/snapshots/copies/copies.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/base/text_buffer.h"
+#include "src/base/unknown.h"
 #include "src/report/words.h"
 #include "src/snapshots/recorded_build.h"
 #include "src/state/resources/reference_changes.h"
@@ -67,7 +68,7 @@ struct guard {
     struct reference **slots;       /* as the entries of the current table are; owned */
     uint32_t slot_count, used_count;
     struct unknown_references unknown;
-    bool lacks_memory;
+    struct unknown table_unknown;
     struct own_buffer header, entries[TABLES]; /* `header` is created on first use */
     uint32_t current;
 };
@@ -133,7 +134,7 @@ static struct references_entry *entries_of(const struct guard *guard)
 static void write_entry(const struct guard *guard, uint32_t slot)
 {
     const struct reference *reference = guard->slots[slot];
-    if (!guard->header.bytes || guard->lacks_memory)
+    if (!guard->header.bytes || unknown_is_set(&guard->table_unknown))
         return;
     struct references_entry *entry = &entries_of(guard)[slot];
     atomic_store(&entry->built,
@@ -150,7 +151,7 @@ static void write_known_kinds(const struct guard *guard)
     struct references_header *header = (void *)guard->header.bytes;
     if (header)
         atomic_store(&header->known_kinds,
-                     guard->lacks_memory
+                     unknown_is_set(&guard->table_unknown)
                          ? 0
                          : (guard->unknown.khr ? 0 : KIND_KHR) | (guard->unknown.nv ? 0 : KIND_NV));
 }
@@ -248,7 +249,7 @@ static void apply(struct guard *guard, const struct reference_change *change)
     uint32_t slot, kind = change->is_nv ? KIND_NV : KIND_KHR;
     struct reference *reference = find_or_add_reference(guard, change->reference, &slot);
     if (!reference) {
-        guard->lacks_memory = true;
+        unknown_set(&guard->table_unknown, UNKNOWN_GUARDED_REFERENCES);
         return;
     }
     if (!change->is_nv)
@@ -264,7 +265,7 @@ void guard_update(struct guard *guard)
     struct unknown_references unknown;
     pthread_mutex_lock(&guard->lock);
     uint32_t count = resources_take_reference_changes(guard->device->resources, &changes, &unknown);
-    for (uint32_t i = 0; i < count && !guard->lacks_memory; i++)
+    for (uint32_t i = 0; i < count && !unknown_is_set(&guard->table_unknown); i++)
         apply(guard, &changes[i]);
     guard->unknown = unknown;
     write_known_kinds(guard);

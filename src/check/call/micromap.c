@@ -10,7 +10,7 @@
 const struct micromap_uses *found_micromaps(const struct walk *walk)
 {
     const struct micromap_uses *uses = &walk->micromaps;
-    return uses->count || uses->incomplete || uses->built_count_known ? uses : NULL;
+    return uses->count || unknown_is_set(&uses->unknown) || uses->built_count_known ? uses : NULL;
 }
 
 static void add_use(struct walk *walk, const struct micromap_use *use)
@@ -19,7 +19,7 @@ static void add_use(struct walk *walk, const struct micromap_use *use)
     if (ARRAY_HAS_ROOM(uses->items, uses->count, uses->capacity))
         uses->items[uses->count++] = *use;
     else
-        uses->incomplete = true;
+        unknown_set(&uses->unknown, UNKNOWN_MICROMAPS);
 }
 
 static void note_opacity(struct walk *walk, const struct opacity_view *view)
@@ -69,7 +69,7 @@ void check_micromap_build(struct walk *walk, const struct build_view *build, boo
 {
     const struct micromap_build_view view = {.build = build};
     walk->micromaps.count = 0;
-    walk->micromaps.incomplete = false;
+    walk->micromaps.unknown = (struct unknown){0};
     walk->micromaps.built_count_known = false;
     if (!is_about_micromaps(build->info))
         return;

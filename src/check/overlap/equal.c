@@ -142,7 +142,7 @@ static void visit_equal_srcs(const struct used_range **dsts, uint32_t dst_count,
 
 void sweep_equal_handles(struct sweep *sweep, pair_visitor visit, void *user)
 {
-    if (sweep->out_of_memory || !has_equal_handles(sweep))
+    if (unknown_is_set(&sweep->unknown) || !has_equal_handles(sweep))
         return;
     uint32_t dst_count, src_count;
     const struct used_range **dsts = sort_by_handle(&sweep->roles[ROLE_DST], &dst_count);

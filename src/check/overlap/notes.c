@@ -9,7 +9,7 @@
 void sweep_note(struct sweep *sweep, const struct noted_range *noted)
 {
     if (!ARRAY_HAS_ROOM(sweep->noted, sweep->noted_count, sweep->noted_capacity)) {
-        sweep->out_of_memory = true;
+        unknown_set(&sweep->unknown, UNKNOWN_RANGES);
         return;
     }
     sweep->has_memory = true;
@@ -21,8 +21,9 @@ struct noted_ranges *sweep_all_ranges(const struct sweep *sweep)
     size_t max_count = sweep->noted_count;
     for (int role = 0; role < ROLE_COUNT; role++)
         max_count += sweep->roles[role].count;
-    struct noted_ranges *all =
-        sweep->out_of_memory ? NULL : malloc(sizeof(*all) + max_count * sizeof(all->items[0]));
+    struct noted_ranges *all = unknown_is_set(&sweep->unknown)
+                                   ? NULL
+                                   : malloc(sizeof(*all) + max_count * sizeof(all->items[0]));
     if (!all)
         return NULL;
     *all = (struct noted_ranges){.count = sweep->noted_count};

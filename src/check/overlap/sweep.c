@@ -106,7 +106,7 @@ void sweep_empty(struct sweep *sweep)
         list->handles_unsorted = list->has_empty = false;
     }
     sweep->noted_count = 0;
-    sweep->out_of_memory = false;
+    sweep->unknown = (struct unknown){0};
 }
 
 ON_RECORDING_PATH void sweep_init(struct sweep *sweep)
@@ -442,6 +442,6 @@ bool sweep_finds_nothing(struct sweep *sweep)
 
 void sweep_shared_memory(struct sweep *sweep, pair_visitor visit, void *user)
 {
-    if (!sweep->out_of_memory && !all_added_apart(sweep))
+    if (!unknown_is_set(&sweep->unknown) && !all_added_apart(sweep))
         sweep_all(sweep, visit, user);
 }

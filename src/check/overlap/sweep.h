@@ -7,6 +7,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "src/base/unknown.h"
 #include "src/view/view.h"
 
 /* ---- ranges, sorted by their first byte */
@@ -58,8 +59,8 @@ struct sweep {
     struct noted_range *noted; /* ranges of sparse buffers, which are compared when the call
                                 * executes */
     uint32_t noted_count, noted_capacity;
-    bool out_of_memory;  /* ranges are missing: no pair is visited */
-    bool has_memory;     /* sweep_release() must free memory */
+    struct unknown unknown; /* ranges are missing: no pair is visited */
+    bool has_memory;        /* sweep_release() must free memory */
     bool is_initialized; /* false: sweep_init() has not been called, other members are undefined */
     void *space;         /* working memory of searches, reused */
     size_t space_size;   /* in bytes */
@@ -96,7 +97,7 @@ static inline struct used_range *sweep_room(struct sweep *sweep, enum range_role
 {
     struct range_list *list = &sweep->roles[role];
     if (list->count == list->capacity && !sweep_grow(sweep, list)) {
-        sweep->out_of_memory = true;
+        unknown_set(&sweep->unknown, UNKNOWN_RANGES);
         return NULL;
     }
     return &list->items[list->count];

@@ -79,7 +79,8 @@ static const struct structures *known_states(const struct recorded_call *call)
 {
     if (!call->command_buffer->has_known_states)
         find_known_states(call->command_buffer);
-    return call->command_buffer->journal->incomplete ? NULL : &call->command_buffer->known;
+    return unknown_is_set(&call->command_buffer->journal->unknown) ? NULL
+                                                                   : &call->command_buffer->known;
 }
 
 static void record_source(struct journal_walk *walk, const struct journal_entry *entry)

@@ -36,7 +36,8 @@ void input_notes_add_copy(struct input_notes *notes, const struct journal *journ
 
 static bool reserved(struct input_notes *notes, bool has_room)
 {
-    notes->lacks_memory |= !has_room;
+    if (!has_room)
+        unknown_set(&notes->unknown, UNKNOWN_INPUT_NOTES);
     return has_room;
 }
 

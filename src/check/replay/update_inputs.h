@@ -4,6 +4,7 @@
 #ifndef ASSAY_CHECK_REPLAY_UPDATE_INPUTS_H
 #define ASSAY_CHECK_REPLAY_UPDATE_INPUTS_H
 
+#include "src/base/unknown.h"
 #include "src/check/replay/states.h"
 #include "src/state/builds/structures.h"
 
@@ -32,7 +33,7 @@ struct input_notes {
     /* Of builds of instances, needed to look up the structures that the instances refer to. */
     struct execution_point *points;
     uint32_t point_count, point_capacity;
-    bool lacks_memory; /* some notes are missing: the others cannot be paired with builds */
+    struct unknown unknown; /* some notes are missing: the others cannot be paired with builds */
 };
 /* Frees all notes and makes them empty. */
 void input_notes_release(struct input_notes *notes);

@@ -261,7 +261,8 @@ struct geometry_shapes *geometry_shapes_create(const struct build_description *d
 {
     uint32_t dense_count = count_dense(description);
     const struct micromap_uses *micromaps = description->micromaps;
-    if ((dense_count && !description->dense_readable) || (micromaps && micromaps->incomplete))
+    if ((dense_count && !description->dense_readable) ||
+        (micromaps && unknown_is_set(&micromaps->unknown)))
         return NULL;
     struct geometry_shapes *shapes = allocate_shapes(description->info->geometryCount, dense_count,
                                                      micromaps && micromaps->count);

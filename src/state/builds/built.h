@@ -14,6 +14,7 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
+#include "src/base/unknown.h"
 #include "src/model/geometry_shape.h"
 #include "src/state/facts.h"
 
@@ -199,7 +200,7 @@ struct micromap_use {
 struct micromap_uses {
     struct micromap_use *items;
     uint32_t count, capacity;
-    bool incomplete;        /* some uses are missing because there was no memory */
+    struct unknown unknown; /* some uses are missing because there was no memory */
     bool built_count_known; /* the build is of a micromap with built_triangle_count triangles */
     uint32_t built_triangle_count;
 };

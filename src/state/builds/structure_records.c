@@ -172,7 +172,7 @@ bool structures_note_first_build(struct structures *structures, uint64_t id, uin
         structure->first_build = count;
         unlock_shared(structures);
     }
-    return is_first || structures->shared->is_unknown;
+    return is_first || unknown_is_set(&structures->shared->unknown);
 }
 
 /* Called with the lock held. */
@@ -246,7 +246,7 @@ void structures_release(struct structures *structures)
     handle_table_release(&structures->by_id);
     if (structures->shared) {
         release_other_inputs(structures);
-        structures->shared->is_unknown = true;
+        unknown_follow(&structures->shared->unknown, true);
     }
     unlock_shared(structures);
 }
@@ -390,7 +390,7 @@ enum structure_written structures_were_written(const struct structures *structur
         return written;
     lock_shared(structures);
     const struct structure *structure = structures_find(structures, id);
-    if (!structure && !structures->shared->is_unknown)
+    if (!structure && !unknown_is_set(&structures->shared->unknown))
         written = WRITTEN_NEVER;
     else if (structure && was_written_later(structure, point))
         written = WRITTEN_LATER;
@@ -402,9 +402,9 @@ uint32_t structures_first_build(const struct structures *structures, uint64_t id
 {
     lock_shared(structures);
     const struct structure *structure = structures_find(structures, id);
-    uint32_t count = structure                        ? structure->first_build
-                     : structures->shared->is_unknown ? 0
-                                                      : STRUCTURE_NEVER_BUILT;
+    uint32_t count = structure                                      ? structure->first_build
+                     : unknown_is_set(&structures->shared->unknown) ? 0
+                                                                    : STRUCTURE_NEVER_BUILT;
     unlock_shared(structures);
     return count;
 }
@@ -475,7 +475,7 @@ void *structures_lock_notes(const struct structures *structures, uint64_t id, si
     if (more && !more->notes && size)
         more->notes = calloc(1, size);
     void *notes = more ? more->notes : NULL;
-    *is_known = !structures->shared->is_unknown && (notes || !structure || !size);
+    *is_known = !unknown_is_set(&structures->shared->unknown) && (notes || !structure || !size);
     return notes;
 }
 

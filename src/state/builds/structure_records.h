@@ -5,6 +5,7 @@
 
 #include <stdlib.h>
 
+#include "src/base/unknown.h"
 #include "src/platform/threads.h"
 #include "src/state/builds/structures.h"
 
@@ -34,7 +35,7 @@ struct structures_shared {
     enum structures_keeping keeping;       /* keeping and inputs never change */
     const struct structure_inputs *inputs; /* or NULL */
     pthread_mutex_t lock;                  /* guards the members below */
-    bool is_unknown;                       /* all records were removed */
+    struct unknown unknown;                /* all records were removed */
     uint64_t serial;                       /* number of writes; if serials are kept */
     struct handle_table other_inputs; /* by id, of structures without a record: executions that were
                                        * not read yet may have used them */

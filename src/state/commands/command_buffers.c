@@ -9,6 +9,7 @@
 
 #include "src/base/handle_table.h"
 #include "src/base/reader_lock.h"
+#include "src/base/unknown.h"
 
 void dependents_release(struct dependents *dependents); /* invalidates them first */
 
@@ -105,11 +106,11 @@ void dependents_invalidate(struct dependents *dependents)
 enum { RECENT_BITS = 6 };
 
 struct command_buffers {
-    struct reader_lock lock; /* guards the tables, the lists of the pools, unused, and incomplete */
+    struct reader_lock lock; /* guards the tables, the lists of the pools, unused, and unknown */
     struct handle_table pools, buffers;
     struct command_buffer *unused; /* records of removed command buffers, for reuse */
     uint32_t last_id;
-    bool incomplete; /* memory ran out for a record */
+    struct unknown unknown; /* memory ran out for a record */
     /* The records found last, by hashes of handles. Commands come in long runs for a few command
      * buffers, so most look-ups end here, without the lock. */
     struct command_buffer *_Atomic recent[1 << RECENT_BITS];
@@ -204,7 +205,7 @@ void command_buffers_add_pool(struct command_buffers *command_buffers, VkCommand
     reader_lock_write(&command_buffers->lock);
     struct command_pool *old = take_out_pool(command_buffers, handle);
     if (!pool || !handle_table_set(&command_buffers->pools, handle_number(handle), pool)) {
-        command_buffers->incomplete = true;
+        unknown_set(&command_buffers->unknown, UNKNOWN_COMMAND_BUFFERS);
         free(pool);
     }
     if (old)
@@ -274,7 +275,7 @@ static void add_command_buffer(struct command_buffers *command_buffers, struct c
     remove_command_buffer(command_buffers, handle);
     struct command_buffer *new = pool ? take_record(command_buffers) : NULL;
     if (!new || !handle_table_set(&command_buffers->buffers, handle_number(handle), new)) {
-        command_buffers->incomplete = true;
+        unknown_set(&command_buffers->unknown, UNKNOWN_COMMAND_BUFFERS);
         if (new)
             keep_for_reuse(command_buffers, new);
         return;
@@ -340,18 +341,18 @@ struct command_buffer *command_buffers_find(struct command_buffers *command_buff
     return matches ? recent : look_up(command_buffers, handle);
 }
 
-bool command_buffers_incomplete(struct command_buffers *command_buffers)
+bool command_buffers_are_unknown(struct command_buffers *command_buffers)
 {
     unsigned stripe = reader_lock_enter(&command_buffers->lock);
-    bool incomplete = command_buffers->incomplete;
+    const bool is_unknown = unknown_is_set(&command_buffers->unknown);
     reader_lock_leave(&command_buffers->lock, stripe);
-    return incomplete;
+    return is_unknown;
 }
 
-void command_buffers_set_incomplete(struct command_buffers *command_buffers)
+void command_buffers_set_unknown(struct command_buffers *command_buffers)
 {
     reader_lock_write(&command_buffers->lock);
-    command_buffers->incomplete = true;
+    unknown_set(&command_buffers->unknown, UNKNOWN_COMMAND_BUFFERS);
     reader_lock_write_done(&command_buffers->lock);
 }
 
@@ -360,8 +361,8 @@ __attribute__((cold)) static void set_unknown_facts(struct command_buffers *comm
                                                     VkCommandBuffer handle,
                                                     struct command_buffer_facts *facts)
 {
-    bool incomplete = command_buffers_incomplete(command_buffers);
-    *facts = (struct command_buffer_facts){.handle = handle, .alive = incomplete ? UNKNOWN : NO};
+    const bool is_unknown = command_buffers_are_unknown(command_buffers);
+    *facts = (struct command_buffer_facts){.handle = handle, .alive = is_unknown ? UNKNOWN : NO};
 }
 
 void command_buffers_facts(struct command_buffers *command_buffers,

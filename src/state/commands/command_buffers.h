@@ -108,9 +108,9 @@ struct command_buffer *command_buffers_find(struct command_buffers *command_buff
                                             VkCommandBuffer handle);
 
 /* Whether memory ran out for a record, so that a valid handle may be unknown. */
-bool command_buffers_incomplete(struct command_buffers *command_buffers);
+bool command_buffers_are_unknown(struct command_buffers *command_buffers);
 
-void command_buffers_set_incomplete(struct command_buffers *command_buffers);
+void command_buffers_set_unknown(struct command_buffers *command_buffers);
 
 /* Sets `facts` for rules. For a handle without a record (`command_buffer` NULL), alive is NO, or
  * UNKNOWN if the table is incomplete. */

@@ -149,7 +149,7 @@ void command_buffer_execute(struct command_buffer *primary, struct command_buffe
     if (!secondary) {
         primary->facts.suspended = UNKNOWN;
         if (primary->journal)
-            primary->journal->incomplete = true;
+            unknown_set(&primary->journal->unknown, UNKNOWN_SECONDARIES);
         return;
     }
     if (secondary->facts.suspended != UNKNOWN)
@@ -159,8 +159,10 @@ void command_buffer_execute(struct command_buffer *primary, struct command_buffe
                      journal_contains(secondary->journal, primary->journal);
     if (primary->journal && secondary->journal && !is_circle)
         journal_add_secondary(primary->journal, secondary->journal);
-    if (primary->journal && (is_circle || !secondary->journal || secondary->journal->incomplete))
-        primary->journal->incomplete = true;
+    if (primary->journal && (is_circle || !secondary->journal))
+        unknown_set(&primary->journal->unknown, UNKNOWN_SECONDARIES);
+    else if (primary->journal)
+        unknown_follow(&primary->journal->unknown, unknown_is_set(&secondary->journal->unknown));
     primary->facts.build_index += secondary->facts.build_index;
 }
 

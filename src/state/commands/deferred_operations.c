@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "src/base/handle_table.h"
+#include "src/base/unknown.h"
 #include "src/platform/threads.h"
 
 struct operation {
@@ -17,7 +18,7 @@ struct operation {
 struct deferred_operations {
     pthread_mutex_t lock;
     struct handle_table table;
-    bool incomplete; /* memory ran out for an operation */
+    struct unknown unknown; /* memory ran out for an operation */
     uint64_t last_ticket;
     void (*end)(void *work, VkResult result);
 };
@@ -79,7 +80,7 @@ void deferred_operations_add(struct deferred_operations *operations, VkDeferredO
     pthread_mutex_lock(&operations->lock);
     remove_locked(operations, handle);
     if (!operation || !handle_table_set(&operations->table, key_of(handle), operation)) {
-        operations->incomplete = true;
+        unknown_set(&operations->unknown, UNKNOWN_OPERATIONS);
         free(operation);
     }
     pthread_mutex_unlock(&operations->lock);
@@ -97,7 +98,7 @@ enum tristate deferred_operations_has(struct deferred_operations *operations,
                                       VkDeferredOperationKHR handle)
 {
     pthread_mutex_lock(&operations->lock);
-    enum tristate has = operations->incomplete ? UNKNOWN : NO;
+    enum tristate has = unknown_is_set(&operations->unknown) ? UNKNOWN : NO;
     if (handle_table_find(&operations->table, key_of(handle)))
         has = YES;
     pthread_mutex_unlock(&operations->lock);

@@ -76,7 +76,8 @@ _Static_assert(sizeof(struct hazard_entry) <= 56, "a command has many accesses")
 static inline struct hazard_entry *hazard_add(struct journal *journal, enum journal_kind kind)
 {
     struct hazard_entry *entry = journal_append(journal, sizeof(*entry));
-    journal->lacks_hazards |= !entry;
+    if (!entry)
+        unknown_set(&journal->accesses_unknown, UNKNOWN_ACCESSES);
     if (entry)
         *entry = (struct hazard_entry){.kind = (unsigned char)kind,
                                        .size = sizeof(*entry) / JOURNAL_UNIT};

@@ -296,8 +296,9 @@ ON_RECORDING_PATH void journal_clear(struct journal *journal)
     chunk_list_clear(&journal->entries);
     journal->has_references = journal->has_sources_to_check = false;
     journal->secondary_count = 0;
-    journal->has_events = journal->writes_queries = journal->incomplete = false;
-    journal->lacks_hazards = journal->awaits_inputs = journal->has_condition = false;
+    journal->has_events = journal->writes_queries = false;
+    journal->unknown = journal->accesses_unknown = (struct unknown){0};
+    journal->awaits_inputs = journal->has_condition = false;
     journal->reads_host_data = journal->has_copies = false;
     journal->shaders_end = NULL;
     journal_begin_call(journal);

@@ -207,8 +207,9 @@ struct journal {
     bool has_events;           /* it or a secondary has event entries */
     bool writes_queries;       /* it or a secondary has JOURNAL_WRITE_QUERIES, or a JOURNAL_READ
                                 * that is a query */
-    bool incomplete;           /* memory ran out for entries: the others prove nothing */
-    bool lacks_hazards;        /* memory ran out for HAZARD entries: all before counts as ordered */
+    struct unknown unknown;    /* memory ran out for entries: the others prove nothing */
+    struct unknown
+        accesses_unknown; /* memory ran out for HAZARD entries: all before counts as ordered */
     /* It or a secondary has builds whose data, indices or references level content will find. */
     bool awaits_inputs;
     bool has_copies; /* it or a secondary has a JOURNAL_COPY */
@@ -311,7 +312,7 @@ static inline struct journal_entry *journal_begin_entry(struct journal *journal)
 {
     struct journal_entry *entry = journal_append(journal, sizeof(*entry));
     if (!entry)
-        journal->incomplete = true;
+        unknown_set(&journal->unknown, UNKNOWN_COMMANDS);
     return entry;
 }
 
@@ -324,7 +325,7 @@ static inline struct journal_entry *journal_begin_build(struct journal *journal,
     struct journal_entry *entry =
         journal_append(journal, sizeof(*entry) + (is_copied ? sizeof(*copies) : 0));
     if (!entry) {
-        journal->incomplete = true;
+        unknown_set(&journal->unknown, UNKNOWN_COMMANDS);
         return NULL;
     }
     entry->kind = is_update ? JOURNAL_UPDATE : JOURNAL_BUILD;
@@ -536,6 +537,7 @@ static inline void journal_hand(struct journal_walk *walk, const struct journal_
         if (events->event)                                                                         \
             events->event(walk, entry);                                                            \
         break;
+#include "src/base/unknown.h"
 #include "src/state/commands/journal_entries.def"
 #undef ENTRY
     case JOURNAL_KINDS:

@@ -7,6 +7,7 @@
 
 #include "src/base/handle_table.h"
 #include "src/base/reader_lock.h"
+#include "src/base/unknown.h"
 
 /* Ids of queries never equal ids of structures, which count from 1. */
 #define FIRST_QUERY_ID ((uint64_t)1 << 63)
@@ -21,7 +22,7 @@ struct query_pools {
     struct reader_lock lock;
     struct handle_table by_handle;
     uint64_t next_id;
-    bool incomplete; /* memory ran out for a record */
+    struct unknown unknown; /* memory ran out for a record */
 };
 
 VkResult query_pools_create(struct query_pools **pools)
@@ -83,7 +84,7 @@ void query_pools_add(struct query_pools *pools, VkQueryPool handle,
         atomic_fetch_add_explicit(&pools->count, 1, memory_order_relaxed);
     } else {
         release_pool(record);
-        pools->incomplete = true;
+        unknown_set(&pools->unknown, UNKNOWN_QUERY_POOLS);
     }
     reader_lock_write_done(&pools->lock);
 }
@@ -96,7 +97,7 @@ void query_pools_facts(struct query_pools *pools, VkQueryPool handle,
         return;
     unsigned stripe = reader_lock_enter(&pools->lock);
     const struct pool_record *record = handle_table_find(&pools->by_handle, handle_number(handle));
-    facts->alive = record ? YES : pools->incomplete ? UNKNOWN : NO;
+    facts->alive = record ? YES : unknown_is_set(&pools->unknown) ? UNKNOWN : NO;
     if (record) {
         facts->type = record->pool.type;
         facts->count = record->pool.count;
@@ -144,7 +145,7 @@ enum tristate query_pools_has(struct query_pools *pools, VkQueryPool handle, uin
 {
     unsigned stripe = reader_lock_enter(&pools->lock);
     const struct pool_record *record = handle_table_find(&pools->by_handle, handle_number(handle));
-    const enum tristate absent = pools->incomplete ? UNKNOWN : NO;
+    const enum tristate absent = unknown_is_set(&pools->unknown) ? UNKNOWN : NO;
     const bool has =
         record && record->pool.first_id && query_id - record->pool.first_id < record->pool.count;
     reader_lock_leave(&pools->lock, stripe);

@@ -219,9 +219,9 @@ void execution_order_append_run(struct execution_order *order, struct order_batc
 void execution_order_set_unknown_locked(struct execution_order *order,
                                         enum order_unknown_reason why)
 {
-    if (!order->order_unknown)
+    if (!unknown_is_set(&order->unknown))
         order->unknown_reason = why;
-    order->order_unknown = true;
+    unknown_follow(&order->unknown, true);
     for (uint32_t i = 0; i < order->queue_count; i++) {
         struct order_queue *queue = &order->queues[i];
         if (!queue->held)
@@ -264,7 +264,7 @@ static struct order_batch *take_first(struct execution_order *order)
 
 static void run_batch(struct execution_order *order, struct order_batch *batch)
 {
-    if (!order->order_unknown) {
+    if (!unknown_is_set(&order->unknown)) {
         order->running = batch;
         pthread_mutex_unlock(&order->lock);
         atomic_store_explicit(&batch->state, BATCH_ORDERED, memory_order_release);
@@ -281,7 +281,7 @@ static void run_batch(struct execution_order *order, struct order_batch *batch)
 /* Returns false if nothing is ready. */
 static bool run_first(struct execution_order *order)
 {
-    if (order->order_unknown && !order->unknown_reported) {
+    if (unknown_is_set(&order->unknown) && !order->unknown_reported) {
         report_unknown(order);
         return true;
     }
@@ -321,7 +321,7 @@ static bool is_observed(const struct execution_order *order, const struct order_
 static bool lacks_observed(const struct execution_order *order)
 {
     const struct order_batch *batch = order->run_list;
-    if (order->order_unknown ||
+    if (unknown_is_set(&order->unknown) ||
         (order->drain.is_busy && pthread_equal(order->runner, pthread_self())))
         return false;
     while (batch && !is_observed(order, batch))
@@ -344,7 +344,7 @@ void execution_order_await_observed(struct execution_order *order)
 void submission_submit(struct submission *submission)
 {
     struct execution_order *order = submission->order;
-    if (order->order_unknown || submission->kind != SUBMIT_COMMANDS)
+    if (unknown_is_set(&order->unknown) || submission->kind != SUBMIT_COMMANDS)
         return;
     pthread_mutex_unlock(&order->lock);
     for (uint32_t i = 0; i < submission->batch_count; i++)
@@ -358,7 +358,7 @@ void submission_check(struct submission *submission)
     bool is_runnable = submission->kind == SUBMIT_HOST_WORK
                            ? !order->run_list
                            : submission->ready_count && order->run_list == submission->batches;
-    if (order->order_unknown || !is_runnable || submission->kind == SUBMIT_BINDINGS ||
+    if (unknown_is_set(&order->unknown) || !is_runnable || submission->kind == SUBMIT_BINDINGS ||
         !begin_running(order))
         return;
     for (uint32_t i = 0; i < submission->ready_count; i++)
@@ -388,7 +388,7 @@ void submission_withdraw(struct submission *submission)
     struct execution_order *order = submission->order;
     if (submission->kind == SUBMIT_HOST_WORK)
         return;
-    if (submission->batches[0].is_checked && !order->order_unknown)
+    if (submission->batches[0].is_checked && !unknown_is_set(&order->unknown))
         undo(submission);
     for (struct order_batch **link = &order->run_list; *link;) {
         if ((*link)->submission != submission) {

@@ -32,7 +32,7 @@ static bool enter(struct execution_order *order)
     if (!order)
         return false;
     pthread_mutex_lock(&order->lock);
-    if (!order->order_unknown)
+    if (!unknown_is_set(&order->unknown))
         return true;
     pthread_mutex_unlock(&order->lock);
     return false;
@@ -50,7 +50,7 @@ void execution_order_add_host_wait(struct execution_order *order, VkSemaphore ha
                                    uint64_t value)
 {
     const struct semaphore_clock *semaphore = execution_order_semaphore(order, handle);
-    struct submission *submission = order->hooks.follows_host && !order->order_unknown
+    struct submission *submission = order->hooks.follows_host && !unknown_is_set(&order->unknown)
                                         ? submission_create(order, SUBMIT_HOST_WAIT, VK_NULL_HANDLE)
                                         : NULL;
     if (!submission)
@@ -396,7 +396,8 @@ void execution_order_observe_idle(struct execution_order *order, const struct id
         return;
     execution_clock_join(&order->host, &wait->clock);
     execution_clock_join(&order->maybe, &wait->behind);
-    for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count && !order->order_unknown; i++)
+    for (uint32_t i = EXECUTION_HOST + 1;
+         i < order->queue_count && !unknown_is_set(&order->unknown); i++)
         if (!wait->queue || order->queues[i].handle == wait->queue)
             observe_queue_idle(order, &order->queues[i], wait->serial);
     leave(order);

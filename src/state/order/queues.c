@@ -148,7 +148,7 @@ static void start_batches(struct submission *submission)
     struct execution_order *order = submission->order;
     if (submission->out_of_memory)
         execution_order_set_unknown_locked(order, ORDER_UNKNOWN_OUT_OF_MEMORY);
-    if (order->order_unknown || (has_queue(submission->kind) && !take_queue(submission)))
+    if (unknown_is_set(&order->unknown) || (has_queue(submission->kind) && !take_queue(submission)))
         return;
     submission->is_under_way = true;
     submission->may_follow_held = order->in_flight && order->held_count;
@@ -213,7 +213,7 @@ static void succeed(struct submission *submission)
     stop(submission);
     for (uint32_t i = 0; i < submission->ready_count && has_queue(submission->kind); i++)
         atomic_store_explicit(&submission->batches[i].state, BATCH_SUBMITTED, memory_order_release);
-    if (order->order_unknown)
+    if (unknown_is_set(&order->unknown))
         return;
     submission->serial = ++order->last_serial;
     submission_publish(submission);
@@ -248,7 +248,7 @@ bool submission_prepare(struct submission *submission)
     if (submission->kind == SUBMIT_HOST_WORK)
         add_end_of_work(submission);
     pthread_mutex_lock(&order->lock);
-    if (!order->order_unknown)
+    if (!unknown_is_set(&order->unknown))
         start_batches(submission);
     bool is_prepared = submission->is_under_way;
     if (is_prepared) {
@@ -271,7 +271,7 @@ static void fail_work(struct submission *submission)
 {
     stop(submission);
     submission->batches[1].work = WORK_FAILS;
-    if (!submission->order->order_unknown)
+    if (!unknown_is_set(&submission->order->unknown))
         order_batch_end_on_host(&submission->batches[1]);
 }
 
@@ -322,7 +322,8 @@ void execution_order_run(struct execution_order *order)
 /* Returns NULL if nothing was submitted to the queue, or if the order is unknown. */
 static const struct order_queue *queue_in_use(const struct execution_order *order, VkQueue handle)
 {
-    for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count && !order->order_unknown; i++)
+    for (uint32_t i = EXECUTION_HOST + 1;
+         i < order->queue_count && !unknown_is_set(&order->unknown); i++)
         if (order->queues[i].handle == handle)
             return &order->queues[i];
     return NULL;

@@ -19,6 +19,7 @@
 
 #include "src/base/drain.h"
 #include "src/base/handle_table.h"
+#include "src/base/unknown.h"
 #include "src/platform/threads.h"
 #include "src/state/order/clock.h"
 #include "src/state/order/order.h"
@@ -192,8 +193,9 @@ struct execution_order {
     pthread_t runner;            /* that thread */
     struct order_batch *running; /* the batch that it runs; NULL: none */
     pthread_cond_t ran;          /* a batch has run */
-    bool order_unknown, unknown_reported;
-    enum order_unknown_reason unknown_reason; /* if order_unknown */
+    struct unknown unknown;
+    bool unknown_reported;
+    enum order_unknown_reason unknown_reason; /* if unknown */
     bool has_open;                            /* a queue has had an open batch */
     struct submission *spare;
 };

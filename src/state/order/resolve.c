@@ -393,7 +393,7 @@ static void release_from_queue(struct order_queue *queue, struct order_batch **l
 void execution_order_release_held(struct execution_order *order)
 {
     bool released = order->held_count > 0;
-    while (released && !order->order_unknown) {
+    while (released && !unknown_is_set(&order->unknown)) {
         released = false;
         for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count; i++)
             for (struct order_batch **link; (link = find_releasable(&order->queues[i]));) {

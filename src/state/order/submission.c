@@ -48,7 +48,7 @@ struct submission *submission_begin(struct execution_order *order, enum submissi
         return NULL;
     pthread_mutex_lock(&order->lock);
     struct submission *submission =
-        order->order_unknown ? NULL : submission_create(order, kind, queue);
+        unknown_is_set(&order->unknown) ? NULL : submission_create(order, kind, queue);
     if (!submission)
         execution_order_drain(order);
     pthread_mutex_unlock(&order->lock);

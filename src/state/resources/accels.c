@@ -123,7 +123,7 @@ void resources_add_accel_at(struct resources *resources, VkAccelerationStructure
     struct buffer_search search = {.begin = create_info->addressRange.address,
                                    .size = create_info->addressRange.size};
     address_map_find(&resources->addresses, search.begin, note_containing_buffer, &search);
-    const bool is_certain = search.matches == 1 && !resources->incomplete;
+    const bool is_certain = search.matches == 1 && !unknown_is_set(&resources->unknown);
     struct buffer_record *buffer = is_certain ? resources_buffer(resources, search.found) : NULL;
     if (accel && buffer)
         accel->offset = search.begin - buffer->where.address;
@@ -262,7 +262,8 @@ static void find_memory(const struct resources *resources, const struct micromap
 {
     const struct buffer_record *buffer = resources_buffer(resources, micromap->buffer);
     if (!buffer || buffer->where.buffer_id != micromap->buffer_id) {
-        facts->backed = tristate_of(micromap->buffer_id && !resources->incomplete, false);
+        facts->backed =
+            tristate_of(micromap->buffer_id && !unknown_is_set(&resources->unknown), false);
         facts->buffer_is_destroyed = facts->backed == NO;
         return;
     }
@@ -295,7 +296,7 @@ void resources_find_micromap(struct resources *resources, VkMicromapEXT handle,
         facts->buffer_id = micromap->buffer_id;
         find_memory(resources, micromap, facts);
     } else {
-        facts->alive = resources->incomplete ? UNKNOWN : NO;
+        facts->alive = unknown_is_set(&resources->unknown) ? UNKNOWN : NO;
     }
     resources_end_reading(resources, token);
 }

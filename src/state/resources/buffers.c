@@ -253,8 +253,9 @@ bool resources_find_micromap_at(struct resources *resources, VkDeviceAddress add
     uint32_t count = 0;
     unsigned token = resources_begin_reading(resources);
     resources_find_address(resources, address, &at);
-    const struct buffer_record *buffer =
-        at.is_shared || resources->incomplete ? NULL : resources_buffer(resources, at.buffer);
+    const struct buffer_record *buffer = at.is_shared || unknown_is_set(&resources->unknown)
+                                             ? NULL
+                                             : resources_buffer(resources, at.buffer);
     for (const struct accel_record *accel = buffer ? buffer->accels : NULL; accel;
          accel = accel->next)
         if (may_be_micromap(accel) && buffer->where.address + accel->offset == address) {

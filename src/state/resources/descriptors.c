@@ -88,7 +88,7 @@ static void *replace(struct descriptor_sets *sets, struct handle_table *table, u
 {
     void *old = handle_table_remove(table, handle);
     if (record && !handle_table_set(table, handle, record)) {
-        atomic_store(&sets->lacks, true);
+        unknown_set(&sets->unknown, UNKNOWN_DESCRIPTORS);
         free(record);
     }
     return old;
@@ -102,7 +102,7 @@ bool descriptor_sets_note_layout(struct descriptor_sets *sets, VkDescriptorSetLa
         calloc(1, sizeof(*layout) + info->bindingCount * sizeof(layout->bindings[0]));
     uint64_t total = 0;
     if (!layout)
-        atomic_store(&sets->lacks, true);
+        unknown_set(&sets->unknown, UNKNOWN_DESCRIPTORS);
     for (uint32_t i = 0; layout && i < info->bindingCount; i++)
         add_binding(layout, info, i);
     for (uint32_t i = 0; layout && i < layout->count; i++)
@@ -226,7 +226,7 @@ void descriptor_sets_allocate(struct descriptor_sets *sets, const VkDescriptorSe
         if (old)
             remove_set(sets, old);
         if (needs_record && !add_set(sets, info->descriptorPool, layout, handle))
-            atomic_store(&sets->lacks, true);
+            unknown_set(&sets->unknown, UNKNOWN_DESCRIPTORS);
     }
     reader_lock_write_done(&sets->lock);
 }
@@ -404,7 +404,7 @@ uint32_t descriptor_sets_find(struct descriptor_sets *sets, uint64_t set, uint32
 {
     const unsigned stripe = reader_lock_enter(&sets->lock);
     const struct held_set *held = handle_table_find(&sets->sets, set);
-    const uint32_t all = held && !atomic_load(&sets->lacks)
+    const uint32_t all = held && !unknown_is_set(&sets->unknown)
                              ? held_set_find(held, binding, found, count)
                              : UINT32_MAX;
     reader_lock_leave(&sets->lock, stripe);

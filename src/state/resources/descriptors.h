@@ -10,6 +10,7 @@
 
 #include "src/base/handle_table.h"
 #include "src/base/reader_lock.h"
+#include "src/base/unknown.h"
 
 /* What sets hold beyond so many descriptors is unknown. */
 enum { HELD_MAX = 1024 };
@@ -42,7 +43,7 @@ struct held_set {
 struct descriptor_sets {
     struct reader_lock lock;
     struct handle_table layouts, sets, pools;
-    atomic_bool lacks; /* memory ran out: sets without a record may hold anything */
+    struct unknown unknown; /* memory ran out: sets without a record may hold anything */
 };
 
 void descriptor_sets_end(struct descriptor_sets *sets);

@@ -90,7 +90,7 @@ static void describe_accel(const struct resources *resources, VkAccelerationStru
     } else {
         *facts = (struct accel_facts){.handle = handle};
         if (handle)
-            facts->alive = resources->incomplete ? UNKNOWN : NO;
+            facts->alive = unknown_is_set(&resources->unknown) ? UNKNOWN : NO;
     }
 }
 
@@ -110,7 +110,7 @@ void resources_find_buffer(const struct resources *resources, VkBuffer handle,
     if (!handle)
         return;
     if (!buffer) {
-        facts->alive = resources->incomplete ? UNKNOWN : NO;
+        facts->alive = unknown_is_set(&resources->unknown) ? UNKNOWN : NO;
         return;
     }
     facts->alive = YES;
@@ -166,7 +166,8 @@ uint64_t resources_find_id(struct resources *resources, enum resource_kind kind,
 enum tristate resources_has(struct resources *resources, enum resource_kind kind, uint64_t handle)
 {
     unsigned token = resources_begin_reading(resources);
-    bool found = find_id(resources, kind, handle) != 0, incomplete = resources->incomplete;
+    bool found = find_id(resources, kind, handle) != 0,
+         incomplete = unknown_is_set(&resources->unknown);
     resources_end_reading(resources, token);
     return found ? YES : incomplete ? UNKNOWN : NO;
 }
@@ -256,8 +257,8 @@ __attribute__((noinline, cold)) static void search_address(const struct resource
     *facts = (struct address_facts){.address = address, .status = ADDRESS_NULL};
     if (!address)
         return;
-    facts->status = resources->incomplete ? ADDRESS_UNKNOWN : ADDRESS_NOWHERE;
-    if (!resources->incomplete)
+    facts->status = unknown_is_set(&resources->unknown) ? ADDRESS_UNKNOWN : ADDRESS_NOWHERE;
+    if (!unknown_is_set(&resources->unknown))
         address_map_find(&resources->addresses, address, add_range, facts);
     if (facts->status == ADDRESS_NOWHERE && resources->replays_addresses)
         facts->status = ADDRESS_UNKNOWN;
@@ -266,7 +267,7 @@ __attribute__((noinline, cold)) static void search_address(const struct resource
 /* If the state is incomplete, nothing is certain about any address. */
 static struct address_guesses guesses_of(const struct resources *resources)
 {
-    return address_map_guesses(resources->incomplete ? NULL : &resources->addresses);
+    return address_map_guesses(unknown_is_set(&resources->unknown) ? NULL : &resources->addresses);
 }
 
 static inline void describe_address(const struct resources *resources, VkDeviceAddress address,
@@ -404,7 +405,7 @@ static void find_unknown_range(const struct address_facts *range, void *context)
 bool resources_has_unknown_ranges(struct resources *resources)
 {
     unsigned token = resources_begin_reading(resources);
-    bool is_unknown = resources->incomplete || resources->replays_addresses;
+    bool is_unknown = unknown_is_set(&resources->unknown) || resources->replays_addresses;
     address_map_each(&resources->addresses, find_unknown_range, &is_unknown);
     resources_end_reading(resources, token);
     return is_unknown;

@@ -219,7 +219,7 @@ static const struct memory_record *host_memory_of(const struct resources *resour
     const struct buffer_record *buffer = resources_buffer(resources, bytes->buffer);
     const struct memory_record *memory = buffer && buffer->bound == YES ? buffer->memory : NULL;
     if (!memory || !memory->alive || memory->id != bytes->memory_id || memory->is_foreign ||
-        memory->multi_instance || resources->incomplete ||
+        memory->multi_instance || unknown_is_set(&resources->unknown) ||
         !(memory->properties & VK_MEMORY_PROPERTY_HOST_COHERENT_BIT))
         return NULL;
     return buffer->is_external || !buffer_is_only_read(buffer->where.usage) ? NULL : memory;

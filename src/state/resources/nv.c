@@ -235,7 +235,7 @@ void resources_find_nv_accel(const struct resources *resources, VkAccelerationSt
     if (!handle)
         return;
     if (!accel) {
-        facts->alive = resources->incomplete ? UNKNOWN : NO;
+        facts->alive = unknown_is_set(&resources->unknown) ? UNKNOWN : NO;
         return;
     }
     facts->alive = YES;
@@ -303,7 +303,7 @@ void resources_add_nv_reference(struct resources *resources, VkAccelerationStruc
 void resources_forget_nv_references(struct resources *resources)
 {
     reader_lock_write(&resources->lock);
-    resources->nv_references_unknown = true;
+    unknown_set(&resources->nv_unknown, UNKNOWN_NV_REFERENCES);
     reader_lock_write_done(&resources->lock);
 }
 
@@ -321,10 +321,10 @@ enum nv_reference resources_find_nv_reference(struct resources *resources, uint6
     const struct nv_reference_record *record =
         handle_table_find(&resources->nv_references, reference);
     bool is_forgotten = resources->past_nv_references.forgotten_at > destroy_count;
-    enum nv_reference found =
-        resources->incomplete || resources->nv_references_unknown || is_forgotten
-            ? NV_REFERENCE_UNKNOWN
-            : NV_REFERENCE_INVALID;
+    enum nv_reference found = unknown_is_set(&resources->unknown) ||
+                                      unknown_is_set(&resources->nv_unknown) || is_forgotten
+                                  ? NV_REFERENCE_UNKNOWN
+                                  : NV_REFERENCE_INVALID;
     if (record && !is_forgotten)
         found = level_at(record, destroy_count);
     resources_end_reading(resources, token);

@@ -8,6 +8,7 @@
 
 #include "src/base/handle_table.h"
 #include "src/base/reader_lock.h"
+#include "src/base/unknown.h"
 #include "src/state/order/clock.h"
 #include "src/state/resources/address_map.h"
 #include "src/state/resources/nv_shape.h"
@@ -61,7 +62,8 @@ struct buffer_record {
     struct sparse_range *sparse;
     uint32_t sparse_count, sparse_capacity;
     uint32_t sparse_announced; /* bindings announced and not settled yet */
-    bool sparse_incomplete;    /* a binding was not tracked, or binds one device of a group only */
+    struct unknown
+        sparse_unknown; /* a binding was not tracked, or binds one device of a group only */
 
     struct accel_record *accels; /* list of the structures created in it */
 };
@@ -137,7 +139,8 @@ struct past_references {
 
 /* See reference_changes.h. */
 struct watched_references {
-    bool is_on, lacks_memory;
+    bool is_on;
+    struct unknown unknown;           /* memory ran out for a change */
     struct reference_change *changes; /* owned */
     uint32_t count, capacity;
 };
@@ -153,10 +156,10 @@ struct resources {
     struct address_map addresses;       /* copies of `where` of all buffers that have an address */
     struct memory_record *mapped;       /* list of the memory that the host has mapped */
     atomic_uint_fast64_t destroy_count; /* of destroyed records of any kind */
-    bool incomplete;
+    struct unknown unknown;
     uint32_t unknown_references;   /* number of structures whose address was set to unknown */
     uint64_t unknown_destroyed_at; /* destroy_count when the last one of these was destroyed */
-    bool nv_references_unknown;    /* the application got a part of a value of VK_NV_ray_tracing */
+    struct unknown nv_unknown;     /* the application got a part of a value of VK_NV_ray_tracing */
     struct watched_references watched;
     /* The application may use a capture address that it never retrieved: an address in no known
      * buffer may be in such a buffer. */

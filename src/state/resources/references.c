@@ -32,7 +32,7 @@ void resources_count_destroyed(struct resources *resources)
 
 void resources_become_incomplete(struct resources *resources)
 {
-    resources->incomplete = true;
+    unknown_set(&resources->unknown, UNKNOWN_OBJECTS);
 }
 
 /* ---- Device addresses of acceleration structures, by which instances refer to them.
@@ -198,7 +198,7 @@ void resources_query_addresses(struct resources *resources, VkAccelerationStruct
 static enum tristate is_alive(const struct resources *resources, const struct accel_address *at,
                               uint64_t destroy_count)
 {
-    if (resources->incomplete || resources->unknown_references ||
+    if (unknown_is_set(&resources->unknown) || resources->unknown_references ||
         resources->unknown_destroyed_at > destroy_count)
         return UNKNOWN;
     if (!at)
@@ -211,7 +211,7 @@ bool resources_reference_is_dead(struct resources *resources, VkDeviceAddress ad
 {
     unsigned token = resources_begin_reading(resources);
     const struct accel_address *at = handle_table_find(&resources->accel_addresses, address);
-    const bool is_dead = at && !at->first && !resources->incomplete &&
+    const bool is_dead = at && !at->first && !unknown_is_set(&resources->unknown) &&
                          !resources->unknown_references &&
                          resources->unknown_destroyed_at <= destroy_count;
     resources_end_reading(resources, token);
@@ -260,7 +260,7 @@ void resources_note_reference(struct resources *resources, uint64_t reference, b
         watched->changes[watched->count++] =
             (struct reference_change){.reference = reference, .is_nv = is_nv};
     else
-        watched->lacks_memory = true;
+        unknown_set(&watched->unknown, UNKNOWN_GUARDED_REFERENCES);
 }
 
 static bool is_live(const struct accel_facts *facts)
@@ -299,9 +299,10 @@ uint32_t resources_take_reference_changes(struct resources *resources,
         describe_change(resources, &watched->changes[i]);
     watched->changes = NULL;
     watched->count = watched->capacity = 0;
-    bool is_unknown = resources->incomplete || watched->lacks_memory;
-    *unknown = (struct unknown_references){.khr = is_unknown || resources->unknown_references,
-                                           .nv = is_unknown || resources->nv_references_unknown};
+    bool is_unknown = unknown_is_set(&resources->unknown) || unknown_is_set(&watched->unknown);
+    *unknown =
+        (struct unknown_references){.khr = is_unknown || resources->unknown_references,
+                                    .nv = is_unknown || unknown_is_set(&resources->nv_unknown)};
     reader_lock_write_done(&resources->lock);
     return count;
 }

@@ -149,7 +149,7 @@ static void bind(struct buffer_record *buffer, const struct sparse_binding *bind
     if (range.end <= range.begin)
         return;
     if (!reserve_ranges(buffer, buffer->sparse_count + 2)) {
-        buffer->sparse_incomplete = true;
+        unknown_set(&buffer->sparse_unknown, UNKNOWN_SPARSE_BINDINGS);
         return;
     }
     bool memory_was_destroyed = binding->memory && (!memory || memory->id != binding->memory_id);
@@ -175,7 +175,7 @@ void resources_forget_sparse(struct resources *resources, VkBuffer handle)
     reader_lock_write(&resources->lock);
     struct buffer_record *buffer = resources_buffer(resources, handle);
     if (buffer)
-        buffer->sparse_incomplete = true;
+        unknown_set(&buffer->sparse_unknown, UNKNOWN_SPARSE_BINDINGS);
     reader_lock_write_done(&resources->lock);
 }
 
@@ -187,7 +187,7 @@ static const struct buffer_record *find_certain(const struct resources *resource
 {
     const struct buffer_record *buffer = resources_buffer(resources, bytes->buffer);
     bool is_certain = buffer && buffer->where.buffer_id == bytes->buffer_id &&
-                      !buffer->sparse_announced && !buffer->sparse_incomplete;
+                      !buffer->sparse_announced && !unknown_is_set(&buffer->sparse_unknown);
     return is_certain ? buffer : NULL;
 }
 
