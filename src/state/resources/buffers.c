@@ -128,7 +128,7 @@ static void add_address(struct resources *resources, struct buffer_record *buffe
     buffer->where.address = address;
     if (!address_map_add(&resources->addresses, &buffer->where)) {
         buffer->where.address = 0;
-        resources_become_incomplete(resources);
+        resources_become_unknown(resources);
     }
 }
 

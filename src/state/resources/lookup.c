@@ -167,9 +167,9 @@ enum tristate resources_has(struct resources *resources, enum resource_kind kind
 {
     unsigned token = resources_begin_reading(resources);
     bool found = find_id(resources, kind, handle) != 0,
-         incomplete = unknown_is_set(&resources->unknown);
+         is_unknown = unknown_is_set(&resources->unknown);
     resources_end_reading(resources, token);
-    return found ? YES : incomplete ? UNKNOWN : NO;
+    return found ? YES : is_unknown ? UNKNOWN : NO;
 }
 
 /* Returns NULL if there is no such structure or micromap. */

@@ -274,7 +274,7 @@ find_or_add_nv_reference(struct resources *resources, uint64_t reference, enum n
     if (record && handle_table_set(&resources->nv_references, reference, record))
         return record;
     free(record);
-    resources_become_incomplete(resources);
+    resources_become_unknown(resources);
     return NULL;
 }
 

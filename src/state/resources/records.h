@@ -172,7 +172,7 @@ struct resources {
 bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
                        void *record);
 /* From now on, an object that isn't found counts as unknown. */
-void resources_become_incomplete(struct resources *resources);
+void resources_become_unknown(struct resources *resources);
 /* Free the records of nv.c and of references.c when the state is destroyed. */
 void resources_release_nv(struct resources *resources);
 void resources_release_references(struct resources *resources);

@@ -21,7 +21,7 @@ bool resources_publish(struct resources *resources, struct handle_table *table, 
 {
     bool published = record && handle_table_set(table, handle, record);
     if (!published)
-        resources_become_incomplete(resources);
+        resources_become_unknown(resources);
     return published;
 }
 
@@ -30,7 +30,7 @@ void resources_count_destroyed(struct resources *resources)
     atomic_fetch_add_explicit(&resources->destroy_count, 1, memory_order_relaxed);
 }
 
-void resources_become_incomplete(struct resources *resources)
+void resources_become_unknown(struct resources *resources)
 {
     unknown_set(&resources->unknown, UNKNOWN_OBJECTS);
 }
