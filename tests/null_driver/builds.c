@@ -71,14 +71,14 @@ COMMAND(CmdBuildAccelerationStructureNV)
                                                                    .count = pInfo->instanceCount});
 }
 
-/* Structures that builds place are as large as `compacted` says, and follow each other. */
+/* Structures that builds place have one size, and follow each other. */
 COMMAND(CmdBuildClusterAccelerationStructureIndirectNV)
 {
-    enum { WRITTEN_MAX = 64 };
+    enum { WRITTEN_MAX = 64, SIZE = 256 };
     const VkClusterAccelerationStructureInputInfoNV *input = &pCommandInfos->input;
     const VkStridedDeviceAddressRegionKHR *addresses = &pCommandInfos->dstAddressesArray,
                                           *sizes = &pCommandInfos->dstSizesArray;
-    const uint32_t size = (uint32_t)CONFIG(commandBuffer)->sizes.compacted;
+    const uint32_t size = SIZE;
     transfers_add_build(commandBuffer);
     for (uint32_t i = 0; pCommandInfos->addressResolutionFlags == 0 &&
                          i < input->maxAccelerationStructureCount && i < WRITTEN_MAX;
