@@ -60,7 +60,7 @@ void note_allocation(struct layer_device *device, const VkMemoryAllocateInfo *in
 {
     resources_add_memory(device->resources, memory, info->allocationSize, info->memoryTypeIndex,
                          properties_of(device, info->memoryTypeIndex), has_instances(device, info));
-    if (device->hazard_checks && is_shared(info))
+    if ((device->hazard_checks || device->places) && is_shared(info))
         resources_share_memory(device->resources, memory);
 }
 

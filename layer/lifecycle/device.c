@@ -219,7 +219,7 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
     vkuInitDeviceDispatchTable(device->handle, &device->vk, next_proc_addr);
     VkResult result = layer_collect_device_facts(device, create_info);
     if (result == VK_SUCCESS && device->facts.has_other_builders) {
-        device->places = places_create();
+        device->places = places_create(device->resources);
         result = device->places ? VK_SUCCESS : VK_ERROR_OUT_OF_HOST_MEMORY;
     }
     if (result != VK_SUCCESS)

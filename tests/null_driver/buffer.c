@@ -4,6 +4,12 @@
 
 #include <stdlib.h>
 
+/* Other buffers have the addresses of the memory that they are bound to. */
+enum {
+    OWN_ADDRESS =
+        VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT
+};
+
 static void release_buffer(struct object *buffer)
 {
     while (buffer->buffer.bindings != NULL) {
@@ -11,13 +17,13 @@ static void release_buffer(struct object *buffer)
         buffer->buffer.bindings = binding->next;
         free(binding);
     }
-    if (buffer->buffer.flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT) {
+    if (buffer->buffer.flags & OWN_ADDRESS) {
         address_remove_object(buffer);
         address_release(buffer->config, buffer->buffer.address, buffer->buffer.size);
     }
 }
 
-/* Until it is bound, or for good where it is sparse; 0 where it gets one from memory alone. */
+/* Until it is bound, or for good with OWN_ADDRESS; 0 where it gets one from memory alone. */
 static VkDeviceAddress first_address(const struct null_driver_config *config,
                                      const VkBufferCreateInfo *info)
 {
@@ -29,7 +35,7 @@ static VkDeviceAddress first_address(const struct null_driver_config *config,
         return opaque->opaqueCaptureAddress;
     if (address != NULL && address->deviceAddress != 0)
         return address->deviceAddress;
-    if (info->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
+    if (info->flags & OWN_ADDRESS)
         return address_allocate(config, info->size);
     return info->usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT
                ? address_allocate(NULL, info->size)
@@ -45,7 +51,7 @@ ON_CREATION(CreateBuffer)
     object->buffer.size = pCreateInfo->size;
     object->buffer.flags = pCreateInfo->flags;
     object->buffer.address = first_address(object->config, pCreateInfo);
-    if (pCreateInfo->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
+    if (pCreateInfo->flags & OWN_ADDRESS)
         address_add_object(object, object->buffer.address, object->buffer.size);
 }
 
@@ -104,7 +110,8 @@ static void bind(VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset)
     const struct object *from = FIND(DEVICE_MEMORY, memory);
     if (to == NULL || from == NULL || to->buffer.flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
         return;
-    to->buffer.address = from->memory.address + offset;
+    if (!(to->buffer.flags & OWN_ADDRESS))
+        to->buffer.address = from->memory.address + offset;
     buffer_bind(to, &(struct binding){
                         .size = to->buffer.size, .memory = RAW(memory), .memory_offset = offset});
 }

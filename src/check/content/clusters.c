@@ -165,6 +165,12 @@ _Static_assert(offsetof(VkClusterAccelerationStructureBuildTriangleClusterInfoNV
                             opacityMicromapIndexBuffer),
                "a template begins like a cluster");
 
+static bool may_hold(const struct copied *copied, enum place_kind kind, VkDeviceAddress address)
+{
+    const struct check_context *context = copied->walk->context;
+    return places_may_hold(context->places, kind, address, context->destroy_count);
+}
+
 /* Whether the address is one in a buffer, and no command that was recorded builds there what one of
  * the kinds says. */
 static bool is_unbuilt(const struct copied *copied, uint64_t address, enum place_kind first,
@@ -173,7 +179,7 @@ static bool is_unbuilt(const struct copied *copied, uint64_t address, enum place
     if (look_up(copied, address).status != ADDRESS_IN_BUFFER)
         return false;
     for (enum place_kind kind = first; kind <= last; kind++)
-        if (places_may_hold(copied->walk->context->places, kind, address))
+        if (may_hold(copied, kind, address))
             return false;
     return true;
 }
@@ -335,12 +341,11 @@ static WALK_ALL(partition_read)
     const VkBuildPartitionedAccelerationStructureInfoNV *info = &copied->build->partitions.info;
     const struct location location = check_argument(copied->call, "pBuildInfo");
     const VkDeviceAddress src = info->srcAccelerationStructureData;
-    struct partition_read_view view = {
-        .call = copied->call,
-        .build = copied->build,
-        .infos = look_up(copied, info->srcInfos),
-        .src_is_unbuilt =
-            src && !places_may_hold(copied->walk->context->places, PLACE_PARTITIONED, src)};
+    struct partition_read_view view = {.call = copied->call,
+                                       .build = copied->build,
+                                       .infos = look_up(copied, info->srcInfos),
+                                       .src_is_unbuilt =
+                                           src && !may_hold(copied, PLACE_PARTITIONED, src)};
     uint32_t types = 0;
     if (!read_whole(copied, info->srcInfosCount, &view.count, sizeof(view.count)))
         view.count = 0;

@@ -178,12 +178,14 @@ static void check_flags_and_reference(struct content *content, uint32_t index, b
                                  .has_motion = has_motion,
                                  .instance = *instance,
                                  .referenced = referenced};
+    const struct check_context *context = content->walk->context;
     uint64_t reference = instance->accelerationStructureReference;
     if (referenced->alive == NO) {
         view.confused = find_confused(content, reference);
         view.look = content_look_of_instance(content, instance);
         view.may_be_placed =
-            places_may_hold(content->walk->context->places, PLACE_BOTTOM_LEVEL, reference);
+            content->range->geometry->build->call->command != COMMAND_HOST &&
+            places_may_hold(context->places, PLACE_BOTTOM_LEVEL, reference, context->destroy_count);
     }
     if (instance->flags & VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR)
         view.allows_disabling = find_disabling(content, referenced);

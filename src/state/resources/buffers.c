@@ -330,6 +330,26 @@ bool resources_find_buffer_bytes(struct resources *resources, VkBuffer handle,
     return found;
 }
 
+enum tristate resources_find_address_bytes(struct resources *resources, VkDeviceAddress address,
+                                           struct memory_bytes *bytes, bool *is_external)
+{
+    struct address_facts at;
+    unsigned token = resources_begin_reading(resources);
+    resources_find_address(resources, address, &at);
+    const struct buffer_record *buffer =
+        at.status == ADDRESS_IN_BUFFER ? resources_buffer(resources, at.buffer) : NULL;
+    enum tristate found =
+        at.status == ADDRESS_IN_BUFFER || at.status == ADDRESS_UNKNOWN ? UNKNOWN : NO;
+    if (find_bytes(buffer, bytes)) {
+        bytes->begin = at.begin;
+        bytes->size = at.bytes_left;
+        *is_external = buffer->is_external || buffer->memory->is_foreign;
+        found = YES;
+    }
+    resources_end_reading(resources, token);
+    return found;
+}
+
 bool resources_find_buffer_memory(struct resources *resources, VkBuffer handle,
                                   struct buffer_memory *memory)
 {

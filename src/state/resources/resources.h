@@ -272,6 +272,11 @@ struct memory_bytes {
 };
 bool resources_find_buffer_bytes(struct resources *resources, VkBuffer handle,
                                  struct memory_bytes *bytes);
+/* Finds where the bytes from a device address to the end of its buffer lie. Returns NO if the
+ * address certainly is in no bound buffer. `is_external`: not only commands of this device may
+ * write there, because the memory is or may be imported or exported. */
+enum tristate resources_find_address_bytes(struct resources *resources, VkDeviceAddress address,
+                                           struct memory_bytes *bytes, bool *is_external);
 /* The memory of a buffer, and where the buffer's bytes lie in it. Returns false if they are
  * unknown, or not in one piece of memory with one instance. */
 struct buffer_memory {
