@@ -280,6 +280,7 @@ static VkResult load_setting(const struct loader *loader, const struct settings_
         if (as_given)
             note_value(loader, setting, as_given);
         loader->settings->by_preset[setting] = false;
+        loader->settings->is_given[setting] = true;
     } else {
         warn_of_value(loader, setting, as_given ? as_given : "");
     }
@@ -377,14 +378,14 @@ void settings_each(const struct settings *settings,
 
 /* ---- settings without effect beside others */
 
-/* Warns of a setting that has no effect. What the preset has set is left out in silence. */
+/* Warns of a setting that was given and has no effect. The preset's values and defaults are left
+ * out in silence. */
 static void leave_out(const struct loader *loader, enum setting setting, const char *needs)
 {
     char line[LINE_SIZE];
     struct text_buffer text;
-    const bool is_by_preset = loader->settings->by_preset[setting];
     loader->settings->by_preset[setting] = false;
-    if (is_by_preset)
+    if (!loader->settings->is_given[setting])
         return;
     text_begin(&text, line, sizeof(line));
     text_say(&text, "assay_validation.{} needs {}", phrase(keys[setting].name), phrase(needs));

@@ -74,6 +74,7 @@ struct settings {
     char *changes;
     char *values[SETTING_COUNT];   /* as given; NULL: not; owned */
     bool by_preset[SETTING_COUNT]; /* its value is the preset's */
+    bool is_given[SETTING_COUNT];  /* by the application, the environment or the file */
 };
 
 /* Reads the settings of an instance that is about to be created. An unknown key or an invalid value

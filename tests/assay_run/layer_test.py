@@ -120,7 +120,7 @@ class Layer(Runs):
         for key, value in (("preset", "everything"), ("level", "content"), ("hazards", "true"),
                            ("guard", "references"), ("call_sites", "full"), ("record_builds", "true"),
                            ("advice", "true"), ("limits", "driver")):
-            self.assertEqual(settings[key], value)
+            self.assertEqual(settings[key], value, key)
 
     def test_everything_beside_other_settings(self):
         """Below level content and on backend cpu no builds are guarded, without a warning."""

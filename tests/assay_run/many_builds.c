@@ -74,6 +74,7 @@ static void record(VkAccelerationStructureKHR *structures, uint32_t i)
     const uint32_t dst = i / USES_OF_A_STRUCTURE, use = i % USES_OF_A_STRUCTURE;
     const uint32_t src = use >= 2 && dst % STRUCTURES_A_SUBMISSION != 0 ? dst - 1 : dst;
     VkAccelerationStructureBuildGeometryInfoKHR *info = &scene->infos[0];
+    scene_barrier(scene, scene->command_buffer);
     if (use == 3 && dst % STRUCTURES_A_SUBMISSION == STRUCTURES_A_SUBMISSION - 1) {
         const STRUCT(VkCopyAccelerationStructureInfoKHR, copy, .src = structures[src],
                      .dst = structures[dst],
@@ -102,6 +103,7 @@ static uint32_t submit(VkAccelerationStructureKHR *structures, uint32_t first, u
     scene_begin(scene, scene->command_buffer, 0);
     for (; i < count && i < first + BUILDS_A_SUBMISSION; i++)
         record(structures, i);
+    scene_barrier(scene, scene->command_buffer);
     scene->vk->CmdResetQueryPool(scene->command_buffer, query_pool, 0, 1);
     scene->vk->CmdWriteAccelerationStructuresPropertiesKHR(
         scene->command_buffer, 1, &structures[first / USES_OF_A_STRUCTURE],

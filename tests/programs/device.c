@@ -110,13 +110,26 @@ static void name_log(struct play *play)
     play->log_offset = 0;
 }
 
+static bool sets_preset(const struct program *program)
+{
+    for (unsigned i = 0; i < program->line_count; i++)
+        if (play_is(program->lines[i].words[0], "setting") &&
+            play_is(program->lines[i].words[1], "preset"))
+            return true;
+    return false;
+}
+
 static void open_instance(struct play *play)
 {
     const char *log_name = play->log_name;
+    const char *no_hazards =
+        "false"; /* programs are about one thing each, and need no barriers for it */
     VkLayerSettingEXT settings[SETTINGS_MAX];
     STRUCT(VkLayerSettingsCreateInfoEXT, chain, .pSettings = settings);
     if (play->platform->is_null)
         configure_driver(play);
+    if (!sets_preset(play->program))
+        add_setting(&chain, settings, "hazards", &no_hazards);
     if (play->level)
         add_setting(&chain, settings, "level", &play->level);
     for (unsigned i = 0; i < play->program->line_count; i++) {

@@ -117,7 +117,7 @@ const char *settings_text(const struct settings *settings)
         {"crash", settings->crash_report, false},
         {"json", settings->log_format, LOG_FORMAT_TEXT},
         {"sites", settings->call_sites, CALL_SITES_OFF},
-        {"hazards", settings->hazards, false},
+        {"hazards", settings->hazards, settings->level >= LEVEL_EXECUTION},
         {"advice", settings->advice, false},
         {"submissions", settings->advice_limits.of[ADVICE_LIMIT_submissions], 30},
         {"lines", settings->advice_limits.of[ADVICE_LIMIT_lines], 5},

@@ -78,23 +78,23 @@ TEST_OPENED(preset_and_keys_of_the_application, surrounding_set_up)
                                        only_preset = settings_given(entries, 1),
                                        only_keys = settings_given(entries + 1, 2);
     struct settings settings = settings_read(&preset_first);
-    assert_string_equal(settings_text(&settings), "sites=2 advice=1");
+    assert_string_equal(settings_text(&settings), "sites=2 hazards=0 advice=1");
     settings = settings_read(&preset_last);
-    assert_string_equal(settings_text(&settings), "sites=2 advice=1");
+    assert_string_equal(settings_text(&settings), "sites=2 hazards=0 advice=1");
 
     surrounding_clear("assay_validation.guard = off\n");
     environment_set("ADVICE=false");
     settings = settings_read(&only_preset);
-    assert_string_equal(settings_text(&settings), "level=content sites=2 hazards=1");
+    assert_string_equal(settings_text(&settings), "level=content sites=2");
 
     surrounding_clear(NULL);
     environment_set("PRESET=ci");
     settings = settings_read(&only_keys);
-    assert_string_equal(settings_text(&settings), "limits=1 sites=2 advice=1");
+    assert_string_equal(settings_text(&settings), "limits=1 sites=2 hazards=0 advice=1");
 
     surrounding_clear("assay_validation.preset = ci\n");
     settings = settings_read(&only_keys);
-    assert_string_equal(settings_text(&settings), "limits=1 sites=2 advice=1");
+    assert_string_equal(settings_text(&settings), "limits=1 sites=2 hazards=0 advice=1");
     assert_int_equal(warned.count, 0);
 }
 

@@ -30,14 +30,17 @@ static void instance_create(struct fixture *fixture)
 {
     /* Findings repeat from case to case of the same instance: none may be held back. */
     static const uint32_t no_limit = 0;
+    static const VkBool32 off = VK_FALSE; /* the cases are about one call each, without barriers */
     const VkLayerSettingEXT settings[] = {
         {LAYER_NAME, "duplicate_message_limit", VK_LAYER_SETTING_TYPE_UINT32_EXT, 1, &no_limit},
         {LAYER_NAME, "message_id_filter", VK_LAYER_SETTING_TYPE_STRING_EXT,
          fixture->setup.muted != NULL ? 1 : 0, &fixture->setup.muted},
+        {LAYER_NAME, "hazards", VK_LAYER_SETTING_TYPE_BOOL32_EXT,
+         fixture->setup.by_environment ? 0 : 1, &off},
         {LAYER_NAME, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &fixture->setup.level},
     };
     const STRUCT(VkLayerSettingsCreateInfoEXT, layer_settings,
-                 .settingCount = fixture->setup.level != NULL ? 3 : 2, .pSettings = settings);
+                 .settingCount = fixture->setup.level != NULL ? 4 : 3, .pSettings = settings);
     VkDebugUtilsMessengerCreateInfoEXT messenger = messages_messenger(&fixture->messages);
     messenger.pNext = &layer_settings;
     const STRUCT(VkApplicationInfo, application, .apiVersion = setup_api_version(&fixture->setup));

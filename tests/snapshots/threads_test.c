@@ -128,8 +128,9 @@ TEST(test_shared_secondary)
     pthread_t thread;
     if (!platform.is_null)
         skip();
-    fixture_open(&fixture, &platform,
-                 &(struct instance_settings){.level = "content", .queue_count = 2});
+    fixture_open(
+        &fixture, &platform,
+        &(struct instance_settings){.level = "content", .hazards = "false", .queue_count = 2});
     for (uint32_t i = 0; i < 2; i++) {
         open_worker(&workers[i]);
         fixture.vk.GetDeviceQueue(fixture.device, 0, i, &workers[i].own.queue);

@@ -145,7 +145,7 @@ class Coverage(unittest.TestCase):
                               self.folder / "results", "--allow-gaps"],
                              capture_output=True, text=True, check=True)
         self.assertRegex(run.stdout.splitlines()[-1],
-                         r"^coverage: \d+ implemented, 0 firing, 0 silent, \d+ pending of 1118; "
+                         r"^coverage: \d+ implemented, 0 firing, 0 silent, \d+ pending of 1311; "
                          r"seeds: \d+/200$")
 
 

@@ -11,7 +11,7 @@
 
 enum { MOST_SIDES = 8, MOST_FRAMES = 1001 };
 
-static const VkBool32 on = VK_TRUE;
+static const VkBool32 on = VK_TRUE, off = VK_FALSE;
 static const char *const execution = "execution", *const content = "content";
 enum { MOST_SETTINGS = 2 };
 #define SETTING(layer, key, type, value)                                                           \
@@ -20,6 +20,7 @@ enum { MOST_SETTINGS = 2 };
     }
 #define LEVEL(name) SETTING(GPU_LAYER, "level", STRING, name)
 #define SWITCH(layer, key) SETTING(layer, key, BOOL32, &on)
+#define NO_HAZARDS SETTING(GPU_LAYER, "hazards", BOOL32, &off)
 
 /* Sides of both comparisons, or of one. */
 enum comparison { IN_BOTH, OF_CONTENT, OF_HAZARDS };
@@ -30,8 +31,8 @@ static const struct side_kind {
     VkLayerSettingEXT settings[MOST_SETTINGS]; /* those without a name are none */
 } side_kinds[MOST_SIDES] = {
     {"none", NULL, IN_BOTH, {{0}}},
-    {"execution", GPU_LAYER, IN_BOTH, {LEVEL(&execution)}},
-    {"content", GPU_LAYER, OF_CONTENT, {LEVEL(&content)}},
+    {"execution", GPU_LAYER, IN_BOTH, {LEVEL(&execution), NO_HAZARDS}},
+    {"content", GPU_LAYER, OF_CONTENT, {LEVEL(&content), NO_HAZARDS}},
     {"content, hazards", GPU_LAYER, OF_CONTENT, {LEVEL(&content), SWITCH(GPU_LAYER, "hazards")}},
     {"hazards", GPU_LAYER, OF_HAZARDS, {SWITCH(GPU_LAYER, "hazards")}},
     {"khronos", BENCH_PEER, IN_BOTH, {{0}}},

@@ -90,9 +90,11 @@ static void require_layer(const struct side *side, const char *layer)
 
 void side_open(struct side *side, const char *layer, const char *level)
 {
-    const VkLayerSettingEXT setting = {GPU_LAYER, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1,
-                                       &level};
-    side_open_with(side, layer, &setting, layer && level);
+    const VkLayerSettingEXT settings[] = {
+        {GPU_LAYER, "hazards", VK_LAYER_SETTING_TYPE_BOOL32_EXT, 1, &(const VkBool32){VK_FALSE}},
+        {GPU_LAYER, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &level},
+    };
+    side_open_with(side, layer, settings, layer ? 1 + (level != NULL) : 0);
 }
 
 void side_open_with(struct side *side, const char *layer, const VkLayerSettingEXT *settings,
