@@ -51,12 +51,12 @@ struct reading {
     struct read_call *open_calls;
     struct pending_finding *findings, **findings_last;
     struct guard_results guarded;
-    bool has_addresses; /* of all structures, see query_addresses() */
-    bool lost_notes;    /* the notes are not those of the entries */
-    bool lacks_memory;  /* some inputs could not be validated */
-    const char *when;   /* see input_checks_read() */
-    bool lacks_marks;   /* the device may not have copied the inputs of some builds */
-    bool lacks_copies;  /* the device has not executed some copies */
+    bool has_addresses;       /* of all structures, see query_addresses() */
+    bool notes_are_of_others; /* the notes are not those of the entries */
+    bool lacks_memory;        /* some inputs could not be validated */
+    const char *when;         /* see input_checks_read() */
+    bool lacks_marks;         /* the device may not have copied the inputs of some builds */
+    bool lacks_copies;        /* the device has not executed some copies */
 };
 
 /* ---- findings */
@@ -337,13 +337,14 @@ static struct found_notes take_notes(struct read_buffer *buffer, const struct jo
     bool has_point =
         entry->built.type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR && notes->point_count;
     buffer->used_count = 0;
-    if (unknown_is_set(&notes->unknown) || reading->lost_notes)
+    if (unknown_is_set(&notes->unknown) || reading->notes_are_of_others)
         return (struct found_notes){0};
-    reading->lost_notes = (has_inputs && (reading->next_note >= notes->count ||
-                                          notes->items[reading->next_note].entry != entry)) ||
-                          (has_point && reading->next_point >= notes->point_count) ||
-                          found.used_count > notes->used_count - reading->next_used;
-    if (reading->lost_notes)
+    reading->notes_are_of_others =
+        (has_inputs &&
+         (reading->next_note >= notes->count || notes->items[reading->next_note].entry != entry)) ||
+        (has_point && reading->next_point >= notes->point_count) ||
+        found.used_count > notes->used_count - reading->next_used;
+    if (reading->notes_are_of_others)
         return (struct found_notes){0};
     if (has_inputs)
         found.inputs = &notes->items[reading->next_note++];

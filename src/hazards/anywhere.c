@@ -27,7 +27,7 @@ static void drop_first(struct hazards *hazards)
     const struct write_anywhere *write = write_at(writes, writes->first++);
     writes->dropped[write->queue] = write->number;
     if (!is_settled(hazards, write))
-        writes->lost = write->number;
+        writes->unsettled = write->number;
 }
 
 uint64_t hazards_write_anywhere(struct hazards *hazards, enum access_kind kind,
@@ -50,15 +50,15 @@ uint64_t hazards_write_anywhere(struct hazards *hazards, enum access_kind kind,
 
 uint64_t hazards_lost_write(const struct hazards *hazards)
 {
-    return hazards->writes.lost;
+    return hazards->writes.unsettled;
 }
 
 /* Whether a write may be open that was dropped. */
 static bool has_lost(const struct hazards *hazards)
 {
     const struct writes_anywhere *writes = &hazards->writes;
-    for (uint32_t rest = writes->lost ? writes->queues : 0; rest; rest &= rest - 1)
-        if (writes->lost > hazards->queues[__builtin_ctz(rest)].settled)
+    for (uint32_t rest = writes->unsettled ? writes->queues : 0; rest; rest &= rest - 1)
+        if (writes->unsettled > hazards->queues[__builtin_ctz(rest)].settled)
             return true;
     return false;
 }
@@ -70,7 +70,7 @@ uint64_t hazards_first_open_write(struct hazards *hazards, enum access_kind read
     while (writes->first < writes->end && is_settled(hazards, write_at(writes, writes->first)))
         drop_first(hazards);
     if (has_lost(hazards))
-        return writes->lost;
+        return writes->unsettled;
     for (uint64_t i = writes->first; i < writes->end; i++) {
         const struct write_anywhere *write = write_at(writes, i);
         if (write->kind == ACCESS_KINDS || !is_visible(hazards, write, read))

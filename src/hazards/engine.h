@@ -189,8 +189,8 @@ struct writes_anywhere {
     uint64_t first, end; /* positions, modulo WRITES_ANYWHERE */
     /* The number of the last write of each queue that is not kept; 0: none. */
     uint64_t dropped[HAZARD_QUEUES];
-    uint64_t lost;   /* of the last one that was dropped before it was settled; 0: none */
-    uint32_t queues; /* bits of the queues that had such writes */
+    uint64_t unsettled; /* of the last one that was dropped before it was settled; 0: none */
+    uint32_t queues;    /* bits of the queues that had such writes */
 };
 
 struct hazards {

@@ -225,7 +225,7 @@ TEST(test_labels_without_memory)
         assert_int_equal(stack.count, before);
         label_stack_pop(&stack);
         assert_int_equal(stack.count, 0);
-        assert_int_equal(stack.lost, 0);
+        assert_int_equal(stack.left_out, 0);
         label_stack_clear(&stack);
     }
 }

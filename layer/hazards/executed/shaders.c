@@ -69,7 +69,7 @@ void shader_judge_add_top(struct shader_judge *judge, const struct top_level *to
 }
 
 void shader_judge_end_top(struct shader_judge *judge, uint64_t structure,
-                          const struct lost_structure *lost)
+                          const struct destroyed_structure *destroyed)
 {
     struct top_level *top = shader_judge_find_top(judge, structure);
     if (!top)
@@ -77,7 +77,7 @@ void shader_judge_end_top(struct shader_judge *judge, uint64_t structure,
     judge->gone_count += !top->is_gone;
     top->is_gone = true;
     top->reference_count = 0;
-    top->lost = lost ? *lost : (struct lost_structure){0};
+    top->destroyed = destroyed ? *destroyed : (struct destroyed_structure){0};
 }
 
 /* References of one build follow each other. */

@@ -42,7 +42,7 @@ struct top_trace {
 };
 
 /* The structure or one of its references, which is destroyed, or without memory. */
-struct lost_structure {
+struct destroyed_structure {
     uint64_t structure; /* 0: none */
     bool is_freed;      /* its memory was freed */
     char name[DESTROYED_NAME_SIZE];
@@ -68,7 +68,7 @@ struct top_level {
     bool is_sorted;         /* the references, by structure */
     struct top_trace trace; /* the last one */
     uint64_t changed;       /* one of the references that was written since; 0: none */
-    struct lost_structure lost;
+    struct destroyed_structure destroyed;
 };
 
 struct shader_judge {
@@ -103,9 +103,9 @@ void shader_judge_begin_command(struct shader_judge *judge);
 
 /* A top-level structure was written. Without memory (id 0): one that is not known. */
 void shader_judge_add_top(struct shader_judge *judge, const struct top_level *top);
-/* A structure was destroyed. `lost`: as it will be reported; NULL if that is done. */
+/* A structure was destroyed. `destroyed`: as it will be reported; NULL if that is done. */
 void shader_judge_end_top(struct shader_judge *judge, uint64_t structure,
-                          const struct lost_structure *lost);
+                          const struct destroyed_structure *destroyed);
 /* An instance of the build at `position`, in the command whose first access is `command`, refers to
  * a structure. References of one build follow each other. */
 void shader_judge_add_reference(struct shader_judge *judge, uint64_t command, uint32_t position,

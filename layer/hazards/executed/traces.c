@@ -11,15 +11,16 @@
 
 /* Reports that something was destroyed which an access of that number reads, or whose descriptor it
  * uses (`is_used`). */
-static void report_lost(const struct hazard_judge *judge, const struct top_level *top,
-                        uint64_t number, const struct lost_structure *lost, bool is_pending,
-                        bool is_used)
+static void report_destroyed(const struct hazard_judge *judge, const struct top_level *top,
+                             uint64_t number, const struct destroyed_structure *destroyed,
+                             bool is_pending, bool is_used)
 {
     struct hazard_report report = {
         .hazard = {.type = TRACE_OF_DESTROYED, .is_racing = is_pending},
-        .earlier = {.type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, .object = lost->structure},
-        .destroyed_name = lost->name,
-        .is_freed = lost->is_freed,
+        .earlier = {.type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                    .object = destroyed->structure},
+        .destroyed_name = destroyed->name,
+        .is_freed = destroyed->is_freed,
         .write = ACCESS_KINDS,
         .is_used = is_used,
     };
@@ -29,7 +30,7 @@ static void report_lost(const struct hazard_judge *judge, const struct top_level
         return;
     report.earlier.origin = report.later.origin;
     report.later.type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
-    report.later.object = lost->structure == top->structure ? 0 : top->structure;
+    report.later.object = destroyed->structure == top->structure ? 0 : top->structure;
     reporter_send_hazard(judge->device->instance->reporter, &report);
 }
 
@@ -82,11 +83,11 @@ static void note_trace(const struct hazard_judge *judge, struct top_level *top,
     const struct hazard_batch_record *record = judge->current;
     const struct timestamp batch = record->batch->timestamp;
     top->trace = (struct top_trace){{batch.queue, number, access->kind}, batch, record->untracked};
-    if (top->lost.structure)
-        report_lost(judge, top, number, &top->lost, false, false);
+    if (top->destroyed.structure)
+        report_destroyed(judge, top, number, &top->destroyed, false, false);
     else if (top->changed)
         consumers_on_stale_trace(judge->device, top->structure, top->changed);
-    top->lost.structure = top->changed = 0;
+    top->destroyed.structure = top->changed = 0;
 }
 
 /* A trace that is too early is reported, and not compared with what follows. */
@@ -133,10 +134,10 @@ void judge_used(struct hazard_judge *judge, const struct hazard_entry *item)
     const struct hazard_access none = {.kind = (enum access_kind)item->access};
     const uint64_t number = hazards_access(judge->hazards, &none);
     struct top_level *top = shader_judge_find_top_at(&judge->shaders, item->object, &item->bytes);
-    if (!top || !top->is_gone || top->lost.structure != top->structure)
+    if (!top || !top->is_gone || top->destroyed.structure != top->structure)
         return;
-    report_lost(judge, top, number, &top->lost, false, true);
-    top->lost.structure = 0;
+    report_destroyed(judge, top, number, &top->destroyed, false, true);
+    top->destroyed.structure = 0;
 }
 
 /* ---- what is destroyed */
@@ -152,39 +153,40 @@ static bool is_trace_pending(const struct top_level *top, const struct ended_obj
 }
 
 /* Finds what the end of an object takes from a structure: itself, or one of its references. */
-static bool find_lost(struct top_level *top, const struct ended_object *ended,
-                      struct lost_structure *lost)
+static bool find_destroyed(struct top_level *top, const struct ended_object *ended,
+                           struct destroyed_structure *destroyed)
 {
     const bool is_freed = ended->ended == MEMORY_FREED;
     const uint64_t structure = is_freed ? 0 : ended->id, memory = is_freed ? ended->id : 0;
     const bool is_itself = is_freed ? top->first.memory == memory : top->structure == structure;
-    *lost = (struct lost_structure){.structure = is_itself ? top->structure
-                                                           : top_level_drop(top, structure, memory),
-                                    .is_freed = is_freed};
-    memcpy(lost->name, ended->name, sizeof(lost->name));
-    return lost->structure;
+    *destroyed = (struct destroyed_structure){
+        .structure = is_itself ? top->structure : top_level_drop(top, structure, memory),
+        .is_freed = is_freed};
+    memcpy(destroyed->name, ended->name, sizeof(destroyed->name));
+    return destroyed->structure;
 }
 
 /* What follows may trace the structures again. */
-static void lose(struct hazard_judge *judge, struct top_level *top,
-                 const struct ended_object *ended, const struct lost_structure *lost)
+static void note_destroyed(struct hazard_judge *judge, struct top_level *top,
+                           const struct ended_object *ended,
+                           const struct destroyed_structure *destroyed)
 {
     const bool is_pending = is_trace_pending(top, ended);
     const bool is_reported = is_pending || !execution_clock_has(&ended->observed, top->batch);
     if (is_pending)
-        report_lost(judge, top, top->trace.side.number, lost, true, false);
-    if (ended->ended == STRUCTURE_DESTROYED && lost->structure == top->structure)
-        shader_judge_end_top(&judge->shaders, top->structure, is_reported ? NULL : lost);
+        report_destroyed(judge, top, top->trace.side.number, destroyed, true, false);
+    if (ended->ended == STRUCTURE_DESTROYED && destroyed->structure == top->structure)
+        shader_judge_end_top(&judge->shaders, top->structure, is_reported ? NULL : destroyed);
     else if (!is_reported)
-        top->lost = *lost;
+        top->destroyed = *destroyed;
 }
 
 void judge_end_of_traced(struct hazard_judge *judge, const struct ended_object *ended)
 {
     for (uint32_t i = 0; i < judge->shaders.top_count; i++) {
         struct top_level *top = judge->shaders.tops[i];
-        struct lost_structure lost;
-        if (!top->is_gone && find_lost(top, ended, &lost))
-            lose(judge, top, ended, &lost);
+        struct destroyed_structure destroyed;
+        if (!top->is_gone && find_destroyed(top, ended, &destroyed))
+            note_destroyed(judge, top, ended, &destroyed);
     }
 }

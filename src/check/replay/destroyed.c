@@ -42,7 +42,7 @@ static void check_structure(struct replay *replay, const struct journal *journal
     const struct object_state state =
         object_state_find(replay->resources, type, handle, id, was_backed);
     const bool is_destroyed = state.is_destroyed;
-    if (!is_destroyed && (!state.lost_memory || rules->backed == RULE_COUNT))
+    if (!is_destroyed && (!state.has_no_memory || rules->backed == RULE_COUNT))
         return;
     struct judge judge;
     struct finding finding;

@@ -43,7 +43,7 @@ static void check_use(struct replay *replay, const struct journal *journal,
     const bool is_destroyed = state.is_destroyed;
     struct judge judge;
     struct finding finding;
-    if (!is_destroyed && !state.lost_memory)
+    if (!is_destroyed && !state.has_no_memory)
         return;
     judge_begin_read(&judge, replay, journal, entry);
     finding_says(&finding, use->field,

@@ -61,7 +61,7 @@ struct object_state object_state_find(struct resources *resources, VkObjectType 
     const struct object_facts facts = object_facts_find(resources, type, handle);
     return (struct object_state){
         .is_destroyed = facts.alive == NO || (facts.alive == YES && facts.id != id),
-        .lost_memory = facts.alive == YES && was_backed && facts.backed == NO,
+        .has_no_memory = facts.alive == YES && was_backed && facts.backed == NO,
         .buffer_is_destroyed = facts.buffer_is_destroyed,
     };
 }

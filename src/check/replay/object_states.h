@@ -26,8 +26,8 @@ struct object_facts object_facts_find(struct resources *resources, VkObjectType 
 
 struct object_state {
     bool is_destroyed;
-    bool lost_memory;         /* it is alive, and its memory was freed or its buffer destroyed */
-    bool buffer_is_destroyed; /* if lost_memory */
+    bool has_no_memory;       /* it is alive, and its memory was freed or its buffer destroyed */
+    bool buffer_is_destroyed; /* if has_no_memory */
 };
 
 /* `id` and `was_backed`: as known when the command was recorded. */

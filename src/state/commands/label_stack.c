@@ -48,9 +48,10 @@ static void append_label(struct label_stack *stack, const VkDebugUtilsLabelEXT *
 void label_stack_push(struct label_stack *stack, const VkDebugUtilsLabelEXT *label)
 {
     drop_inserted(stack);
-    /* All labels above a lost label are lost, too, so that each pop matches its push. */
-    if (stack->lost || !has_room(stack)) {
-        stack->lost++;
+    /* All labels above one that is left out are left out, too, so that each pop matches its push.
+     */
+    if (stack->left_out || !has_room(stack)) {
+        stack->left_out++;
         return;
     }
     append_label(stack, label);
@@ -59,7 +60,7 @@ void label_stack_push(struct label_stack *stack, const VkDebugUtilsLabelEXT *lab
 void label_stack_insert(struct label_stack *stack, const VkDebugUtilsLabelEXT *label)
 {
     drop_inserted(stack);
-    if (stack->lost || !has_room(stack))
+    if (stack->left_out || !has_room(stack))
         return;
     append_label(stack, label);
     stack->inserted = true;
@@ -68,8 +69,8 @@ void label_stack_insert(struct label_stack *stack, const VkDebugUtilsLabelEXT *l
 void label_stack_pop(struct label_stack *stack)
 {
     drop_inserted(stack);
-    if (stack->lost)
-        stack->lost--;
+    if (stack->left_out)
+        stack->left_out--;
     else if (stack->count)
         drop_innermost(stack);
 }

@@ -11,9 +11,9 @@
 struct label_stack {
     VkDebugUtilsLabelEXT *labels; /* innermost last; pLabelName owned, never NULL */
     uint32_t count, capacity;
-    uint32_t lost;    /* open labels above the others for which memory ran out */
-    uint32_t changes; /* generation counter: bumped by every change, so copies can be compared */
-    bool inserted;    /* the innermost label was inserted, and ends at the next label command */
+    uint32_t left_out; /* open labels above the others for which memory ran out */
+    uint32_t changes;  /* generation counter: bumped by every change, so copies can be compared */
+    bool inserted;     /* the innermost label was inserted, and ends at the next label command */
 };
 
 /* `label` may be NULL, and may have no name. */
@@ -28,7 +28,7 @@ struct label_stack label_stack_copy(const struct label_stack *stack);
 void label_stack_drop_all(struct label_stack *stack);
 static inline bool label_stack_is_clear(const struct label_stack *stack)
 {
-    return !stack->labels && !stack->lost;
+    return !stack->labels && !stack->left_out;
 }
 static inline void label_stack_clear(struct label_stack *stack)
 {
