@@ -18,14 +18,25 @@ void *unreadable_page(void)
     return page;
 }
 
+enum { RESERVED = 1 << 28 };
+
+/* The unreadable pages never were anything else: for some milliseconds the layer believes that a
+ * page is still readable which was (src/base/readable.h). */
 void *bytes_before_unreadable_page(size_t size)
 {
+    static unsigned char *reserved;
+    static size_t left;
     const size_t page = (size_t)sysconf(_SC_PAGESIZE);
     const size_t readable = (size + page - 1) / page * page;
-    unsigned char *pages =
-        mmap(NULL, readable + page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (pages == MAP_FAILED || mprotect(pages + readable, page, PROT_NONE) != 0)
+    if (left < readable + page) {
+        left = RESERVED;
+        reserved = mmap(NULL, left, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    }
+    unsigned char *pages = reserved;
+    if (reserved == MAP_FAILED || mprotect(pages, readable, PROT_READ | PROT_WRITE) != 0)
         abort();
+    reserved += readable + page;
+    left -= readable + page;
     return pages + readable - size;
 }
 
