@@ -83,7 +83,7 @@ bool uses_note_build(struct structures *structures, uint64_t id, uint32_t submis
                      VkBuildAccelerationStructureFlagsKHR flags, VkDeviceSize needed);
 /* A copy to a structure that has a record takes the box of its source, if that is known. */
 void uses_copy_box(const struct structures *structures, uint64_t dst_id, uint64_t src_id);
-/* The same for is_hasty_copy. Call once the copy is counted. */
+/* The copy takes is_hasty_copy of its source, too. Call this once the copy is counted. */
 void uses_copy_haste(const struct structures *structures, uint64_t dst_id, uint64_t src_id,
                      uint32_t submission);
 /* The host has read the compacted size of a structure that has a record. */

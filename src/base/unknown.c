@@ -3,7 +3,7 @@
 
 #include <stdatomic.h>
 
-/* Of the process, because most modules know of no instance. */
+/* The counts are those of the process, because most modules know no instance. */
 static atomic_uint counts[UNKNOWN_WHATS];
 
 void unknown_set(struct unknown *unknown, enum unknown_what what)

@@ -220,33 +220,37 @@ bool cluster_dst_has_storage_usage(const struct cluster_build_view *cluster_buil
     return HAS_USAGE(&cluster_build->dst, ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, finding);
 }
 
+static bool dst_is_aligned(const struct cluster_build_view *build,
+                           VkClusterAccelerationStructureOpTypeNV type, uint32_t alignment,
+                           const char *name, struct finding *finding)
+{
+    return op_of(build) != type || is_aligned(&build->dst, alignment, name, finding);
+}
+
 bool cluster_dst_is_aligned(const struct cluster_build_view *cluster_build, struct finding *finding)
 {
-    return op_of(cluster_build) !=
-               VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_NV ||
-           is_aligned(&cluster_build->dst,
-                      cluster_build->call->device->clusters.limits.clusterByteAlignment,
-                      "clusterByteAlignment", finding);
+    return dst_is_aligned(cluster_build,
+                          VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_NV,
+                          cluster_build->call->device->clusters.limits.clusterByteAlignment,
+                          "clusterByteAlignment", finding);
 }
 
 bool cluster_template_dst_is_aligned(const struct cluster_build_view *cluster_build,
                                      struct finding *finding)
 {
-    return op_of(cluster_build) !=
-               VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_TEMPLATE_NV ||
-           is_aligned(&cluster_build->dst,
-                      cluster_build->call->device->clusters.limits.clusterTemplateByteAlignment,
-                      "clusterTemplateByteAlignment", finding);
+    return dst_is_aligned(
+        cluster_build, VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_TEMPLATE_NV,
+        cluster_build->call->device->clusters.limits.clusterTemplateByteAlignment,
+        "clusterTemplateByteAlignment", finding);
 }
 
 bool cluster_instance_dst_is_aligned(const struct cluster_build_view *cluster_build,
                                      struct finding *finding)
 {
-    return op_of(cluster_build) !=
-               VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_INSTANTIATE_TRIANGLE_CLUSTER_NV ||
-           is_aligned(&cluster_build->dst,
-                      cluster_build->call->device->clusters.limits.clusterByteAlignment,
-                      "clusterByteAlignment", finding);
+    return dst_is_aligned(cluster_build,
+                          VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_INSTANTIATE_TRIANGLE_CLUSTER_NV,
+                          cluster_build->call->device->clusters.limits.clusterByteAlignment,
+                          "clusterByteAlignment", finding);
 }
 
 /* The size of what is moved is unknown. */

@@ -54,7 +54,7 @@ struct gathering {
     uint32_t first, stride; /* of the addresses, in words of 8 bytes */
     uint32_t parts;         /* consecutive elements behind each address */
 };
-/* Of an array of addresses. */
+/* The members for an array of addresses: each takes one word, and has one element behind it. */
 #define GATHERING_OF_POINTERS .stride = 1, .parts = 1
 
 /* ---- guards (setting guard): a shader copies the instances of a top-level build just before it,

@@ -77,7 +77,7 @@ struct cluster_read_view {
     bool has_count;
     uint32_t count; /* at srcInfosCount */
     uint32_t infos; /* that are built: the count, or maxAccelerationStructureCount at most */
-    /* Of bottom-level structures: the sum of their references, and the structure that has most. */
+    /* How many references all bottom-level structures have, and the structure that has most. */
     uint64_t references;
     uint32_t most_references, most_index;
     /* The first address of dstAddressesArray that is wrong; NULL: none. */
