@@ -8,6 +8,7 @@
 #include "layer/layer.h"
 #include "src/check/content/content.h"
 #include "src/snapshots/recording.h"
+#include "src/state/order/batch.h"
 
 /* A build that has executed, and whose inputs level content has copied. */
 struct executed_input {
@@ -17,7 +18,8 @@ struct executed_input {
     const struct input_memory *memory;
     const struct execution_point *point; /* of a build of instances; NULL: unknown */
     uint64_t destroy_count;              /* the value at the time of execution */
-    VkQueue queue;                       /* that has executed it */
+    const struct order_batch *batch;     /* that has executed it; may be gone after the call */
+    uint32_t command;                    /* index of the command buffer in the batch */
     /* Builds are read in the order of their execution: not after the device was lost, when several
      * threads may read. */
     bool is_in_order;

@@ -202,8 +202,9 @@ static void keep(void *self, const struct executed_input *executed)
     if (comparer->is_stopped)
         return;
     const struct recorded_build *recorded = executed->build;
-    const struct retained_build build = {
-        .journal = executed->journal, .queue = executed->queue, .place = recorded->place};
+    const struct retained_build build = {.journal = executed->journal,
+                                         .submission = executed->batch->origin,
+                                         .place = recorded->place};
     const struct build_parameters *given = recorded_build_given(recorded);
     if (given->had_chains || build.place.command == COMMAND_NV ||
         (!reference_supports(given) && !is_top(given))) {
@@ -231,9 +232,8 @@ void comparer_report(const struct comparer *comparer, const struct retained_buil
 {
     const struct layer_device *device = comparer->device;
     const uint32_t at = journal_origin_at(build->journal, build->place.position);
-    const struct call_origin origin =
-        layer_origin_of(device, &(struct submission_origin){.queue = build->queue}, build->journal,
-                        build->place.position - build->place.info, at);
+    const struct call_origin origin = layer_origin_of(
+        device, &build->submission, build->journal, build->place.position - build->place.info, at);
     for (enum difference d = 0; d < DIFFERENCE_COUNT; d++) {
         char words[SUMMARY_TEXT];
         const struct judgement *judgement = &summary->found[d].judgement;
@@ -281,7 +281,7 @@ static VkResult compare_to_reference(struct comparer *comparer, const struct ret
     const struct compare_input inputs[2] = {build->source ? build->source->copy->input : *input,
                                             *input};
     struct tracer_job job = {
-        .queue = build->queue,
+        .queue = build->submission.queue,
         .input_count = build->source ? 2 : 1,
         .inputs = inputs,
         .ray_count = rays->count,
@@ -314,7 +314,7 @@ static VkResult compare_bottom(struct comparer *comparer, const struct retained_
 /* Returns false, and leaves the build to a later call, if its queue cannot be used now. */
 static bool compare_build(struct comparer *comparer, const struct retained_build *build)
 {
-    if (!begin_submission(comparer->driver.queues, build->queue))
+    if (!begin_submission(comparer->driver.queues, build->submission.queue))
         return false;
     end_submission(comparer->driver.queues); /* the reference and the rays come first */
     VkResult result =

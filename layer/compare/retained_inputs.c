@@ -61,6 +61,7 @@ void retained_free_build(struct retained_build *build)
 {
     release_build(build);
     journal_release(build->journal);
+    shared_labels_release(build->submission.labels);
     free(build);
 }
 
@@ -76,6 +77,7 @@ void retained_add_build(struct comparer *comparer, const struct retained_build *
     own->next = NULL;
     if (own->journal)
         journal_share(own->journal);
+    shared_labels_share(own->submission.labels);
     *comparer->last = own;
     comparer->last = &own->next;
 }
@@ -218,7 +220,7 @@ static VkResult compare_top_level(struct comparer *comparer, const struct retain
         .geometry_flags = input->geometry_flags,
     };
     struct tracer_job job = {
-        .queue = build->queue,
+        .queue = build->submission.queue,
         .input_count = input->bottom_count,
         .inputs = inputs,
         .top = &top,

@@ -22,8 +22,8 @@ struct retained_input {
 
 struct retained_build {
     struct retained_build *next;
-    struct journal *journal; /* shared */
-    VkQueue queue;           /* that executed the build */
+    struct journal *journal;             /* shared */
+    struct submission_origin submission; /* that executed the build; the labels are shared */
     struct recorded_place place;
     /* For a BLAS. An update builds `source` first. */
     struct retained_input *input, *source;
@@ -52,7 +52,7 @@ void retained_free_build(struct retained_build *build);
 struct retained_input *retained_input_create(struct comparer *comparer,
                                              const struct compare_input *input);
 
-/* Takes ownership of the members of `build`, and shares the journal. */
+/* Takes ownership of the members of `build`, and shares the journal and the labels. */
 void retained_add_build(struct comparer *comparer, const struct retained_build *build);
 
 /* Reads the instances of a TLAS build and retains the build. Counts the build as not

@@ -398,7 +398,8 @@ static void read_copies(struct read_buffer *buffer, const struct journal_entry *
         .memory = &executed.memory,
         .point = notes->point,
         .destroy_count = buffer->execution->destroy_count,
-        .queue = reading->ran->batch->origin.queue,
+        .batch = reading->ran->batch,
+        .command = reading->ran->command,
         .is_in_order = !reading->when,
     };
     executed.readers = consumers_on_build(reading->ran->device, &input);

@@ -217,7 +217,7 @@ static struct ran_execution describe_execution(const struct input_checks *input_
     return (struct ran_execution){
         .device = input_checks->device,
         .batch = at->batch,
-        .journal = at->batch->commands[at->command].captured,
+        .command = at->command,
         .execution = check_of(at)->execution,
         .notes = check_of(at)->notes,
         .is_complete = is_complete,
@@ -303,7 +303,7 @@ static void read_unrun(struct input_checks *input_checks, const struct batch_cur
     const struct ran_execution ran = {
         .device = input_checks->device,
         .batch = at->batch,
-        .journal = journal,
+        .command = at->command,
         .execution = journal->work ? recording_share_latest(journal->work) : NULL,
     };
     if (ran.execution)

@@ -40,11 +40,11 @@ struct ticket *input_checks_next_ticket(struct input_checks *input_checks, VkQue
 
 struct missed_executions;
 
-/* A complete execution of a command buffer. */
+/* An execution of a command buffer. */
 struct ran_execution {
     struct layer_device *device;
     struct order_batch *batch;
-    const struct journal *journal; /* of the command buffer; belongs to the batch */
+    uint32_t command; /* index of the command buffer in the batch */
     struct execution *execution;
     struct input_notes notes;
     bool is_complete; /* false: not yet, or the device was lost */

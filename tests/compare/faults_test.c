@@ -64,6 +64,17 @@ TEST(test_each_wait)
     }
 }
 
+TEST(test_messages_name_submissions)
+{
+    live(0, VK_SUCCESS);
+    for (int i = 1; i <= BUILDS; i++) {
+        char words[32];
+        snprintf(words, sizeof(words), ", submission %d", i);
+        assert_in_range(messages_count(&fixture.instance.messages, "ASSAY-compare-missed", words),
+                        1, UINT32_MAX);
+    }
+}
+
 const char *unit_test_open(const char *name)
 {
     setenv("VK_ASSAY_VALIDATION_COMPARE_RAYS", "16", 1);

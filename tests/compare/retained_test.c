@@ -30,6 +30,7 @@ static uint64_t find(void *context, uint64_t address, uint64_t size, const void 
 }
 
 static const struct input_memory memory = {.find = find};
+static const struct order_batch batch;
 
 static void begin(void)
 {
@@ -59,7 +60,8 @@ static void keep(uint64_t id, uint64_t source_id)
     const struct journal_entry entry = {
         .dst = id, .dst_id = id, .src = source_id, .src_id = source_id};
     comparison.keep(&comparer,
-                    &(struct executed_input){.entry = &entry, .build = &build, .memory = &memory});
+                    &(struct executed_input){
+                        .entry = &entry, .build = &build, .memory = &memory, .batch = &batch});
 }
 
 /* The build that was retained first is compared, and no longer needed. */

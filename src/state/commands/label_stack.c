@@ -131,9 +131,10 @@ void queue_labels_destroy(struct queue_labels *labels)
     free(labels);
 }
 
-static struct shared_labels *shared_labels_share(struct shared_labels *labels)
+struct shared_labels *shared_labels_share(struct shared_labels *labels)
 {
-    atomic_fetch_add_explicit(&labels->references, 1, memory_order_relaxed);
+    if (labels)
+        atomic_fetch_add_explicit(&labels->references, 1, memory_order_relaxed);
     return labels;
 }
 

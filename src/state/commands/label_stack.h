@@ -67,7 +67,8 @@ struct submission_origin {
 /* Counts a submitting call, and describes it. The caller releases the reference to the labels. */
 struct submission_origin queue_labels_submit(struct queue_labels *labels, VkQueue queue);
 
-/* Both accept NULL. */
+/* All accept NULL. */
+struct shared_labels *shared_labels_share(struct shared_labels *labels);
 void shared_labels_release(struct shared_labels *labels);
 static inline const struct label_stack *shared_labels_stack(const struct shared_labels *labels)
 {
