@@ -2,6 +2,7 @@
 /* Comparing while the driver's fences fail: whichever wait fails or times out, nothing crashes or
  * stays allocated, and only what was compared is reported. On the null driver, which hits nothing.
  */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
