@@ -85,8 +85,8 @@ struct test_case {
     bool needs_drivers_sizes; /* not played with setting limits = harsh */
     bool spares_drivers; /* of what it does no driver need be proof, as the null driver and backend
                             cpu are */
-    /* The twin, or the mutation of a silent case, breaks no rule that there is, but may lead to
-     * what backend cpu can't build from: then the host's call fails. */
+    /* The twin, or a mutation that no error is about, may lead to what backend cpu cannot execute:
+     * then the host's call fails. */
     bool may_fail_on_cpu;
     bool keep_arrays;   /* not to be repeated with ppGeometries */
     bool forwards;      /* the callback lets the call pass; null driver only */

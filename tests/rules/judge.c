@@ -297,15 +297,16 @@ static bool play_mutation(const struct play *play, struct fixture *fixture, stru
     for (uint32_t i = 0; i < test_case->rule_count && !test_case->silent; i++)
         breaks = breaks || judge_expects(play, test_case->rules[i]);
     breaks = breaks && !play->is_made_better;
+    const bool passes = fixture->fails && breaks && warns_only(play);
     const struct call call = {.what = breaks ? "mutation" : "valid mutation",
                               .prepare = test_case->prepare,
                               .mutate = test_case->wrong,
                               .then = test_case->then,
                               .is_mutation = true,
                               .breaks = breaks,
-                              .forwards = test_case->forwards ||
-                                          (fixture->fails && breaks && warns_only(play)),
-                              .may_fail_on_cpu = test_case->silent && test_case->may_fail_on_cpu};
+                              .forwards = test_case->forwards || passes,
+                              .may_fail_on_cpu =
+                                  (test_case->silent || passes) && test_case->may_fail_on_cpu};
     if (!breaks)
         return expect_silence(play, fixture, &call, report);
     const bool made = play->make_call(play, fixture, &call, report);
