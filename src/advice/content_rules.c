@@ -244,35 +244,3 @@ bool instances_overlap_little(const struct placing_view *placing, struct finding
                     count_of(figures->placed, "instance"), real(depth),
                     real(box_figures_met(&figures->boxes)));
 }
-
-/* ---- all rows */
-
-#define JUDGE(subject, name)                                                                       \
-    if (!name(subject, &finding, &weight))                                                         \
-        found(user, ADVICE_##name, &finding, weight);
-#define JUDGE_use(name)
-#define JUDGE_crowd(name)
-#define JUDGE_traced(name)
-#define JUDGE_tree(name)
-#define ADVICE(subject, name, kind, id, hint) JUDGE_##subject(name)
-
-void advice_judge_mesh(const struct mesh_view *mesh, advice_found *found, void *user)
-{
-    struct finding finding;
-    uint64_t weight;
-#define JUDGE_mesh(name) JUDGE(mesh, name)
-#define JUDGE_placing(name)
-#include "vuid-tables/advice.def"
-#undef JUDGE_mesh
-#undef JUDGE_placing
-}
-
-void advice_judge_placing(const struct placing_view *placing, advice_found *found, void *user)
-{
-    struct finding finding;
-    uint64_t weight;
-#define JUDGE_mesh(name)
-#define JUDGE_placing(name) JUDGE(placing, name)
-#define ADVICE(subject, name, kind, id, hint) JUDGE_##subject(name)
-#include "vuid-tables/advice.def"
-}

@@ -286,32 +286,37 @@ bool top_level_is_newer_than_its_bottom_levels(const struct traced_view *traced,
 
 /* ---- all rows */
 
-#define JUDGE(subject, name)                                                                       \
-    if (!name(subject, &finding, &weight))                                                         \
-        found(user, ADVICE_##name, &finding, weight);
-#define JUDGE_mesh(name)
-#define JUDGE_placing(name)
-#define JUDGE_traced(name)
-#define JUDGE_tree(name)
+/* In a function about `view`: judges it if the row is about such a view. */
+#define ADVICE_IF_ABOUT_VIEW(subject, name)                                                          \
+    {                                                                                                \
+        const struct subject##_view *const subject =                                               \
+            _Generic(view, const struct subject##_view *: view, default: NULL); \
+        struct finding finding;                                                                      \
+        uint64_t weight;                                                                             \
+        if (subject && !name(subject, &finding, &weight))                                            \
+            found(user, ADVICE_##name, &finding, weight);                                            \
+    }
 
-void advice_judge_use(const struct use_view *use, advice_found *found, void *user)
+void advice_judge_use(const struct use_view *view, advice_found *found, void *user)
 {
-    struct finding finding;
-    uint64_t weight;
-#define JUDGE_crowd(name)
-#define JUDGE_use(name) JUDGE(use, name)
-#define ADVICE(subject, name, kind, id, hint) JUDGE_##subject(name)
+#define ADVICE(subject, name, kind, id, hint) ADVICE_IF_ABOUT_VIEW(subject, name)
 #include "vuid-tables/advice.def"
-#undef JUDGE_crowd
-#undef JUDGE_use
 }
 
-void advice_judge_crowd(const struct crowd_view *crowd, advice_found *found, void *user)
+void advice_judge_crowd(const struct crowd_view *view, advice_found *found, void *user)
 {
-    struct finding finding;
-    uint64_t weight;
-#define JUDGE_crowd(name) JUDGE(crowd, name)
-#define JUDGE_use(name)
-#define ADVICE(subject, name, kind, id, hint) JUDGE_##subject(name)
+#define ADVICE(subject, name, kind, id, hint) ADVICE_IF_ABOUT_VIEW(subject, name)
+#include "vuid-tables/advice.def"
+}
+
+void advice_judge_mesh(const struct mesh_view *view, advice_found *found, void *user)
+{
+#define ADVICE(subject, name, kind, id, hint) ADVICE_IF_ABOUT_VIEW(subject, name)
+#include "vuid-tables/advice.def"
+}
+
+void advice_judge_placing(const struct placing_view *view, advice_found *found, void *user)
+{
+#define ADVICE(subject, name, kind, id, hint) ADVICE_IF_ABOUT_VIEW(subject, name)
 #include "vuid-tables/advice.def"
 }
