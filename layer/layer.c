@@ -277,16 +277,13 @@ struct layer_device *layer_find_build_device(VkCommandBuffer handle)
 __attribute__((cold)) static void warn_of_skipped(VkCommandBuffer handle)
 {
     struct layer_device *device = layer_find_reporting_device(handle);
-    char line[256];
-    struct text_buffer text;
     if (!device || atomic_exchange(&device->warned_of_skipped, true))
         return;
-    text_begin(&text, line, sizeof(line));
-    text_say(&text,
-             "A command was to be recorded in VkCommandBuffer {}, which is not a command buffer: "
-             "it was freed, or never allocated. The layer skips such commands.",
-             hex(handle_number(handle)));
-    reporter_warn(device->instance->reporter, line);
+    reporter_say_warning(
+        device->instance->reporter,
+        "A command was to be recorded in VkCommandBuffer {}, which is not a command buffer: "
+        "it was freed, or never allocated. The layer skips such commands.",
+        hex(handle_number(handle)));
 }
 
 struct layer_device *layer_find_recording_device(VkCommandBuffer handle)

@@ -99,18 +99,15 @@ static VkResult start(struct layer_device *device, void **self)
 
 static void warn_of_failures(const struct comparer *comparer)
 {
-    char line[320];
-    struct text_buffer text;
     const uint64_t input_unknown = comparer->input_unknown, failed = comparer->failed;
     if (input_unknown + failed == 0)
         return;
-    text_begin(&text, line, sizeof(line));
-    text_say(&text,
-             "assay_validation.compare_rays: {} builds were not compared: of {} not all of the "
-             "input was known, or it was too much to keep; for {} the driver or the layer had no "
-             "memory, or the driver took too long.",
-             number(input_unknown + failed), number(input_unknown), number(failed));
-    reporter_warn(comparer->device->instance->reporter, line);
+    reporter_say_warning(
+        comparer->device->instance->reporter,
+        "assay_validation.compare_rays: {} builds were not compared: of {} not all of the "
+        "input was known, or it was too much to keep; for {} the driver or the layer had no "
+        "memory, or the driver took too long.",
+        number(input_unknown + failed), number(input_unknown), number(failed));
 }
 
 static void destroy(void *self)

@@ -250,6 +250,16 @@ void reporter_warn(struct reporter *reporter, const char *line)
     send_line(reporter, &reporter->warnings_left, REPORT_WARNING, line);
 }
 
+void reporter_warn_words(struct reporter *reporter, const char *says, const struct value *values,
+                         uint32_t count)
+{
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    text_begin(&text, line, sizeof(line));
+    words_append(&(const struct words){.text = &text}, says, values, count);
+    reporter_warn(reporter, line);
+}
+
 void reporter_report_unsupported(struct reporter *reporter, const char *line)
 {
     send_line(reporter, &reporter->unsupported_left, REPORT_ERROR, line);
@@ -369,11 +379,9 @@ static void send_kept_line(struct reporter *reporter, const char *line)
 /* Ignores duplicate_message_limit, because no two lines are equal. */
 static void send_kept_lines(struct reporter *reporter, struct kept_lines *kept)
 {
-    for (size_t i = 0; i < kept->count; i++) {
+    for (size_t i = 0; i < kept->count; i++)
         send_kept_line(reporter, kept->lines[i]);
-        free(kept->lines[i]);
-    }
-    free(kept->lines);
+    kept_lines_free(kept);
 }
 
 VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporter **out)
@@ -387,11 +395,11 @@ VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporte
     struct kept_lines kept = {0};
     VkResult result = messengers_add_chain(&reporter->messengers, create_info->pNext);
     if (result == VK_SUCCESS)
-        result = settings_load(create_info, kept_lines_add, &kept, &reporter->settings);
+        result = settings_load(create_info, &kept, &reporter->settings);
     if (result == VK_SUCCESS)
-        settings_check(&reporter->settings, kept_lines_add, &kept);
+        settings_check(&reporter->settings, &kept);
     if (result == VK_SUCCESS)
-        result = log_open(&reporter->log, &reporter->settings, kept_lines_add, &kept);
+        result = log_open(&reporter->log, &reporter->settings, &kept);
     if (result == VK_SUCCESS) {
         allow_messages(reporter);
         warn_of_log(reporter,

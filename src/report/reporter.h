@@ -71,6 +71,11 @@ void reporter_send_advice(struct reporter *reporter, const struct advice_report 
 /* Sends a message of the layer about itself (such as an invalid setting, or that memory ran out),
  * with severity warning. */
 void reporter_warn(struct reporter *reporter, const char *line);
+/* Words a line of up to 1023 bytes, as text_say() does, and warns with it. */
+void reporter_warn_words(struct reporter *reporter, const char *says, const struct value *values,
+                         uint32_t count);
+#define reporter_say_warning(reporter, says, ...)                                                  \
+    reporter_warn_words((reporter), (says), VALUES(__VA_ARGS__))
 
 /* Sends a message about the device, such as its loss, with severity warning and an id of its own.
  * duplicate_message_limit does not apply. */

@@ -16,8 +16,7 @@
 enum { LINE_SIZE = 1024, VALUE_SHOWN = 200, VALUE_SIZE = 32, CHANGES_SIZE = 4096 };
 
 struct loader {
-    void (*warn)(void *context, const char *line);
-    void *context;
+    struct kept_lines *warnings;
     struct settings *settings;
     struct text_buffer *changes;
 };
@@ -154,7 +153,7 @@ static bool load_message_id_filter(const struct loader *loader, char *value)
         *colon = ',';
     message_filters_load(&(struct message_filters){settings->muted, settings->muted_others,
                                                    &settings->narrow_filters},
-                         value, loader->warn, loader->context);
+                         value, loader->warnings);
     return true;
 }
 
@@ -248,7 +247,7 @@ static void warn_of_value(const struct loader *loader, enum setting setting, con
     text_say(&text, "). The {}, {}, is used.",
              phrase(loader->settings->by_preset[setting] ? "preset's value" : "default"),
              phrase(usual_value(loader->settings, setting)));
-    loader->warn(loader->context, line);
+    kept_lines_add(loader->warnings, line);
 }
 
 static void note_value(const struct loader *loader, enum setting setting, const char *value)
@@ -295,9 +294,9 @@ static void settle_actions(const struct loader *loader)
 {
     uint32_t actions = loader->settings->debug_action;
     if (actions & DEBUG_ACTION_DEBUGGER && !PROCESS_HAS_DEBUGGER_OUTPUT) {
-        loader->warn(loader->context,
-                     "assay_validation.debug_action: VK_DBG_LAYER_ACTION_DEBUG_OUTPUT has an "
-                     "effect on Windows only.");
+        kept_lines_add(loader->warnings,
+                       "assay_validation.debug_action: VK_DBG_LAYER_ACTION_DEBUG_OUTPUT has an "
+                       "effect on Windows only.");
         actions &= ~(uint32_t)DEBUG_ACTION_DEBUGGER;
     }
     if (actions != DEBUG_ACTION_IGNORE)
@@ -313,11 +312,10 @@ static void warn_of_ignored(const struct loader *loader, const struct settings_s
     const char *names[SETTING_COUNT + 1] = {NULL};
     for (unsigned i = 0; i < SETTING_COUNT; i++)
         names[i] = keys[i].name;
-    settings_source_ignored(source, names, loader->warn, loader->context);
+    settings_source_ignored(source, names, loader->warnings);
 }
 
-VkResult settings_load(const VkInstanceCreateInfo *create_info,
-                       void (*warn)(void *context, const char *line), void *context,
+VkResult settings_load(const VkInstanceCreateInfo *create_info, struct kept_lines *warnings,
                        struct settings *settings)
 {
     *settings = (struct settings){0};
@@ -331,7 +329,7 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
     char changed[CHANGES_SIZE];
     struct text_buffer changes;
     text_begin(&changes, changed, sizeof(changed));
-    struct loader loader = {warn, context, settings, &changes};
+    struct loader loader = {warnings, settings, &changes};
     for (enum setting setting = 0; setting < SETTING_COUNT && result == VK_SUCCESS; setting++) {
         result = load_setting(&loader, &source, setting);
         if (setting == SETTING_preset)
@@ -382,14 +380,11 @@ void settings_each(const struct settings *settings,
  * out in silence. */
 static void leave_out(const struct loader *loader, enum setting setting, const char *needs)
 {
-    char line[LINE_SIZE];
-    struct text_buffer text;
     loader->settings->by_preset[setting] = false;
     if (!loader->settings->is_given[setting])
         return;
-    text_begin(&text, line, sizeof(line));
-    text_say(&text, "assay_validation.{} needs {}", phrase(keys[setting].name), phrase(needs));
-    loader->warn(loader->context, line);
+    kept_lines_say(loader->warnings, "assay_validation.{} needs {}", phrase(keys[setting].name),
+                   phrase(needs));
 }
 
 /* The file would look as if there were no messages. */
@@ -399,20 +394,16 @@ static void check_log_filename(const struct loader *loader)
     if (!settings->log_filename ||
         settings->debug_action & (DEBUG_ACTION_LOG | DEBUG_ACTION_DEFAULT))
         return;
-    char line[LINE_SIZE];
-    struct text_buffer text;
-    text_begin(&text, line, sizeof(line));
-    text_say(&text,
-             "assay_validation.log_filename: nothing is written to {}, because debug_action has "
-             "neither log nor default.",
-             quoted(settings->log_filename, VALUE_SHOWN));
-    loader->warn(loader->context, line);
+    kept_lines_say(
+        loader->warnings,
+        "assay_validation.log_filename: nothing is written to {}, because debug_action has "
+        "neither log nor default.",
+        quoted(settings->log_filename, VALUE_SHOWN));
 }
 
-void settings_check(struct settings *settings, void (*warn)(void *context, const char *line),
-                    void *context)
+void settings_check(struct settings *settings, struct kept_lines *warnings)
 {
-    const struct loader loader = {warn, context, settings, NULL};
+    const struct loader loader = {warnings, settings, NULL};
 #define NEEDS(key, condition, says)                                                                \
     if (settings->key && !(condition)) {                                                           \
         settings->key = 0;                                                                         \

@@ -9,6 +9,7 @@
 #include <vulkan/vulkan_core.h>
 
 #include "src/report/ids/message_id.h"
+#include "src/report/settings/reported_lines.h"
 #include "vuid-tables/advice.h"
 #include "vuid-tables/rules.h"
 
@@ -78,10 +79,9 @@ struct settings {
 };
 
 /* Reads the settings of an instance that is about to be created. An unknown key or an invalid value
- * falls back to the default and calls `warn` with one line. Fails only if memory runs out. The
+ * falls back to the default and adds one line to `warnings`. Fails only if memory runs out. The
  * caller releases `settings` with settings_release, and calls settings_check. */
-VkResult settings_load(const VkInstanceCreateInfo *create_info,
-                       void (*warn)(void *context, const char *line), void *context,
+VkResult settings_load(const VkInstanceCreateInfo *create_info, struct kept_lines *warnings,
                        struct settings *settings);
 void settings_release(struct settings *settings);
 /* Clears the members that refer to memory, for a copy of settings that another owns. */
@@ -91,9 +91,8 @@ void settings_disown(struct settings *settings);
 void settings_each(const struct settings *settings,
                    void (*each)(void *context, const char *key, const char *value), void *context);
 
-/* Turns each setting off that has no effect beside the others. Calls `warn` with one line for it,
+/* Turns each setting off that has no effect beside the others. Adds one line to `warnings` for it,
  * unless the preset has set it. */
-void settings_check(struct settings *settings, void (*warn)(void *context, const char *line),
-                    void *context);
+void settings_check(struct settings *settings, struct kept_lines *warnings);
 
 #endif

@@ -42,9 +42,7 @@ struct words {
 /* Each {} stands for the next value. */
 void words_append(const struct words *words, const char *says, const struct value *values,
                   uint32_t count);
-#define words_say(words, says, ...)                                                                \
-    words_append((words), (says), (const struct value[]){__VA_ARGS__},                             \
-                 sizeof((const struct value[]){__VA_ARGS__}) / sizeof(struct value))
+#define words_say(words, says, ...) words_append((words), (says), VALUES(__VA_ARGS__))
 /* Words values that need nothing but the text. */
 #define text_say(buffer, says, ...)                                                                \
     words_say((&(const struct words){.text = (buffer)}), says, __VA_ARGS__)

@@ -166,10 +166,14 @@ __attribute__((cold)) bool finding_fill(struct finding *finding, const char *fie
                                         const char *says, const struct value *values,
                                         uint32_t value_count);
 
+/* An array of values, and their count: two arguments. */
+#define VALUES(...)                                                                                \
+    (const struct value[]){__VA_ARGS__},                                                           \
+        sizeof((const struct value[]){__VA_ARGS__}) / sizeof(struct value)
+
 /* Fills a finding. Returns false. */
 #define finding_says(finding, field, says, ...)                                                    \
-    finding_fill((finding), (field), (says), (const struct value[]){__VA_ARGS__},                  \
-                 sizeof((const struct value[]){__VA_ARGS__}) / sizeof(struct value))
+    finding_fill((finding), (field), (says), VALUES(__VA_ARGS__))
 
 /* A caller that needs only the result of a predicate passes no finding. */
 static inline bool finding_is_wanted(const struct finding *finding)
@@ -201,9 +205,7 @@ static inline bool also_violates(struct finding *finding, enum rule rule)
 __attribute__((cold)) bool finding_add_remark(struct finding *finding, const char *says,
                                               const struct value *values, uint32_t value_count);
 #define remarks(finding, says, ...)                                                                \
-    (finding_is_wanted(finding) &&                                                                 \
-     finding_add_remark((finding), (says), (const struct value[]){__VA_ARGS__},                    \
-                        sizeof((const struct value[]){__VA_ARGS__}) / sizeof(struct value)))
+    (finding_is_wanted(finding) && finding_add_remark((finding), (says), VALUES(__VA_ARGS__)))
 static inline bool remarks_plainly(struct finding *finding, const char *says)
 {
     return finding_is_wanted(finding) && finding_add_remark(finding, says, NULL, 0);

@@ -6,20 +6,16 @@
 #include "hearing.h"
 #include "src/report/settings.h"
 
-enum { WARNED_LINES = 12 };
-
 /* Since settings were read last. */
-extern struct warned {
-    unsigned count;
-    char lines[WARNED_LINES][1024];
-} warned;
+extern struct kept_lines warned;
 
 /* Those of an instance that is created with this chain. */
 VkResult settings_try(const void *chain, struct settings *settings);
 /* The same; they live until the next call, or fail the test. */
 struct settings settings_read(const void *chain);
 
-/* Reads them without each allocation in turn: they say so, or warn of `warnings` lines. */
+/* Reads them without each allocation in turn: they say so, or warn of `warnings` lines, of which
+ * one may be lost. */
 void settings_read_scarce(const void *chain, unsigned warnings);
 
 unsigned settings_muted(const struct settings *settings);

@@ -333,14 +333,11 @@ void guard_note_built(struct guard *guard, uint64_t handle, uint64_t id, uint32_
 
 void guard_warn_unguarded(struct guard *guard, const char *reason)
 {
-    char line[256];
-    struct text_buffer text;
     if (!guard || atomic_exchange(&guard->is_warned, true))
         return;
-    text_begin(&text, line, sizeof(line));
-    text_say(&text,
-             "assay_validation.guard = references: some builds read the application's instances "
-             "unguarded, because {}.",
-             phrase(reason));
-    reporter_warn(guard->device->instance->reporter, line);
+    reporter_say_warning(
+        guard->device->instance->reporter,
+        "assay_validation.guard = references: some builds read the application's instances "
+        "unguarded, because {}.",
+        phrase(reason));
 }

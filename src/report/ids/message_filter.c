@@ -92,7 +92,7 @@ bool glob_matches(const char *glob, const char *text)
 
 /* ---- matches filter entries with the ids of messages */
 
-enum { LINE_SIZE = 1024, ENTRY_SHOWN = 200 };
+enum { ENTRY_SHOWN = 200 };
 
 struct pattern {
     const char *text;
@@ -193,26 +193,22 @@ static bool add_entry(const struct message_filters *filters, char *entry)
     return is_valid;
 }
 
-static void warn_of_entry(const char *entry, void (*warn)(void *context, const char *line),
-                          void *context)
+static void warn_of_entry(const char *entry, struct kept_lines *warnings)
 {
-    char line[LINE_SIZE];
-    struct text_buffer text;
-    text_begin(&text, line, sizeof(line));
-    text_say(&text,
-             "assay_validation.message_id_filter: {} names no message of this layer. An entry is a "
-             "VUID, a message number (decimal or 0x...) or the last digits of a VUID, alone or "
-             "followed by @ and a pattern of names of objects and labels. The entry is ignored.",
-             quoted(entry, ENTRY_SHOWN));
-    warn(context, line);
+    kept_lines_say(
+        warnings,
+        "assay_validation.message_id_filter: {} names no message of this layer. An entry is a "
+        "VUID, a message number (decimal or 0x...) or the last digits of a VUID, alone or "
+        "followed by @ and a pattern of names of objects and labels. The entry is ignored.",
+        quoted(entry, ENTRY_SHOWN));
 }
 
 void message_filters_load(const struct message_filters *filters, char *list,
-                          void (*warn)(void *context, const char *line), void *context)
+                          struct kept_lines *warnings)
 {
     for (char *entry; (entry = value_next_entry(&list));)
         if (!add_entry(filters, entry))
-            warn_of_entry(entry, warn, context);
+            warn_of_entry(entry, warnings);
 }
 
 void narrow_filters_free(struct narrow_filter *filters)

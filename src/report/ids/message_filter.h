@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "src/report/ids/message_id.h"
+#include "src/report/settings/reported_lines.h"
 #include "vuid-tables/rules.h"
 
 /* Both texts are UTF-8; a byte that is not counts as a character. */
@@ -33,11 +34,11 @@ struct message_filters {
     struct narrow_filter **narrow; /* an owned list */
 };
 
-/* Adds the entries of a list: ids as above, or ID@GLOB. Calls `warn` with one line for an entry
+/* Adds the entries of a list: ids as above, or ID@GLOB. Adds one line to `warnings` for an entry
  * that names no id, or has no pattern after the @. If memory runs out, an entry ID@GLOB is ignored.
  */
 void message_filters_load(const struct message_filters *filters, char *list,
-                          void (*warn)(void *context, const char *line), void *context);
+                          struct kept_lines *warnings);
 void narrow_filters_free(struct narrow_filter *filters);
 
 /* Returns whether a filter of the list is about this id: a VUID, or MESSAGE_ID_COUNT plus an

@@ -12,7 +12,7 @@
 #include "src/report/log/lines.h"
 #include "src/report/words.h"
 
-enum { LINE_SIZE = 1024, FILENAME_SHOWN = 200 };
+enum { FILENAME_SHOWN = 200 };
 
 /* ---- opening */
 
@@ -35,7 +35,7 @@ static FILE *open_file(const char *filename, const char **reason)
 }
 
 static void choose_file(struct log *log, const struct settings *settings,
-                        void (*warn)(void *context, const char *line), void *context)
+                        struct kept_lines *warnings)
 {
     const char *filename = settings->log_filename, *reason;
     log->file = stderr;
@@ -51,18 +51,13 @@ static void choose_file(struct log *log, const struct settings *settings,
         log->is_owned = true;
         return;
     }
-    char line[LINE_SIZE];
-    struct text_buffer text;
-    text_begin(&text, line, sizeof(line));
-    text_say(&text,
-             "assay_validation.log_filename: {} cannot be opened for writing ({}). The default, "
-             "stderr, is used.",
-             quoted(filename, FILENAME_SHOWN), phrase(reason));
-    warn(context, line);
+    kept_lines_say(warnings,
+                   "assay_validation.log_filename: {} cannot be opened for writing ({}). The "
+                   "default, stderr, is used.",
+                   quoted(filename, FILENAME_SHOWN), phrase(reason));
 }
 
-VkResult log_open(struct log *log, const struct settings *settings,
-                  void (*warn)(void *context, const char *line), void *context)
+VkResult log_open(struct log *log, const struct settings *settings, struct kept_lines *warnings)
 {
     log->is_active = settings->debug_action & (DEBUG_ACTION_LOG | DEBUG_ACTION_DEFAULT);
     pthread_mutex_init(&log->lock, NULL);
@@ -71,7 +66,7 @@ VkResult log_open(struct log *log, const struct settings *settings,
         if (!log->json)
             return VK_ERROR_OUT_OF_HOST_MEMORY;
     }
-    choose_file(log, settings, warn, context);
+    choose_file(log, settings, warnings);
     return VK_SUCCESS;
 }
 

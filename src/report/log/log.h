@@ -22,10 +22,9 @@ struct log {
     atomic_bool has_failed;
 };
 
-/* Opens the log as the settings say. If the file cannot be opened, calls `warn` with one line and
+/* Opens the log as the settings say. If the file cannot be opened, adds one line to `warnings` and
  * logs to stderr. Fails only if memory runs out. `log` is zero-initialized. */
-VkResult log_open(struct log *log, const struct settings *settings,
-                  void (*warn)(void *context, const char *line), void *context);
+VkResult log_open(struct log *log, const struct settings *settings, struct kept_lines *warnings);
 void log_close(struct log *log);
 
 /* These write one line, or message. The ones other than log_message write nothing if the log is

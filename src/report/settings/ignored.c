@@ -21,8 +21,7 @@ enum { NAME_SIZE = 128, LINE_SIZE = 1024, SHOWN = 200 };
 
 struct search {
     const char *const *keys;
-    void (*warn)(void *context, const char *line);
-    void *context;
+    struct kept_lines *warnings;
 };
 
 /* ---- warnings */
@@ -69,17 +68,14 @@ static void warn_of_name(const struct search *search, const char *name, const ch
             text_say(&text, key == search->keys ? " {}" : ", {}", phrase(*key));
     }
     text_append(&text, meant ? " It is ignored." : ". It is ignored.");
-    search->warn(search->context, line);
+    kept_lines_add(search->warnings, line);
 }
 
 static void warn_of_line(const struct search *search, const char *words, const char *path)
 {
-    char line[LINE_SIZE];
-    struct text_buffer text;
-    text_begin(&text, line, sizeof(line));
-    text_say(&text, "{} in {} has no \"=\" between name and value. The line is ignored.",
-             quoted(words, SHOWN), quoted(path, SHOWN));
-    search->warn(search->context, line);
+    kept_lines_say(search->warnings,
+                   "{} in {} has no \"=\" between name and value. The line is ignored.",
+                   quoted(words, SHOWN), quoted(path, SHOWN));
 }
 
 static void warn_of_path(const struct search *search, enum settings_path state, const char *path,
@@ -102,7 +98,7 @@ static void warn_of_path(const struct search *search, enum settings_path state, 
                  phrase(file_exists
                             ? "The file vk_layer_settings.txt of the current folder is read."
                             : "No settings file is read."));
-    search->warn(search->context, line);
+    kept_lines_add(search->warnings, line);
 }
 
 /* ---- the environment */
@@ -136,17 +132,12 @@ static bool is_ignored_variable(const struct search *search, const char *name)
 static void check_enable_value(const struct search *search)
 {
     const char *value = process_variable("VK_ASSAY_ENABLE");
-    char line[LINE_SIZE];
-    struct text_buffer text;
     if (!value || !value[0] || strcmp(value, "0") == 0 || strcmp(value, "1") == 0)
         return;
-    text_begin(&text, line, sizeof(line));
-    text_say(
-        &text,
-        "VK_ASSAY_ENABLE: {} does not enable the layer; only 1 does. It was enabled in another "
-        "way.",
-        quoted(value, SHOWN));
-    search->warn(search->context, line);
+    kept_lines_say(search->warnings,
+                   "VK_ASSAY_ENABLE: {} does not enable the layer; only 1 does. It was enabled in "
+                   "another way.",
+                   quoted(value, SHOWN));
 }
 
 static void check_variable(void *context, const char *variable)
@@ -201,9 +192,9 @@ static void search_file(const struct search *search)
 }
 
 void settings_source_ignored(const struct settings_source *source, const char *const *keys,
-                             void (*warn)(void *context, const char *line), void *context)
+                             struct kept_lines *warnings)
 {
-    const struct search search = {keys, warn, context};
+    const struct search search = {keys, warnings};
     for (uint32_t i = 0; i < source->given_count; i++) {
         const char *key = source->given[i].pSettingName;
         char name[NAME_SIZE];

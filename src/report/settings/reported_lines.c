@@ -11,8 +11,9 @@
 #include <xxhash.h>
 
 #include "src/platform/process.h"
+#include "src/report/words.h"
 
-enum { LINES_MAX = 64 };
+enum { LINES_MAX = 64, LINE_SIZE = 1024 };
 
 static _Atomic uint64_t lines[LINES_MAX]; /* 0: unused */
 
@@ -56,9 +57,8 @@ void reported_lines_keep(void)
     process_keep_library((const void *)lines);
 }
 
-void kept_lines_add(void *context, const char *line)
+void kept_lines_add(struct kept_lines *kept, const char *line)
 {
-    struct kept_lines *kept = context;
     char **more = realloc(kept->lines, (kept->count + 1) * sizeof(*more));
     if (!more)
         return;
@@ -66,4 +66,22 @@ void kept_lines_add(void *context, const char *line)
     more[kept->count] = strdup(line);
     if (more[kept->count])
         kept->count++;
+}
+
+void kept_lines_free(struct kept_lines *kept)
+{
+    for (size_t i = 0; i < kept->count; i++)
+        free(kept->lines[i]);
+    free(kept->lines);
+    *kept = (struct kept_lines){0};
+}
+
+void kept_lines_append(struct kept_lines *kept, const char *says, const struct value *values,
+                       uint32_t count)
+{
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    text_begin(&text, line, sizeof(line));
+    words_append(&(const struct words){.text = &text}, says, values, count);
+    kept_lines_add(kept, line);
 }

@@ -7,14 +7,21 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "src/view/finding.h"
+
 /* Owned lines. Zero-initialized is empty. */
 struct kept_lines {
     char **lines;
     size_t count;
 };
 
-/* `context` is the struct kept_lines. If memory runs out, the line is lost. */
-void kept_lines_add(void *context, const char *line);
+/* If memory runs out, the line is lost. */
+void kept_lines_add(struct kept_lines *kept, const char *line);
+void kept_lines_free(struct kept_lines *kept);
+/* Words a line of up to 1023 bytes, as text_say() does, and adds it. */
+void kept_lines_append(struct kept_lines *kept, const char *says, const struct value *values,
+                       uint32_t count);
+#define kept_lines_say(kept, says, ...) kept_lines_append((kept), (says), VALUES(__VA_ARGS__))
 
 /* Returns false if the table already has the line. If the table is full, every line is new. */
 bool reported_lines_add(const char *line);

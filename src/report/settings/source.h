@@ -11,6 +11,7 @@
 #include <vulkan/vulkan_core.h>
 
 #include "src/base/text_buffer.h"
+#include "src/report/settings/reported_lines.h"
 
 #define SETTINGS_LAYER "VK_LAYER_ASSAY_validation"
 
@@ -35,11 +36,11 @@ VkResult settings_source_text(const struct settings_source *source, const char *
  * VK_ASSAY_VALIDATION_LEVEL. The key must be set. */
 void settings_append_origin(struct text_buffer *text, const char *key);
 
-/* Calls `warn` with one line for each thing that the user has written without effect: settings that
- * are not among `keys`, lines without an equals sign, a settings file that is not read. `keys` ends
- * with NULL. */
+/* Adds one line to `warnings` for each thing that the user has written without effect: settings
+ * that are not among `keys`, lines without an equals sign, a settings file that is not read. `keys`
+ * ends with NULL. */
 void settings_source_ignored(const struct settings_source *source, const char *const *keys,
-                             void (*warn)(void *context, const char *line), void *context);
+                             struct kept_lines *warnings);
 
 /* ---- the settings file, vk_layer_settings.txt, which all layers share */
 
