@@ -34,30 +34,11 @@ void submissions_destroy(struct submissions *submissions)
     free(submissions);
 }
 
-static const char *unchecked_because(enum order_unknown_reason why)
-{
-    switch (why) {
-    case ORDER_UNKNOWN_DEVICE_LOST:
-        return "submissions of devices from when they were lost";
-    case ORDER_UNKNOWN_OUT_OF_MEMORY:
-        break;
-    case ORDER_UNKNOWN_TOO_MANY_QUEUES:
-        return "submissions of devices that use more queues than the layer tracks";
-    case ORDER_UNKNOWN_RACING_THREADS:
-        return "submissions of devices after two threads submitted to one queue at once";
-    case ORDER_UNKNOWN_TOO_MANY_WAITS:
-        return "submissions of devices after too many waited for signals not yet submitted";
-    case ORDER_UNKNOWN_UNTRACKED_SIGNAL:
-        return "submissions of devices after a wait ended by a signal that the layer does not "
-               "track";
-    }
-    return "submissions of devices from when the layer ran out of memory";
-}
-
 static void set_order_unknown(struct submissions *submissions, enum order_unknown_reason why)
 {
     if (!unknown_is_set(&submissions->unknown))
-        reporter_add_unchecked(submissions->device->instance->reporter, unchecked_because(why), 1);
+        reporter_add_unchecked(submissions->device->instance->reporter,
+                               order_unknown_words[why].unchecked, 1);
     unknown_follow(&submissions->unknown, true);
     structures_release(submissions->device->structures);
     hazard_checks_stop(submissions->device->hazard_checks);

@@ -137,40 +137,18 @@ void warn_missed(const struct layer_device *device, const struct missed_executio
     reporter_warn(device->instance->reporter, line);
 }
 
-static const char *cause_of(enum order_unknown_reason unknown_reason)
-{
-    switch (unknown_reason) {
-    case ORDER_UNKNOWN_DEVICE_LOST:
-        return "the device is lost";
-    case ORDER_UNKNOWN_OUT_OF_MEMORY:
-        break;
-    case ORDER_UNKNOWN_TOO_MANY_QUEUES:
-        return "there are more queues than the layer supports";
-    case ORDER_UNKNOWN_RACING_THREADS:
-        return "two threads submitted to one queue at once";
-    case ORDER_UNKNOWN_TOO_MANY_WAITS:
-        return "too many submissions wait for signals that have not been submitted";
-    case ORDER_UNKNOWN_UNTRACKED_SIGNAL:
-        return "a submission completed although nothing known ended its wait";
-    }
-    return "the layer ran out of memory";
-}
-
 void warn_unordered(const struct layer_device *device)
 {
     struct snapshots *snapshots = device->snapshots;
     uint32_t count = atomic_load(&snapshots->unordered);
-    char line[LINE_SIZE];
-    struct text_buffer text;
     if (!is_reported(device) || !count || !unknown_is_set(&snapshots->order_unknown) ||
         atomic_exchange(&snapshots->unordered_reported, true))
         return;
-    text_begin(&text, line, sizeof(line));
-    text_say(&text,
-             "assay_validation.level = content: builds are unchecked in {} of command buffers, and "
-             "in all from now on, because their order is unknown ({}).",
-             count_of(count, "execution"), phrase(cause_of(snapshots->unknown_reason)));
-    reporter_warn(device->instance->reporter, line);
+    reporter_say_warning(
+        device->instance->reporter,
+        "assay_validation.level = content: builds are unchecked in {} of command buffers, and "
+        "in all from now on, because their order is unknown ({}).",
+        count_of(count, "execution"), phrase(order_unknown_words[snapshots->unknown_reason].cause));
 }
 
 void warn_lack_of_copies(const struct layer_device *device)

@@ -34,16 +34,26 @@
 
 struct execution_order;
 
-/* Why the order is unknown. */
-enum order_unknown_reason {
-    ORDER_UNKNOWN_DEVICE_LOST,
-    ORDER_UNKNOWN_OUT_OF_MEMORY,
-    ORDER_UNKNOWN_TOO_MANY_QUEUES,  /* more than EXECUTION_QUEUES can number */
-    ORDER_UNKNOWN_RACING_THREADS,   /* two threads submit to one queue at the same time */
-    ORDER_UNKNOWN_TOO_MANY_WAITS,   /* too many batches, or a sparse binding, wait for signals that
-                                       were not submitted */
-    ORDER_UNKNOWN_UNTRACKED_SIGNAL, /* a held batch completed without a tracked signal */
-};
+/* Why the order is unknown: the cause, and which submissions of devices the summary counts as
+ * unchecked then. */
+#define ORDER_UNKNOWN_REASONS(REASON)                                                              \
+    REASON(DEVICE_LOST, "the device is lost", "from when they were lost")                          \
+    REASON(OUT_OF_MEMORY, "the layer ran out of memory", "from when the layer ran out of memory")  \
+    REASON(TOO_MANY_QUEUES, "there are more queues than the layer supports",                       \
+           "that use more queues than the layer tracks")                                           \
+    REASON(RACING_THREADS, "two threads submitted to one queue at once",                           \
+           "after two threads submitted to one queue at once")                                     \
+    REASON(TOO_MANY_WAITS, "too many submissions wait for signals that have not been submitted",   \
+           "after too many waited for signals not yet submitted")                                  \
+    REASON(UNTRACKED_SIGNAL, "a submission completed although nothing known ended its wait",       \
+           "after a wait ended by a signal that the layer does not track")
+
+#define REASON(reason, cause, unchecked) ORDER_UNKNOWN_##reason,
+enum order_unknown_reason { ORDER_UNKNOWN_REASONS(REASON) ORDER_UNKNOWN_REASON_COUNT };
+#undef REASON
+extern const struct order_unknown_words {
+    const char *cause, *unchecked;
+} order_unknown_words[ORDER_UNKNOWN_REASON_COUNT];
 
 /* How the order gets what command buffers recorded. Each function may be NULL. */
 struct execution_hooks {

@@ -92,6 +92,9 @@ void execution_order_destroy(struct execution_order *order)
     free(order);
 }
 
+#define REASON(reason, cause, unchecked) {cause, "submissions of devices " unchecked},
+const struct order_unknown_words order_unknown_words[] = {ORDER_UNKNOWN_REASONS(REASON)};
+
 void execution_order_set_unknown(struct execution_order *order, enum order_unknown_reason why)
 {
     if (!order)
