@@ -179,7 +179,7 @@ static void add_submission(const struct layer_device *device, const struct order
 }
 
 /* Sparse bindings are in the order, too. */
-static bool binds(const struct order_batch *batch)
+static bool is_sparse_binding(const struct order_batch *batch)
 {
     const struct journal *journal = batch->command_count ? batch->commands[0].captured : NULL;
     return journal && journal->binds;
@@ -190,7 +190,7 @@ static void build_records_run(void *user, struct order_batch *batch)
 {
     const struct layer_device *device = user;
     if (!batch->is_replayed || batch->work == WORK_BEGINS || batch->work == WORK_FAILS ||
-        batch->work == WORK_SYNC || binds(batch))
+        batch->work == WORK_SYNC || is_sparse_binding(batch))
         return;
     if (batch->work == WORK_OF_QUEUE)
         add_submission(device, batch);

@@ -149,8 +149,8 @@ static void on_reference(void *user, uint32_t position, const struct accel_facts
 {
     const struct read_call *call = user;
     const struct ran_execution *ran = call->reading->ran;
-    hazard_checks_refer(ran->device->hazard_checks, ran->batch, call->journal, position,
-                        referenced);
+    hazard_checks_add_reference(ran->device->hazard_checks, ran->batch, call->journal, position,
+                                referenced);
 }
 
 static void on_instances(void *user, uint32_t position, const struct instance_uses *uses)
@@ -173,7 +173,7 @@ static void on_index_range(void *user, uint32_t build, uint32_t geometry, uint32
         .smallest = smallest,
         .largest = largest,
     };
-    hazard_checks_add(ran->device->hazard_checks, ran->batch, &indices);
+    hazard_checks_add_input(ran->device->hazard_checks, ran->batch, &indices);
 }
 
 /* Data in memory that only commands write which are known, and only as part of buffers. */
@@ -194,7 +194,7 @@ static void on_read(void *user, uint32_t build, uint32_t geometry, const struct 
         .place = {call->journal, call->first + build, INPUT_DATA, geometry},
         .data = {{id, facts.begin, facts.begin + end}, read->stride, read->size, read->hash},
     };
-    hazard_checks_add(ran->device->hazard_checks, ran->batch, &input);
+    hazard_checks_add_input(ran->device->hazard_checks, ran->batch, &input);
 }
 
 /* The finding is about the destruction, in which the build had a part. */

@@ -90,7 +90,7 @@ static struct batch_inputs *make_slot(struct order_batch *batch)
 }
 
 /* No other thread finds the execution any more. */
-static void take(struct input_checks *input_checks, const struct batch_cursor *at)
+static void take_execution(struct input_checks *input_checks, const struct batch_cursor *at)
 {
     pthread_mutex_lock(&input_checks->batches->lock);
     at->batch->commands[at->command].is_used[USES_INPUTS] = false;
@@ -101,7 +101,7 @@ static void take(struct input_checks *input_checks, const struct batch_cursor *a
 static void end_check(struct input_checks *input_checks, const struct batch_cursor *at)
 {
     struct batch_inputs *inputs = inputs_of(at->batch);
-    hazard_checks_settle(input_checks->device->hazard_checks, at->batch);
+    hazard_checks_end_inputs(input_checks->device->hazard_checks, at->batch);
     release_notes(&check_of(at)->notes);
     execution_release(check_of(at)->execution);
     if (--inputs->waiting)
@@ -120,14 +120,14 @@ struct input_notes *input_checks_note(struct input_checks *input_checks, struct 
 }
 
 /* For `retire`, too: a batch that never ran may have notes. */
-static void drop(void *user, struct order_batch *batch)
+static void drop_notes(void *user, struct order_batch *batch)
 {
     (void)user;
     free_slot(batch);
 }
 
-static void expect(const struct input_checks *input_checks, struct order_batch *batch, uint32_t i,
-                   struct execution *execution)
+static void wait_for_execution(const struct input_checks *input_checks, struct order_batch *batch,
+                               uint32_t i, struct execution *execution)
 {
     struct input_check *check = &inputs_of(batch)->commands[i];
     check->execution = execution;
@@ -136,7 +136,7 @@ static void expect(const struct input_checks *input_checks, struct order_batch *
     for (uint32_t n = 0; n < check->notes.count; n++)
         if (check->notes.items[n].inputs)
             check->notes.items[n].inputs->filler = check;
-    hazard_checks_expect(input_checks->device->hazard_checks, batch);
+    hazard_checks_begin_inputs(input_checks->device->hazard_checks, batch);
 }
 
 /* Takes the executions of the batch. */
@@ -153,7 +153,7 @@ static void input_checks_run(void *user, struct order_batch *batch)
             continue;
         missed.no_memory += !make_slot(batch);
         if (inputs_of(batch))
-            expect(input_checks, batch, i, execution_share(execution));
+            wait_for_execution(input_checks, batch, i, execution_share(execution));
     }
     warn_missed(input_checks->device, &missed);
     if (inputs_of(batch) && inputs_of(batch)->waiting)
@@ -236,7 +236,7 @@ static void deliver_executions(struct input_checks *input_checks)
         if (!has_ended(&delivery, at.batch, check_of(&at), &end) || !has_sources(check_of(&at)))
             continue;
         const struct ran_execution ran = describe_execution(input_checks, &at, end == VK_SUCCESS);
-        take(input_checks, &at);
+        take_execution(input_checks, &at);
         if (ran.is_complete)
             submitted_builds_end(input_checks->device->submitted_builds, at.batch);
         input_checks_read(&ran, NULL, &missed);
@@ -330,7 +330,7 @@ void input_checks_destroy(struct input_checks *input_checks)
         return;
     for (struct batch_cursor at = start_batches_read(input_checks);
          at.list && batch_cursor_step(&at);) {
-        take(input_checks, &at);
+        take_execution(input_checks, &at);
         end_check(input_checks, &at);
     }
     free(input_checks);
@@ -414,9 +414,9 @@ struct batch_consumer input_checks_consumer(struct input_checks *input_checks)
 {
     input_checks->batches = execution_order_batches(input_checks->device->order);
     return (struct batch_consumer){.user = input_checks,
-                                   .undo = drop,
+                                   .undo = drop_notes,
                                    .run = input_checks_run,
-                                   .retire = drop,
+                                   .retire = drop_notes,
                                    .deliver = deliver_complete,
                                    .wait = wait_for_first};
 }

@@ -53,7 +53,7 @@ static void add_to_group(struct group *group, const struct hazard_barrier *barri
     entry->site = call_site_of_call(group->recording->device);
     if (!group->first)
         group->first = entry;
-    group->first->count++;
+    group->first->barrier_count++;
 }
 
 static void add_global(struct group *group, const struct dependency *dependency)

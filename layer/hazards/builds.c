@@ -26,8 +26,8 @@ static void hazards_start_build(struct hazard_recording *recording, struct build
     call->hazards = recording->command;
     if (!recording->command)
         return;
-    recording->command->info = call->view.info_count;
-    recording->command->geometry = call->view.command_buffer.build_index;
+    recording->command->build_count = call->view.info_count;
+    recording->command->first_build = call->view.command_buffer.build_index;
 }
 
 static bool is_host(const struct build_view *build)

@@ -94,8 +94,8 @@ void hazards_add_indexed(struct hazard_recording *recording, const struct hazard
         return;
     item->object_type = VK_OBJECT_TYPE_BUFFER;
     item->object = handle_number(facts->buffer);
-    item->count = (uint32_t)elements->stride;
-    item->origin = (uint32_t)elements->size;
+    item->vertex_stride = (uint32_t)elements->stride;
+    item->vertex_size = (uint32_t)elements->size;
     item->bytes = (struct hazard_bytes){memory, facts->begin + elements->offset,
                                         facts->begin + facts->bytes_left};
     recording->journal->awaits_inputs |= is_content;

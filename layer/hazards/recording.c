@@ -58,7 +58,7 @@ struct hazard_entry *hazard_recording_add_entry(struct hazard_recording *recordi
     entry->role = (unsigned char)use->role;
     entry->info = use->info;
     entry->geometry = use->geometry;
-    entry->count = use->index_size;
+    entry->index_size = use->index_size;
     return entry;
 }
 
@@ -181,8 +181,8 @@ struct shader_pipelines *hazard_objects_pipelines(struct hazard_objects *objects
 }
 
 /* Takes over the record, which may be NULL: then the handle is removed. */
-static void set(struct hazard_objects *objects, struct handle_table *table, uint64_t handle,
-                void *record)
+static void set_record(struct hazard_objects *objects, struct handle_table *table, uint64_t handle,
+                       void *record)
 {
     reader_lock_write(&objects->lock);
     void *old = handle_table_remove(table, handle);
@@ -200,13 +200,13 @@ void hazard_objects_add_image(struct hazard_objects *objects, VkImage image, VkF
     struct image *record = malloc(sizeof(*record));
     if (record)
         record->format = format;
-    set(objects, &objects->images, handle_number(image), record);
+    set_record(objects, &objects->images, handle_number(image), record);
 }
 
 void hazard_objects_remove_image(struct hazard_objects *objects, VkImage image)
 {
     if (objects && image)
-        set(objects, &objects->images, handle_number(image), NULL);
+        set_record(objects, &objects->images, handle_number(image), NULL);
 }
 
 VkFormat hazard_objects_format(struct hazard_objects *objects, VkImage image)
@@ -230,13 +230,13 @@ void hazard_objects_add_render_pass(struct hazard_objects *objects, VkRenderPass
         record->count = count;
     if (record && count)
         memcpy(record->dependencies, dependencies, count * sizeof(*dependencies));
-    set(objects, &objects->render_passes, handle_number(render_pass), record);
+    set_record(objects, &objects->render_passes, handle_number(render_pass), record);
 }
 
 void hazard_objects_remove_render_pass(struct hazard_objects *objects, VkRenderPass render_pass)
 {
     if (objects && render_pass)
-        set(objects, &objects->render_passes, handle_number(render_pass), NULL);
+        set_record(objects, &objects->render_passes, handle_number(render_pass), NULL);
 }
 
 const struct subpass_dependency *hazard_objects_dependencies(struct hazard_objects *objects,

@@ -208,7 +208,7 @@ static bool may_be_left_out(const struct shader_recording *shaders)
 }
 
 /* A command whose size is in device memory may run no shader, but its descriptors must be valid. */
-static void record(struct shader_recording *shaders)
+static void record_shaders(struct shader_recording *shaders)
 {
     const struct shader_facts *facts =
         shaders->pipeline ? shader_pipeline_facts(shaders->pipeline) : NULL;
@@ -237,7 +237,7 @@ void hazards_add_shaders(struct hazard_recording *recording, const struct shader
     if (bound && objects)
         shaders.pipeline = shader_pipelines_find(hazard_objects_pipelines(objects),
                                                  bound->pipelines[command->point]);
-    record(&shaders);
+    record_shaders(&shaders);
     shader_pipeline_release(shaders.pipeline);
 }
 

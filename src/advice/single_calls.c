@@ -86,7 +86,7 @@ static void add_access(struct journal_walk *walk, const struct hazard_entry *acc
 
 static bool is_single_build(const struct hazard_entry *entry)
 {
-    return entry->info == 1 && !entry->reads_references &&
+    return entry->build_count == 1 && !entry->reads_references &&
            strcmp(entry->command, build_command_name(COMMAND_DEVICE)) == 0;
 }
 

@@ -79,7 +79,7 @@ PROGRAM_TEST(host_work_has_its_place)
 struct sync_run {
     uint64_t value;  /* of its semaphore operation; 0: it has none */
     uint64_t signal; /* likewise */
-    bool is_signal, is_known, is_exposed;
+    bool is_signal, is_known, signals_foreign_object;
     enum work_phase work;
     struct timestamp timestamp;
     struct execution_clock host;
@@ -95,7 +95,7 @@ static void note_run(void *user, struct order_batch *batch)
     struct sync_runs *runs = user;
     struct sync_run *run = &runs->items[runs->count++];
     *run = (struct sync_run){.is_known = batch->predecessors_known,
-                             .is_exposed = batch->is_exposed,
+                             .signals_foreign_object = batch->signals_foreign_object,
                              .work = batch->work,
                              .timestamp = batch->timestamp};
     if (batch->operation_count) {
@@ -206,9 +206,9 @@ TEST(exported_objects_may_show_anything)
     signal_on(order, SUBMIT_COMMANDS, SEMAPHORE(T), 1, VK_NULL_HANDLE);
     signal_on(order, SUBMIT_COMMANDS, SEMAPHORE(S), 2, FENCE(F));
     assert_int_equal(runs.count, 3);
-    assert_false(runs.items[0].is_exposed);
-    assert_true(runs.items[1].is_exposed);
-    assert_true(runs.items[2].is_exposed);
+    assert_false(runs.items[0].signals_foreign_object);
+    assert_true(runs.items[1].signals_foreign_object);
+    assert_true(runs.items[2].signals_foreign_object);
     execution_order_observe_fence(order, FENCE(F));
     execution_order_observe_fence(order, FENCE(F)); /* nothing new */
     execution_order_observe_semaphore(order, SEMAPHORE(T), 1, true);

@@ -5,7 +5,7 @@
 
 #include "src/state/order/order.h"
 
-struct barrier_search {
+struct barrier_lookup {
     const struct hazard *hazard;
     struct hazard_barrier_text *found;
     const struct hazard_batch_record *batch; /* that is walked */
@@ -40,35 +40,35 @@ static bool lacks_one_side(const struct hazard *hazard, const struct hazard_entr
 
 /* ---- all barriers between the commands */
 
-static bool is_behind_earlier(const struct barrier_search *search)
+static bool is_behind_earlier(const struct barrier_lookup *lookup)
 {
-    const struct hazard_batch_record *batch = search->batch;
-    return search->next == batch->command_count ||
-           batch->commands[search->next].first > search->hazard->earlier.number;
+    const struct hazard_batch_record *batch = lookup->batch;
+    return lookup->next == batch->command_count ||
+           batch->commands[lookup->next].first > lookup->hazard->earlier.number;
 }
 
 static void note_barrier(struct journal_walk *walk, const struct hazard_entry *entry)
 {
-    const struct barrier_search *search = walk->user;
-    struct hazard_barrier_text place = search->place;
+    const struct barrier_lookup *lookup = walk->user;
+    struct hazard_barrier_text place = lookup->place;
     place.call_site = entry->site;
-    if (is_behind_earlier(search) && lacks_one_side(search->hazard, entry, &place))
-        *search->found = place;
+    if (is_behind_earlier(lookup) && lacks_one_side(lookup->hazard, entry, &place))
+        *lookup->found = place;
 }
 
 static void pass_command(struct journal_walk *walk, const struct hazard_entry *entry)
 {
-    struct barrier_search *search = walk->user;
-    search->place.follows = entry->command;
-    search->place.builds = entry->info;
-    search->place.first_build = entry->geometry;
-    walk->is_over = ++search->next > search->later;
+    struct barrier_lookup *lookup = walk->user;
+    lookup->place.follows = entry->command;
+    lookup->place.builds = entry->build_count;
+    lookup->place.first_build = entry->first_build;
+    walk->is_over = ++lookup->next > lookup->later;
 }
 
-static void begin_place(struct barrier_search *search, const struct journal *journal,
+static void begin_place(struct barrier_lookup *lookup, const struct journal *journal,
                         const char *follows)
 {
-    search->place = (struct hazard_barrier_text){
+    lookup->place = (struct hazard_barrier_text){
         .is_there = true, .command_buffer = journal->command_buffer, .follows = follows};
 }
 
@@ -83,34 +83,34 @@ static void search_secondary(struct journal_walk *walk, const struct journal_ent
 static const struct journal_events searches = {
     .hazard_barrier = note_barrier, .hazard_command = pass_command, .execute = search_secondary};
 
-static void search_batch(struct barrier_search *search, const struct hazard_batch_record *record)
+static void search_batch(struct barrier_lookup *lookup, const struct hazard_batch_record *record)
 {
     const struct order_batch *batch = record->batch;
-    search->batch = record;
-    search->next = 0;
-    for (uint32_t i = 0; i < batch->command_count && search->next <= search->later; i++) {
+    lookup->batch = record;
+    lookup->next = 0;
+    for (uint32_t i = 0; i < batch->command_count && lookup->next <= lookup->later; i++) {
         if (!batch->commands[i].captured)
             continue;
-        begin_place(search, batch->commands[i].captured, NULL);
-        journal_walk(batch->commands[i].captured, &searches, search);
+        begin_place(lookup, batch->commands[i].captured, NULL);
+        journal_walk(batch->commands[i].captured, &searches, lookup);
     }
 }
 
-void hazard_judge_find_barrier(const struct hazard_judge *judge, const struct hazard *hazard,
-                               struct hazard_barrier_text *barrier)
+void hazard_search_find_barrier(const struct hazard_search *search, const struct hazard *hazard,
+                                struct hazard_barrier_text *barrier)
 {
-    struct barrier_search search = {.hazard = hazard, .found = barrier, .later = UINT32_MAX};
+    struct barrier_lookup lookup = {.hazard = hazard, .found = barrier, .later = UINT32_MAX};
     const uint32_t queue = hazard->later.queue;
-    const struct order_batch *first = hazard_judge_find_batch(judge, hazard->earlier.number);
+    const struct order_batch *first = hazard_search_find_batch(search, hazard->earlier.number);
     bool is_behind = false;
     *barrier = (struct hazard_barrier_text){.is_there = false};
     if (hazard->is_racing || hazard->earlier.queue != queue || queue == HAZARD_HOST_QUEUE || !first)
         return;
-    for (struct order_batch *batch = NULL; (batch = hazard_judge_next(judge, batch));) {
+    for (struct order_batch *batch = NULL; (batch = hazard_search_next(search, batch));) {
         is_behind |= batch == first;
         if (is_behind && batch->timestamp.queue == queue)
-            search_batch(&search, batch->slots[USES_HAZARDS]);
+            search_batch(&lookup, batch->slots[USES_HAZARDS]);
     }
-    search.later = judge->current->command_count - 1;
-    search_batch(&search, judge->current);
+    lookup.later = search->current->command_count - 1;
+    search_batch(&lookup, search->current);
 }

@@ -89,9 +89,9 @@ const struct hazard_input *hazard_batch_references(const struct hazard_batch_rec
     *count = 0;
     if (!item->reads_references || !batch->input_count)
         return NULL;
-    struct hazard_place place = {.journal = command->journal, .position = item->geometry};
+    struct hazard_place place = {.journal = command->journal, .position = item->first_build};
     uint32_t first = find_place(batch, &place);
-    place.position += item->info;
+    place.position += item->build_count;
     *count = find_place(batch, &place) - first;
     return &batch->inputs[first];
 }
@@ -111,7 +111,7 @@ static const struct hazard_input *find_input(const struct hazard_batch_record *b
 static struct hazard_place place_of(const struct hazard_command *command,
                                     const struct hazard_entry *item, enum hazard_input_kind kind)
 {
-    return (struct hazard_place){command->journal, command->item->geometry + item->info, kind,
+    return (struct hazard_place){command->journal, command->item->first_build + item->info, kind,
                                  item->geometry & ((UINT32_C(1) << 30) - 1)};
 }
 
@@ -181,8 +181,8 @@ const struct data_read *hazard_batch_data(const struct hazard_batch_record *batc
 
 static struct hazard_bytes bytes_of_vertex(const struct hazard_entry *item, uint32_t index)
 {
-    const uint64_t begin = item->bytes.begin + (uint64_t)index * item->count;
-    const uint64_t end = begin + item->origin;
+    const uint64_t begin = item->bytes.begin + (uint64_t)index * item->vertex_stride;
+    const uint64_t end = begin + item->vertex_size;
     const bool is_inside = begin >= item->bytes.begin && end <= item->bytes.end;
     return is_inside ? (struct hazard_bytes){item->bytes.memory, begin, end}
                      : (struct hazard_bytes){0};
@@ -233,10 +233,10 @@ static void begin_side(const struct layer_device *device, const struct hazard_ba
 {
     *side = (struct hazard_access_text){
         .command = command->item->command,
-        .is_build = command->item->info != 0,
+        .is_build = command->item->build_count != 0,
         .info = build,
         .origin = layer_origin_of(device, &batch->batch->origin, command->journal,
-                                  command->item->geometry, command->item->origin),
+                                  command->item->first_build, command->item->origin),
     };
 }
 
@@ -246,7 +246,8 @@ static void describe_reference(const struct layer_device *device,
                                const struct hazard_input *reference,
                                struct hazard_access_text *side)
 {
-    begin_side(device, batch, command, reference->place.position - command->item->geometry, side);
+    begin_side(device, batch, command, reference->place.position - command->item->first_build,
+               side);
     side->role = HAZARD_REFERENCE;
     side->kind = ACCESS_BUILD_ACCEL_READ;
     side->type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;

@@ -65,7 +65,7 @@ struct ended_object {
     char name[DESTROYED_NAME_SIZE]; /* STRUCTURE_DESTROYED: its debug name */
     /* But for events: what the host had observed to be complete, see
      * execution_order_find_observed(). */
-    bool knows_observed;
+    bool observed_clock_is_known;
     uint64_t untracked;
     struct execution_clock observed;
 };

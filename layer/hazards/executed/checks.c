@@ -4,18 +4,18 @@
 
 #include <stdlib.h>
 
-#include "layer/hazards/executed/judge.h"
+#include "layer/hazards/executed/search.h"
 #include "src/base/drain.h"
 #include "src/state/commands/object_names.h"
 
 struct hazard_checks {
     struct layer_device *device;
-    struct batch_list *batches; /* its lock guards the members below, but for `judge` */
+    struct batch_list *batches; /* its lock guards the members below, but for `search` */
     struct drain drain;
     atomic_uint_fast64_t kept, missed; /* batches so far; without memory a batch is missing */
     struct ended_object *ended, **ended_last;
-    bool stopped;              /* no more batches come */
-    struct hazard_judge judge; /* of the thread that drains */
+    bool stopped;                /* no more batches come */
+    struct hazard_search search; /* of the thread that drains */
 };
 
 /* ---- judging */
@@ -32,7 +32,7 @@ static void end_object(struct hazard_checks *checks)
     if (!checks->ended)
         checks->ended_last = &checks->ended;
     pthread_mutex_unlock(&checks->batches->lock);
-    hazard_judge_end_object(&checks->judge, object);
+    hazard_search_end_object(&checks->search, object);
     free(object);
     pthread_mutex_lock(&checks->batches->lock);
 }
@@ -41,20 +41,20 @@ static void end_object(struct hazard_checks *checks)
  * Call with the lock. */
 static bool judge_next(struct hazard_checks *checks)
 {
-    if (checks->ended && checks->ended->after <= checks->judge.batch_count) {
+    if (checks->ended && checks->ended->after <= checks->search.batch_count) {
         end_object(checks);
         return true;
     }
     const struct order_batch *next =
-        batch_list_next(checks->batches, IN_EXECUTION_ORDER, checks->judge.last, USES_HAZARDS);
+        batch_list_next(checks->batches, IN_EXECUTION_ORDER, checks->search.last, USES_HAZARDS);
     struct hazard_batch_record *batch = next ? next->slots[USES_HAZARDS] : NULL;
     if (!batch || !is_ready(checks, batch))
         return false;
     batch->is_taken = true;
     if (atomic_exchange(&checks->missed, 0))
-        unknown_set(&checks->judge.unknown, UNKNOWN_HAZARDS);
+        unknown_set(&checks->search.unknown, UNKNOWN_HAZARDS);
     pthread_mutex_unlock(&checks->batches->lock);
-    hazard_judge_batch(&checks->judge, batch);
+    hazard_search_batch(&checks->search, batch);
     pthread_mutex_lock(&checks->batches->lock);
     return true;
 }
@@ -76,7 +76,7 @@ static void note_observed(const struct layer_device *device, struct ended_object
     if (object->ended == STRUCTURE_DESTROYED)
         object_names_get(device->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, object->id,
                          object->name, sizeof(object->name));
-    object->knows_observed =
+    object->observed_clock_is_known =
         execution_order_find_observed(device->order, &object->observed, &object->untracked);
 }
 
@@ -108,7 +108,7 @@ void hazard_checks_stop(struct hazard_checks *checks)
 /* ---- the consumer */
 
 /* Host work has a timestamp only at its end. If it failed, what it wrote is unknown. */
-static bool concerns(const struct order_batch *batch)
+static bool effects_are_known(const struct order_batch *batch)
 {
     return batch->is_replayed && batch->work != WORK_BEGINS && batch->work != WORK_FAILS;
 }
@@ -126,7 +126,7 @@ static void hazard_checks_submit(void *user, struct order_batch *batch)
 static void hazard_checks_run(void *user, struct order_batch *batch)
 {
     struct hazard_checks *checks = user;
-    if (!concerns(batch))
+    if (!effects_are_known(batch))
         return;
     struct hazard_batch_record *record = hazard_batch_create(batch);
     if (record) {
@@ -138,8 +138,8 @@ static void hazard_checks_run(void *user, struct order_batch *batch)
 }
 
 /* Takes the lock. Returns NULL if the batch is not kept, or was judged. */
-static struct hazard_batch_record *lock(struct hazard_checks *checks,
-                                        const struct order_batch *batch)
+static struct hazard_batch_record *lock_unjudged_batch(struct hazard_checks *checks,
+                                                       const struct order_batch *batch)
 {
     pthread_mutex_lock(&checks->batches->lock);
     struct hazard_batch_record *record =
@@ -151,7 +151,7 @@ static struct hazard_batch_record *lock(struct hazard_checks *checks,
 static void hazard_checks_ran(void *user, struct order_batch *batch)
 {
     struct hazard_checks *checks = user;
-    struct hazard_batch_record *record = lock(checks, batch);
+    struct hazard_batch_record *record = lock_unjudged_batch(checks, batch);
     if (record)
         record->has_run = true;
     judge_and_unlock(checks);
@@ -167,30 +167,30 @@ struct batch_consumer hazard_checks_consumer(struct hazard_checks *checks)
 
 /* ---- references and indices */
 
-void hazard_checks_expect(struct hazard_checks *checks, struct order_batch *batch)
+void hazard_checks_begin_inputs(struct hazard_checks *checks, struct order_batch *batch)
 {
     if (!checks)
         return;
-    struct hazard_batch_record *record = lock(checks, batch);
+    struct hazard_batch_record *record = lock_unjudged_batch(checks, batch);
     if (record && record->awaits_inputs)
         record->awaited++;
     pthread_mutex_unlock(&checks->batches->lock);
 }
 
-void hazard_checks_add(struct hazard_checks *checks, struct order_batch *batch,
-                       const struct hazard_input *input)
+void hazard_checks_add_input(struct hazard_checks *checks, struct order_batch *batch,
+                             const struct hazard_input *input)
 {
     if (!checks)
         return;
-    struct hazard_batch_record *record = lock(checks, batch);
+    struct hazard_batch_record *record = lock_unjudged_batch(checks, batch);
     if (record && record->awaited)
         hazard_batch_add(record, input);
     pthread_mutex_unlock(&checks->batches->lock);
 }
 
-void hazard_checks_refer(struct hazard_checks *checks, struct order_batch *batch,
-                         const struct journal *journal, uint32_t position,
-                         const struct accel_facts *referenced)
+void hazard_checks_add_reference(struct hazard_checks *checks, struct order_batch *batch,
+                                 const struct journal *journal, uint32_t position,
+                                 const struct accel_facts *referenced)
 {
     if (!checks || !referenced->memory)
         return;
@@ -202,14 +202,14 @@ void hazard_checks_refer(struct hazard_checks *checks, struct order_batch *batch
                   referenced->begin, referenced->begin + (referenced->size != 0)},
     };
     if (reference.bytes.memory)
-        hazard_checks_add(checks, batch, &reference);
+        hazard_checks_add_input(checks, batch, &reference);
 }
 
-void hazard_checks_settle(struct hazard_checks *checks, struct order_batch *batch)
+void hazard_checks_end_inputs(struct hazard_checks *checks, struct order_batch *batch)
 {
     if (!checks)
         return;
-    struct hazard_batch_record *record = lock(checks, batch);
+    struct hazard_batch_record *record = lock_unjudged_batch(checks, batch);
     if (record && record->awaited)
         record->awaited--;
     judge_and_unlock(checks);
@@ -224,7 +224,7 @@ VkResult hazard_checks_create(struct layer_device *device)
     struct hazard_checks *checks = calloc(1, sizeof(*checks));
     if (!checks)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    if (!hazard_judge_begin(&checks->judge, device)) {
+    if (!hazard_search_begin(&checks->search, device)) {
         free(checks);
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -240,6 +240,6 @@ void hazard_checks_destroy(struct hazard_checks *checks)
     if (!checks)
         return;
     hazard_checks_stop(checks);
-    hazard_judge_end(&checks->judge);
+    hazard_search_end(&checks->search);
     free(checks);
 }

@@ -24,7 +24,7 @@ VkResult hazard_checks_create(struct layer_device *device);
 void hazard_checks_destroy(struct hazard_checks *checks);
 
 /* Keeps each batch that is replayed, from its execution point on. Add it before the consumer that
- * calls hazard_checks_expect(). */
+ * calls hazard_checks_begin_inputs(). */
 struct batch_consumer hazard_checks_consumer(struct hazard_checks *checks);
 /* An object was freed or destroyed: the hazard check drops its record once the batches before are
  * judged. Ignores id 0. */
@@ -33,15 +33,15 @@ void hazard_checks_forget(struct hazard_checks *checks, enum hazard_end ended, u
 void hazard_checks_stop(struct hazard_checks *checks);
 
 /* The instances and indices of one command buffer of the batch will be known. For each call
- * hazard_checks_settle() must follow, when they are known or never will be. */
-void hazard_checks_expect(struct hazard_checks *checks, struct order_batch *batch);
+ * hazard_checks_end_inputs() must follow, when they are known or never will be. */
+void hazard_checks_begin_inputs(struct hazard_checks *checks, struct order_batch *batch);
 /* An instance of the build at `position` of the command buffer refers to a structure. */
-void hazard_checks_refer(struct hazard_checks *checks, struct order_batch *batch,
-                         const struct journal *journal, uint32_t position,
-                         const struct accel_facts *referenced);
+void hazard_checks_add_reference(struct hazard_checks *checks, struct order_batch *batch,
+                                 const struct journal *journal, uint32_t position,
+                                 const struct accel_facts *referenced);
 /* What a build of the command buffer reads: a structure, or the indices of a geometry. */
-void hazard_checks_add(struct hazard_checks *checks, struct order_batch *batch,
-                       const struct hazard_input *input);
-void hazard_checks_settle(struct hazard_checks *checks, struct order_batch *batch);
+void hazard_checks_add_input(struct hazard_checks *checks, struct order_batch *batch,
+                             const struct hazard_input *input);
+void hazard_checks_end_inputs(struct hazard_checks *checks, struct order_batch *batch);
 
 #endif

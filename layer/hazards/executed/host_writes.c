@@ -70,10 +70,10 @@ static bool hash_vertices(const struct host_writes *host_writes,
     const struct hazard_entry *access = input->access;
     bool is_known = input->vertex_count != 0;
     for (uint32_t i = 0; i < input->vertex_count && is_known; i++) {
-        const uint64_t offset = (uint64_t)input->vertices[i] * access->count;
-        is_known = offset + access->origin <= access->bytes.end - access->bytes.begin &&
-                   visit_bytes(host_writes, access, access->bytes.begin + offset, access->origin,
-                               add_to_hash, hash);
+        const uint64_t offset = (uint64_t)input->vertices[i] * access->vertex_stride;
+        is_known = offset + access->vertex_size <= access->bytes.end - access->bytes.begin &&
+                   visit_bytes(host_writes, access, access->bytes.begin + offset,
+                               access->vertex_size, add_to_hash, hash);
     }
     return is_known;
 }
@@ -133,10 +133,10 @@ static void add_vertices(const struct host_writes *host_writes, struct submitted
                          struct submitted_input vertices, const struct hazard_entry *indices)
 {
     const struct hazard_bytes *bytes = &indices->bytes;
-    if (indices->count && vertices.access->info == indices->info &&
+    if (indices->index_size && vertices.access->info == indices->info &&
         vertices.access->geometry == indices->geometry &&
         visit_bytes(host_writes, indices, bytes->begin, bytes->end - bytes->begin, choose_vertices,
-                    &(struct index_reading){&vertices, indices->count}))
+                    &(struct index_reading){&vertices, indices->index_size}))
         add_input(host_writes, inputs, vertices);
 }
 
@@ -151,7 +151,7 @@ struct input_search {
 static void begin_command(struct journal_walk *walk, const struct hazard_entry *item)
 {
     struct input_search *search = walk->user;
-    search->command = item->info ? item : NULL;
+    search->command = item->build_count ? item : NULL;
     search->indexed = NULL;
 }
 
@@ -219,7 +219,7 @@ static void host_writes_submit(void *user, struct order_batch *batch)
 static bool is_compared(const struct host_writes *host_writes, const struct order_batch *batch)
 {
     return batch->slots[USES_HOST_WRITES] && batch->predecessors_known && batch->is_replayed &&
-           !batch->is_exposed && atomic_load(&host_writes->kept) < BATCHES_COMPARED;
+           !batch->signals_foreign_object && atomic_load(&host_writes->kept) < BATCHES_COMPARED;
 }
 
 static void host_writes_run(void *user, struct order_batch *batch)
@@ -321,8 +321,9 @@ static struct hazard_bytes bytes_of(const struct submitted_input *input)
         first = input->vertices[i] < first ? input->vertices[i] : first;
         last = input->vertices[i] > last ? input->vertices[i] : last;
     }
-    return (struct hazard_bytes){access->bytes.memory, access->bytes.begin + first * access->count,
-                                 access->bytes.begin + last * access->count + access->origin};
+    return (struct hazard_bytes){
+        access->bytes.memory, access->bytes.begin + first * access->vertex_stride,
+        access->bytes.begin + last * access->vertex_stride + access->vertex_size};
 }
 
 static void report_host_write(const struct host_writes *host_writes,
@@ -343,7 +344,7 @@ static void report_host_write(const struct host_writes *host_writes,
                   .type = access->object_type,
                   .object = access->object,
                   .origin = layer_origin_of(device, &batch->origin, input->journal,
-                                            input->command->geometry, input->command->origin)},
+                                            input->command->first_build, input->command->origin)},
         .more = more,
         .timeout = execution_order_find_timeout(device->order, batch->timed_out_waits, UINT64_MAX),
     };

@@ -75,9 +75,9 @@ static uint32_t find_begin(struct written_places *places, uint64_t begin)
     return low;
 }
 
-static struct written_places *find_places(struct hazard_judge *judge, uint64_t memory)
+static struct written_places *find_places(struct hazard_search *search, uint64_t memory)
 {
-    return handle_table_find(&judge->written_places, memory + 1);
+    return handle_table_find(&search->written_places, memory + 1);
 }
 
 /* Returns the index of the structure's place; `count` if it has none. */
@@ -89,9 +89,9 @@ static uint32_t find_place(struct written_places *places, const struct written *
     return i;
 }
 
-static void leave_place(struct hazard_judge *judge, const struct written *written)
+static void leave_place(struct hazard_search *search, const struct written *written)
 {
-    struct written_places *places = find_places(judge, written->bytes.memory);
+    struct written_places *places = find_places(search, written->bytes.memory);
     const uint32_t i = places ? find_place(places, written) : 0;
     if (!places || i == places->count)
         return;
@@ -99,17 +99,17 @@ static void leave_place(struct hazard_judge *judge, const struct written *writte
     memmove(&places->items[i], &places->items[i + 1],
             (places->count - i) * sizeof(places->items[0]));
     if (!places->count)
-        free_places(handle_table_remove(&judge->written_places, written->bytes.memory + 1));
+        free_places(handle_table_remove(&search->written_places, written->bytes.memory + 1));
 }
 
 /* Without memory the structure is not found by its bytes, and nothing is told of it. */
-static void take_place(struct hazard_judge *judge, struct written *written)
+static void take_place(struct hazard_search *search, struct written *written)
 {
-    struct written_places *places = find_places(judge, written->bytes.memory);
+    struct written_places *places = find_places(search, written->bytes.memory);
     if (!places) {
         places = calloc(1, sizeof(*places));
         if (places &&
-            !handle_table_set(&judge->written_places, written->bytes.memory + 1, places)) {
+            !handle_table_set(&search->written_places, written->bytes.memory + 1, places)) {
             free(places);
             places = NULL;
         }
@@ -129,7 +129,7 @@ static void take_place(struct hazard_judge *judge, struct written *written)
 
 /* Removes all that are forgotten, once they are half of the places: each removal alone would move
  * all that lie behind. */
-static void sweep(struct hazard_judge *judge, struct written_places *places, uint64_t memory)
+static void sweep(struct hazard_search *search, struct written_places *places, uint64_t memory)
 {
     uint32_t kept = 0;
     if (places->forgotten * 2 < places->count)
@@ -142,13 +142,13 @@ static void sweep(struct hazard_judge *judge, struct written_places *places, uin
     places->count = kept;
     places->forgotten = 0;
     if (!kept)
-        free_places(handle_table_remove(&judge->written_places, memory + 1));
+        free_places(handle_table_remove(&search->written_places, memory + 1));
 }
 
-static void forget_written(struct hazard_judge *judge, uint64_t structure)
+static void forget_written(struct hazard_search *search, uint64_t structure)
 {
-    struct written *written = handle_table_remove(&judge->written, structure);
-    struct written_places *places = written ? find_places(judge, written->bytes.memory) : NULL;
+    struct written *written = handle_table_remove(&search->written, structure);
+    struct written_places *places = written ? find_places(search, written->bytes.memory) : NULL;
     if (!written)
         return;
     if (!places || find_place(places, written) == places->count) {
@@ -157,17 +157,17 @@ static void forget_written(struct hazard_judge *judge, uint64_t structure)
     }
     written->is_forgotten = true;
     places->forgotten++;
-    sweep(judge, places, written->bytes.memory);
+    sweep(search, places, written->bytes.memory);
 }
 
 /* Returns the record of a structure, and adds one if there is none; NULL if memory runs out. */
-static struct written *find_written(struct hazard_judge *judge, uint64_t structure)
+static struct written *find_written(struct hazard_search *search, uint64_t structure)
 {
-    struct written *written = handle_table_find(&judge->written, structure);
+    struct written *written = handle_table_find(&search->written, structure);
     if (written)
         return written;
     written = calloc(1, sizeof(*written));
-    if (written && handle_table_set(&judge->written, structure, written)) {
+    if (written && handle_table_set(&search->written, structure, written)) {
         written->structure = structure;
         return written;
     }
@@ -175,35 +175,36 @@ static struct written *find_written(struct hazard_judge *judge, uint64_t structu
     return NULL;
 }
 
-void judge_written(struct hazard_judge *judge, uint64_t structure, uint64_t number,
-                   const struct hazard_bytes *bytes)
+void hazard_search_note_write(struct hazard_search *search, uint64_t structure, uint64_t number,
+                              const struct hazard_bytes *bytes)
 {
-    struct written *written = number ? find_written(judge, structure) : NULL;
+    struct written *written = number ? find_written(search, structure) : NULL;
     if (!written) {
-        forget_written(judge, structure);
+        forget_written(search, structure);
         return;
     }
     const bool is_moved = memcmp(&written->bytes, bytes, sizeof(*bytes)) != 0;
     if (is_moved && written->bytes.memory)
-        leave_place(judge, written);
+        leave_place(search, written);
     free(written->overwriting);
     written->overwriting = NULL;
     written->number = number;
     written->bytes = *bytes;
     if (is_moved)
-        take_place(judge, written);
+        take_place(search, written);
 }
 
-void judge_forget_all_written(struct hazard_judge *judge)
+void hazard_search_forget_all_written(struct hazard_search *search)
 {
-    handle_table_drop(&judge->written_places, free_places); /* first: it looks at those below */
-    handle_table_drop(&judge->written, free_written);
+    handle_table_drop(&search->written_places, free_places); /* first: it looks at those below */
+    handle_table_drop(&search->written, free_written);
 }
 
-struct hazard_bytes judge_written_bytes(const struct hazard_judge *judge, uint64_t structure,
-                                        const struct hazard_bytes *first)
+struct hazard_bytes hazard_search_written_bytes(const struct hazard_search *search,
+                                                uint64_t structure,
+                                                const struct hazard_bytes *first)
 {
-    const struct written *written = handle_table_find(&judge->written, structure);
+    const struct written *written = handle_table_find(&search->written, structure);
     const bool is_there =
         written && written->bytes.memory == first->memory && written->bytes.begin == first->begin;
     return is_there ? written->bytes : *first;
@@ -213,7 +214,7 @@ struct hazard_bytes judge_written_bytes(const struct hazard_judge *judge, uint64
 
 /* Keeps how the first such write is described: its batch is forgotten when it is complete. Labels
  * belong to the command buffer, and are left out. */
-static void note_overwriting(struct hazard_judge *judge, struct written *written, uint64_t number,
+static void note_overwriting(struct hazard_search *search, struct written *written, uint64_t number,
                              const struct hazard_bytes *bytes)
 {
     struct overwriting *overwriting =
@@ -221,7 +222,7 @@ static void note_overwriting(struct hazard_judge *judge, struct written *written
     if (!overwriting)
         return;
     *overwriting = (struct overwriting){.number = number, .bytes = *bytes};
-    if (hazard_judge_find_side(judge, number, &overwriting->side)) {
+    if (hazard_search_find_side(search, number, &overwriting->side)) {
         overwriting->side.origin.labels = NULL;
         overwriting->side.origin.submission.labels = NULL;
         written->overwriting = overwriting;
@@ -232,10 +233,10 @@ static void note_overwriting(struct hazard_judge *judge, struct written *written
 
 /* A structure that begins where another one does has its address, too: which of them is meant by it
  * is unknown. */
-void judge_overlaps(struct hazard_judge *judge, const struct hazard_access *write, uint64_t number,
-                    uint64_t own)
+void hazard_search_note_overwritten(struct hazard_search *search, const struct hazard_access *write,
+                                    uint64_t number, uint64_t own)
 {
-    struct written_places *places = find_places(judge, write->bytes.memory);
+    struct written_places *places = find_places(search, write->bytes.memory);
     if (!places)
         return;
     const uint64_t begin = write->bytes.begin, end = write->bytes.end;
@@ -248,8 +249,8 @@ void judge_overlaps(struct hazard_judge *judge, const struct hazard_access *writ
             continue;
         both.bytes.begin = begin > written->bytes.begin ? begin : written->bytes.begin;
         both.bytes.end = end < written->bytes.end ? end : written->bytes.end;
-        note_overwriting(judge, written, number, &both.bytes);
-        shader_judge_overwrite(&judge->shaders, &both, written->structure, number);
+        note_overwriting(search, written, number, &both.bytes);
+        trace_search_overwrite(&search->shaders, &both, written->structure, number);
     }
 }
 
@@ -257,15 +258,15 @@ void judge_overlaps(struct hazard_judge *judge, const struct hazard_access *writ
 
 /* Returns the number of a write that came after the structure's own last one, and of which bytes;
  * 0: none is known. If its batch may be forgotten, describes it (`is_kept`). */
-static uint64_t find_overwriting(const struct hazard_judge *judge, uint64_t structure,
+static uint64_t find_overwriting(const struct hazard_search *search, uint64_t structure,
                                  struct hazard_bytes *bytes, struct hazard_access_text *side,
                                  bool *is_kept)
 {
-    const struct written *own = handle_table_find(&judge->written, structure);
+    const struct written *own = handle_table_find(&search->written, structure);
     if (!own)
         return 0;
     *bytes = own->bytes;
-    const uint64_t last = hazards_write_since(judge->hazards, own->number, bytes);
+    const uint64_t last = hazards_write_since(search->hazards, own->number, bytes);
     *is_kept = !last && own->overwriting;
     if (!*is_kept)
         return last;
@@ -275,44 +276,45 @@ static uint64_t find_overwriting(const struct hazard_judge *judge, uint64_t stru
 }
 
 /* Whether a write by the current command is of the build at that position. */
-static bool is_of_build(const struct hazard_judge *judge, uint64_t number, uint32_t position)
+static bool is_of_build(const struct hazard_search *search, uint64_t number, uint32_t position)
 {
     struct hazard_access_text write;
-    return hazard_judge_find_side(judge, number, &write) && write.is_build &&
+    return hazard_search_find_side(search, number, &write) && write.is_build &&
            write.origin.build_index + write.info == position;
 }
 
 /* A read that is too early is reported as such. */
-static uint64_t judge_read(struct hazard_judge *judge, const struct hazard_access *read,
-                           uint64_t structure, uint32_t position)
+static uint64_t read_checked(struct hazard_search *search, const struct hazard_access *read,
+                             uint64_t structure, uint32_t position)
 {
     struct hazard early;
     struct hazard_bytes bytes;
     struct hazard_access_text earlier;
     bool is_kept = false; /* `earlier` */
-    const uint64_t last = find_overwriting(judge, structure, &bytes, &earlier, &is_kept);
+    const uint64_t last = find_overwriting(search, structure, &bytes, &earlier, &is_kept);
     const bool is_late = last &&
-                         (last < judge->command.first || is_of_build(judge, last, position)) &&
-                         !hazards_read_is_early(judge->hazards, read, &early);
-    const uint64_t number = hazards_access(judge->hazards, read);
+                         (last < search->command.first || is_of_build(search, last, position)) &&
+                         !hazards_read_is_early(search->hazards, read, &early);
+    const uint64_t number = hazards_access(search->hazards, read);
     if (is_late)
-        hazard_judge_found_after(judge,
-                                 &(struct hazard){.type = READ_OF_OVERWRITTEN,
-                                                  .earlier = {.number = last},
-                                                  .later = {.number = number, .kind = read->kind},
-                                                  .bytes = bytes},
-                                 is_kept ? &earlier : NULL);
+        hazard_search_found_after(search,
+                                  &(struct hazard){.type = READ_OF_OVERWRITTEN,
+                                                   .earlier = {.number = last},
+                                                   .later = {.number = number, .kind = read->kind},
+                                                   .bytes = bytes},
+                                  is_kept ? &earlier : NULL);
     return number;
 }
 
-uint64_t judge_structure_read(struct hazard_judge *judge, const struct hazard_access *read,
-                              uint64_t structure)
+uint64_t hazard_search_read_structure(struct hazard_search *search,
+                                      const struct hazard_access *read, uint64_t structure)
 {
-    return judge_read(judge, read, structure, NO_BUILD);
+    return read_checked(search, read, structure, NO_BUILD);
 }
 
-uint64_t judge_reference_read(struct hazard_judge *judge, const struct hazard_access *read,
-                              uint64_t structure, uint32_t position)
+uint64_t hazard_search_read_reference(struct hazard_search *search,
+                                      const struct hazard_access *read, uint64_t structure,
+                                      uint32_t position)
 {
-    return judge_read(judge, read, structure, position);
+    return read_checked(search, read, structure, position);
 }

@@ -3,42 +3,43 @@
 
 #include "src/state/order/order.h"
 
-struct order_batch *hazard_judge_next(const struct hazard_judge *judge,
-                                      const struct order_batch *after)
+struct order_batch *hazard_search_next(const struct hazard_search *search,
+                                       const struct order_batch *after)
 {
-    if (!judge->judged_count || after == judge->last)
+    if (!search->judged_count || after == search->last)
         return NULL;
-    pthread_mutex_lock(&judge->batches->lock);
+    pthread_mutex_lock(&search->batches->lock);
     struct order_batch *batch =
-        batch_list_next(judge->batches, IN_EXECUTION_ORDER, after, USES_HAZARDS);
-    pthread_mutex_unlock(&judge->batches->lock);
+        batch_list_next(search->batches, IN_EXECUTION_ORDER, after, USES_HAZARDS);
+    pthread_mutex_unlock(&search->batches->lock);
     return batch;
 }
 
 /* Commands were numbered in execution order, so the last batch with an early enough one has it. */
-bool hazard_judge_find_side(const struct hazard_judge *judge, uint64_t number,
-                            struct hazard_access_text *side)
+bool hazard_search_find_side(const struct hazard_search *search, uint64_t number,
+                             struct hazard_access_text *side)
 {
-    bool found = judge->current && hazard_batch_find(judge->device, judge->current, number, side);
-    for (struct order_batch *batch = NULL; !found && (batch = hazard_judge_next(judge, batch));) {
-        const struct order_batch *behind = hazard_judge_next(judge, batch);
+    bool found =
+        search->current && hazard_batch_find(search->device, search->current, number, side);
+    for (struct order_batch *batch = NULL; !found && (batch = hazard_search_next(search, batch));) {
+        const struct order_batch *behind = hazard_search_next(search, batch);
         const struct hazard_batch_record *record = batch->slots[USES_HAZARDS];
         const struct hazard_batch_record *next = behind ? behind->slots[USES_HAZARDS] : NULL;
         if (record->command_count && record->commands[0].first <= number &&
             (!next || !next->command_count || number < next->commands[0].first))
-            found = hazard_batch_find(judge->device, record, number, side);
+            found = hazard_batch_find(search->device, record, number, side);
     }
     return found;
 }
 
 /* Names the structure that the access of that number traces, if it is known. */
-static void name_traced(const struct hazard_judge *judge, uint64_t number,
+static void name_traced(const struct hazard_search *search, uint64_t number,
                         struct hazard_access_text *side)
 {
-    for (uint32_t i = 0; i < judge->shaders.top_count; i++)
-        if (judge->shaders.tops[i]->trace.side.number == number) {
+    for (uint32_t i = 0; i < search->shaders.top_count; i++)
+        if (search->shaders.tops[i]->trace.side.number == number) {
             side->type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
-            side->object = judge->shaders.tops[i]->structure;
+            side->object = search->shaders.tops[i]->structure;
         }
 }
 
@@ -70,10 +71,10 @@ static enum resource_kind kind_of(VkObjectType type)
 }
 
 /* Entries have handles. An object that got the handle later lies elsewhere, in all likelihood. */
-static bool is_destroyed(const struct hazard_judge *judge, const struct hazard *hazard,
+static bool is_destroyed(const struct hazard_search *search, const struct hazard *hazard,
                          const struct hazard_access_text *side)
 {
-    struct resources *resources = judge->device->resources;
+    struct resources *resources = search->device->resources;
     const struct hazard_bytes *touched = &hazard->bytes;
     struct memory_bytes bytes;
     if (!side->object)
@@ -90,29 +91,30 @@ static bool has_number(const struct hazard_batch_record *record, uint64_t number
     return record->command_count && record->commands[0].first <= number;
 }
 
-const struct order_batch *hazard_judge_find_batch(const struct hazard_judge *judge, uint64_t number)
+const struct order_batch *hazard_search_find_batch(const struct hazard_search *search,
+                                                   uint64_t number)
 {
     const struct order_batch *found = NULL;
-    if (has_number(judge->current, number))
-        return judge->current->batch;
-    for (struct order_batch *batch = NULL; (batch = hazard_judge_next(judge, batch));)
+    if (has_number(search->current, number))
+        return search->current->batch;
+    for (struct order_batch *batch = NULL; (batch = hazard_search_next(search, batch));)
         if (has_number(batch->slots[USES_HAZARDS], number))
             found = batch;
     return found;
 }
 
 /* Returns the timeout of a wait that returned VK_TIMEOUT between the submissions of both sides. */
-static uint64_t find_timeout(const struct hazard_judge *judge, const struct hazard *hazard)
+static uint64_t find_timeout(const struct hazard_search *search, const struct hazard *hazard)
 {
-    const struct order_batch *earlier = hazard_judge_find_batch(judge, hazard->earlier.number);
-    return earlier ? execution_order_find_timeout(judge->device->order, earlier->timed_out_waits,
-                                                  judge->current->batch->timed_out_waits)
+    const struct order_batch *earlier = hazard_search_find_batch(search, hazard->earlier.number);
+    return earlier ? execution_order_find_timeout(search->device->order, earlier->timed_out_waits,
+                                                  search->current->batch->timed_out_waits)
                    : 0;
 }
 
-static void report_kind(const struct hazard_judge *judge, const struct kind_of_hazard *kind)
+static void report_kind(const struct hazard_search *search, const struct kind_of_hazard *kind)
 {
-    const struct device_facts *facts = &judge->device->facts;
+    const struct device_facts *facts = &search->device->facts;
     struct hazard_report report = {.hazard = kind->first,
                                    .features = {.synchronization2 = facts->synchronization2,
                                                 .structures = facts->acceleration_structure,
@@ -120,31 +122,31 @@ static void report_kind(const struct hazard_judge *judge, const struct kind_of_h
                                                 .micromaps = facts->micromap.ext},
                                    .more = kind->count - 1,
                                    .is_own_write =
-                                       kind->first.earlier.number >= judge->command.first,
+                                       kind->first.earlier.number >= search->command.first,
                                    .write = kind->write};
     report.earlier = kind->earlier;
-    if (!hazard_judge_find_side(judge, kind->first.later.number, &report.later) ||
+    if (!hazard_search_find_side(search, kind->first.later.number, &report.later) ||
         (!kind->knows_earlier &&
-         !hazard_judge_find_side(judge, kind->first.earlier.number, &report.earlier)))
+         !hazard_search_find_side(search, kind->first.earlier.number, &report.earlier)))
         return;
     if (report.later.role == HAZARD_SHADER && !report.later.object)
-        name_traced(judge, kind->first.later.number, &report.later);
+        name_traced(search, kind->first.later.number, &report.later);
     if (kind->first.type == EARLY_TRACE) {
         report.later.type = report.earlier.type;
         report.later.object = report.earlier.object;
     }
-    hazard_judge_find_barrier(judge, &kind->first, &report.barrier);
-    report.timeout = find_timeout(judge, &kind->first);
-    report.later.object_is_destroyed = is_destroyed(judge, &kind->first, &report.later);
-    report.earlier.object_is_destroyed = is_destroyed(judge, &kind->first, &report.earlier);
-    reporter_send_hazard(judge->device->instance->reporter, &report);
+    hazard_search_find_barrier(search, &kind->first, &report.barrier);
+    report.timeout = find_timeout(search, &kind->first);
+    report.later.object_is_destroyed = is_destroyed(search, &kind->first, &report.later);
+    report.earlier.object_is_destroyed = is_destroyed(search, &kind->first, &report.earlier);
+    reporter_send_hazard(search->device->instance->reporter, &report);
 }
 
-void hazard_judge_report(struct hazard_judge *judge)
+void hazard_search_report(struct hazard_search *search)
 {
-    for (uint32_t i = 0; i < judge->kind_count; i++)
-        report_kind(judge, &judge->kinds[i]);
-    judge->kind_count = 0;
+    for (uint32_t i = 0; i < search->kind_count; i++)
+        report_kind(search, &search->kinds[i]);
+    search->kind_count = 0;
 }
 
 static bool is_same_kind(const struct hazard *a, const struct hazard *b)
@@ -173,18 +175,18 @@ static bool add_to_kind(struct kind_of_hazard *kind, const struct hazard *hazard
     return true;
 }
 
-void hazard_judge_found_after(struct hazard_judge *judge, const struct hazard *hazard,
-                              const struct hazard_access_text *earlier)
+void hazard_search_found_after(struct hazard_search *search, const struct hazard *hazard,
+                               const struct hazard_access_text *earlier)
 {
-    if (unknown_is_set(&judge->unknown) ||
-        !reporter_wants_hazard(judge->device->instance->reporter, hazard_id_of(hazard)))
+    if (unknown_is_set(&search->unknown) ||
+        !reporter_wants_hazard(search->device->instance->reporter, hazard_id_of(hazard)))
         return;
-    for (uint32_t i = 0; i < judge->kind_count; i++)
-        if (add_to_kind(&judge->kinds[i], hazard))
+    for (uint32_t i = 0; i < search->kind_count; i++)
+        if (add_to_kind(&search->kinds[i], hazard))
             return;
-    if (judge->kind_count == HAZARD_KINDS_REPORTED)
+    if (search->kind_count == HAZARD_KINDS_REPORTED)
         return;
-    struct kind_of_hazard *kind = &judge->kinds[judge->kind_count++];
+    struct kind_of_hazard *kind = &search->kinds[search->kind_count++];
     *kind = (struct kind_of_hazard){.first = *hazard,
                                     .count = 1,
                                     .last_earlier = hazard->earlier.number,
@@ -195,7 +197,7 @@ void hazard_judge_found_after(struct hazard_judge *judge, const struct hazard *h
 }
 
 /* The engine's callback. */
-void hazard_judge_found(void *user, const struct hazard *hazard)
+void hazard_search_found(void *user, const struct hazard *hazard)
 {
-    hazard_judge_found_after(user, hazard, NULL);
+    hazard_search_found_after(user, hazard, NULL);
 }

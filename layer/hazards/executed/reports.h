@@ -23,10 +23,10 @@ struct kind_of_hazard {
     struct hazard_access_text earlier;
 };
 
-struct hazard_judge {
+struct hazard_search {
     struct layer_device *device;
     struct hazards *hazards;
-    struct shader_judge shaders;
+    struct trace_search shaders;
     struct unknown unknown; /* what is known of earlier batches proves nothing */
     /* Batches that later ones are compared with are kept: in execution order, and so in ascending
      * order of their accesses' numbers, up to `last`; NULL: none. */
@@ -43,25 +43,25 @@ struct hazard_judge {
 };
 
 /* Returns the judged batch behind `after`, or the first one if that is NULL. */
-struct order_batch *hazard_judge_next(const struct hazard_judge *judge,
-                                      const struct order_batch *after);
+struct order_batch *hazard_search_next(const struct hazard_search *search,
+                                       const struct order_batch *after);
 /* Returns the batch that has the access of a number, the current one included; NULL if it is not
  * known any more. */
-const struct order_batch *hazard_judge_find_batch(const struct hazard_judge *judge,
-                                                  uint64_t number);
+const struct order_batch *hazard_search_find_batch(const struct hazard_search *search,
+                                                   uint64_t number);
 /* Describes an access by its number. Returns false if it is not known any more. */
-bool hazard_judge_find_side(const struct hazard_judge *judge, uint64_t number,
-                            struct hazard_access_text *side);
+bool hazard_search_find_side(const struct hazard_search *search, uint64_t number,
+                             struct hazard_access_text *side);
 /* Fills `barrier` if the accesses are of one queue, and if a barrier between them lacks a stage or
  * an access on one side; the last one, if there are several. In barriers.c. */
-void hazard_judge_find_barrier(const struct hazard_judge *judge, const struct hazard *hazard,
-                               struct hazard_barrier_text *barrier);
-/* The current command has a hazard. `user`: a struct hazard_judge. */
-void hazard_judge_found(void *user, const struct hazard *hazard);
+void hazard_search_find_barrier(const struct hazard_search *search, const struct hazard *hazard,
+                                struct hazard_barrier_text *barrier);
+/* The current command has a hazard. `user`: a struct hazard_search. */
+void hazard_search_found(void *user, const struct hazard *hazard);
 /* The same, with a description of the earlier access. */
-void hazard_judge_found_after(struct hazard_judge *judge, const struct hazard *hazard,
-                              const struct hazard_access_text *earlier);
+void hazard_search_found_after(struct hazard_search *search, const struct hazard *hazard,
+                               const struct hazard_access_text *earlier);
 /* Sends what the current command has, and ends it. */
-void hazard_judge_report(struct hazard_judge *judge);
+void hazard_search_report(struct hazard_search *search);
 
 #endif

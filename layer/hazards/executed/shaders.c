@@ -11,93 +11,94 @@ enum { INPUTS_KEPT = 1 << 16 };
 
 /* ---- top-level structures */
 
-static void remove_top(struct shader_judge *judge, struct top_level *top)
+static void remove_top(struct trace_search *search, struct top_level *top)
 {
-    judge->tops[top->index] = judge->tops[--judge->top_count];
-    judge->tops[top->index]->index = top->index;
-    judge->gone_count -= top->is_gone;
-    if (judge->last_built == top)
-        judge->last_built = NULL;
-    handle_table_remove(&judge->by_handle, top->structure);
+    search->tops[top->index] = search->tops[--search->top_count];
+    search->tops[top->index]->index = top->index;
+    search->gone_count -= top->is_gone;
+    if (search->last_built == top)
+        search->last_built = NULL;
+    handle_table_remove(&search->by_handle, top->structure);
     free(top->references);
     free(top);
 }
 
-struct top_level *shader_judge_find_top(const struct shader_judge *judge, uint64_t structure)
+struct top_level *trace_search_find_top(const struct trace_search *search, uint64_t structure)
 {
-    return handle_table_find(&judge->by_handle, structure);
+    return handle_table_find(&search->by_handle, structure);
 }
 
 /* The oldest one of those that are destroyed is the one that was built first. */
-static void remove_oldest_gone(struct shader_judge *judge)
+static void remove_oldest_gone(struct trace_search *search)
 {
     struct top_level *oldest = NULL;
-    for (uint32_t i = 0; i < judge->top_count; i++)
-        if (judge->tops[i]->is_gone && (!oldest || judge->tops[i]->command < oldest->command))
-            oldest = judge->tops[i];
+    for (uint32_t i = 0; i < search->top_count; i++)
+        if (search->tops[i]->is_gone && (!oldest || search->tops[i]->command < oldest->command))
+            oldest = search->tops[i];
     if (!oldest)
         return;
-    reporter_add_unchecked(judge->reporter,
+    reporter_add_unchecked(search->reporter,
                            "destroyed top-level structures, of more than the layer remembers", 1);
-    remove_top(judge, oldest);
+    remove_top(search, oldest);
 }
 
 /* Returns false if memory runs out. */
-static bool keep_top(struct shader_judge *judge, const struct top_level *top)
+static bool keep_top(struct trace_search *search, const struct top_level *top)
 {
     struct top_level *kept = malloc(sizeof(*kept));
-    if (!kept || !ARRAY_HAS_ROOM(judge->tops, judge->top_count, judge->top_capacity) ||
-        !handle_table_set(&judge->by_handle, top->structure, kept)) {
+    if (!kept || !ARRAY_HAS_ROOM(search->tops, search->top_count, search->top_capacity) ||
+        !handle_table_set(&search->by_handle, top->structure, kept)) {
         free(kept);
         return false;
     }
     *kept = *top;
-    kept->index = judge->top_count;
-    judge->tops[judge->top_count++] = kept;
+    kept->index = search->top_count;
+    search->tops[search->top_count++] = kept;
     return true;
 }
 
-void shader_judge_add_top(struct shader_judge *judge, const struct top_level *top)
+void trace_search_add_top(struct trace_search *search, const struct top_level *top)
 {
-    struct top_level *old = shader_judge_find_top(judge, top->structure);
+    struct top_level *old = trace_search_find_top(search, top->structure);
     if (old)
-        remove_top(judge, old);
-    if (judge->gone_count > GONE_KEPT)
-        remove_oldest_gone(judge);
-    if (!top->first.memory || !keep_top(judge, top))
-        unknown_set(&judge->tops_unknown, UNKNOWN_TRACED);
+        remove_top(search, old);
+    if (search->gone_count > GONE_KEPT)
+        remove_oldest_gone(search);
+    if (!top->first.memory || !keep_top(search, top))
+        unknown_set(&search->tops_unknown, UNKNOWN_TRACED);
 }
 
-void shader_judge_end_top(struct shader_judge *judge, uint64_t structure,
+void trace_search_end_top(struct trace_search *search, uint64_t structure,
                           const struct destroyed_structure *destroyed)
 {
-    struct top_level *top = shader_judge_find_top(judge, structure);
+    struct top_level *top = trace_search_find_top(search, structure);
     if (!top)
         return;
-    judge->gone_count += !top->is_gone;
+    search->gone_count += !top->is_gone;
     top->is_gone = true;
     top->reference_count = 0;
     top->destroyed = destroyed ? *destroyed : (struct destroyed_structure){0};
 }
 
 /* References of one build follow each other. */
-static struct top_level *find_built(struct shader_judge *judge, uint64_t command, uint32_t position)
+static struct top_level *find_built(struct trace_search *search, uint64_t command,
+                                    uint32_t position)
 {
-    struct top_level *last = judge->last_built;
+    struct top_level *last = search->last_built;
     if (last && last->command == command && last->position == position)
         return last;
-    for (uint32_t i = judge->top_count; i-- > 0;)
-        if (judge->tops[i]->command == command && judge->tops[i]->position == position) {
-            judge->last_built = judge->tops[i];
-            return judge->tops[i];
+    for (uint32_t i = search->top_count; i-- > 0;)
+        if (search->tops[i]->command == command && search->tops[i]->position == position) {
+            search->last_built = search->tops[i];
+            return search->tops[i];
         }
     return NULL;
 }
 
-void shader_judge_add_reference(struct shader_judge *judge, uint64_t command, uint32_t position,
+void trace_search_add_reference(struct trace_search *search, uint64_t command, uint32_t position,
                                 const struct top_reference *reference)
 {
-    struct top_level *top = find_built(judge, command, position);
+    struct top_level *top = find_built(search, command, position);
     if (top && ARRAY_HAS_ROOM(top->references, top->reference_count, top->reference_capacity))
         top->references[top->reference_count++] = *reference;
     if (top)
@@ -136,10 +137,10 @@ uint64_t top_level_drop(struct top_level *top, uint64_t structure, uint64_t memo
     return first;
 }
 
-struct top_level *shader_judge_find_top_at(const struct shader_judge *judge, uint64_t structure,
+struct top_level *trace_search_find_top_at(const struct trace_search *search, uint64_t structure,
                                            const struct hazard_bytes *first)
 {
-    struct top_level *top = shader_judge_find_top(judge, structure);
+    struct top_level *top = trace_search_find_top(search, structure);
     const bool is_there = top && (first->memory ? top->first.memory == first->memory &&
                                                       top->first.begin == first->begin
                                                 : top->is_gone);
@@ -147,82 +148,82 @@ struct top_level *shader_judge_find_top_at(const struct shader_judge *judge, uin
 }
 
 /* Whether something that is known was written where a structure begins. */
-static bool is_place_of_top(const struct shader_judge *judge, const struct hazard_bytes *first)
+static bool is_place_of_top(const struct trace_search *search, const struct hazard_bytes *first)
 {
-    for (uint32_t i = 0; i < judge->top_count; i++)
-        if (judge->tops[i]->first.memory == first->memory &&
-            judge->tops[i]->first.begin == first->begin)
+    for (uint32_t i = 0; i < search->top_count; i++)
+        if (search->tops[i]->first.memory == first->memory &&
+            search->tops[i]->first.begin == first->begin)
             return true;
     return false;
 }
 
 /* A structure that is not among those that were written, alive, and where no other one was written,
  * is one that nothing has built. */
-void shader_judge_add_traced(struct shader_judge *judge, uint64_t structure,
+void trace_search_add_traced(struct trace_search *search, uint64_t structure,
                              const struct hazard_bytes *first, bool is_alive)
 {
-    struct top_level *top = shader_judge_find_top_at(judge, structure, first);
-    const bool is_unbuilt = is_alive && first->memory && !unknown_is_set(&judge->tops_unknown) &&
-                            !shader_judge_find_top(judge, structure) &&
-                            !is_place_of_top(judge, first);
-    for (uint32_t i = 0; top && i < judge->traced.count; i++)
-        if (judge->traced.tops[i] == top)
+    struct top_level *top = trace_search_find_top_at(search, structure, first);
+    const bool is_unbuilt = is_alive && first->memory && !unknown_is_set(&search->tops_unknown) &&
+                            !trace_search_find_top(search, structure) &&
+                            !is_place_of_top(search, first);
+    for (uint32_t i = 0; top && i < search->traced.count; i++)
+        if (search->traced.tops[i] == top)
             return;
-    if (top && judge->traced.count < TRACED_KEPT)
-        judge->traced.tops[judge->traced.count++] = top;
-    else if (is_unbuilt && judge->traced.unbuilt != structure)
-        judge->traced.unbuilt_count++;
+    if (top && search->traced.count < TRACED_KEPT)
+        search->traced.tops[search->traced.count++] = top;
+    else if (is_unbuilt && search->traced.unbuilt != structure)
+        search->traced.unbuilt_count++;
     else if (!is_unbuilt)
-        judge->traced.is_unknown = true;
+        search->traced.is_unknown = true;
     if (is_unbuilt)
-        judge->traced.unbuilt = structure;
+        search->traced.unbuilt = structure;
 }
 
 /* Whether it is known from descriptors what the command may trace. */
-static bool has_candidates(const struct shader_judge *judge)
+static bool has_candidates(const struct trace_search *search)
 {
-    return judge->traced.count || judge->traced.unbuilt_count || judge->traced.is_unknown;
+    return search->traced.count || search->traced.unbuilt_count || search->traced.is_unknown;
 }
 
-struct top_level *shader_judge_only_top(struct shader_judge *judge)
+struct top_level *trace_search_only_top(struct trace_search *search)
 {
-    struct top_level *only = judge->traced.tops[0];
-    uint32_t count = judge->traced.count + judge->traced.unbuilt_count;
-    if (judge->traced.is_unknown || (has_candidates(judge) && count != 1))
+    struct top_level *only = search->traced.tops[0];
+    uint32_t count = search->traced.count + search->traced.unbuilt_count;
+    if (search->traced.is_unknown || (has_candidates(search) && count != 1))
         return NULL;
-    if (!has_candidates(judge)) {
-        if (unknown_is_set(&judge->tops_unknown))
+    if (!has_candidates(search)) {
+        if (unknown_is_set(&search->tops_unknown))
             return NULL;
-        for (uint32_t i = 0; i < judge->top_count; i++)
-            if (!judge->tops[i]->is_gone) {
-                only = judge->tops[i];
+        for (uint32_t i = 0; i < search->top_count; i++)
+            if (!search->tops[i]->is_gone) {
+                only = search->tops[i];
                 count++;
             }
     }
     return count == 1 && only && only->is_built ? only : NULL;
 }
 
-uint64_t shader_judge_unbuilt(const struct shader_judge *judge)
+uint64_t trace_search_unbuilt(const struct trace_search *search)
 {
     const bool is_certain =
-        !judge->traced.is_unknown && !judge->traced.count && judge->traced.unbuilt_count == 1;
-    return is_certain ? judge->traced.unbuilt : 0;
+        !search->traced.is_unknown && !search->traced.count && search->traced.unbuilt_count == 1;
+    return is_certain ? search->traced.unbuilt : 0;
 }
 
-bool shader_judge_trace(struct shader_judge *judge, enum access_kind kind, struct hazard *hazard)
+bool trace_search_trace(struct trace_search *search, enum access_kind kind, struct hazard *hazard)
 {
-    const bool has_all = !has_candidates(judge);
-    const uint32_t count = has_all ? judge->top_count : judge->traced.count;
-    struct top_level *const *tops = has_all ? judge->tops : judge->traced.tops;
+    const bool has_all = !has_candidates(search);
+    const uint32_t count = has_all ? search->top_count : search->traced.count;
+    struct top_level *const *tops = has_all ? search->tops : search->traced.tops;
     bool found = false;
-    if (judge->traced.is_unknown || (has_all && unknown_is_set(&judge->tops_unknown)))
+    if (search->traced.is_unknown || (has_all && unknown_is_set(&search->tops_unknown)))
         return false;
     for (uint32_t i = 0; i < count; i++) {
         const struct top_level *top = tops[i];
         struct hazard early;
         if (top->is_gone)
             continue;
-        if (!hazards_read_is_early(judge->hazards, &(struct hazard_access){kind, top->first},
+        if (!hazards_read_is_early(search->hazards, &(struct hazard_access){kind, top->first},
                                    &early))
             return false;
         if (!top->is_built || (found && early.earlier.number < hazard->earlier.number))
@@ -234,13 +235,13 @@ bool shader_judge_trace(struct shader_judge *judge, enum access_kind kind, struc
     return found;
 }
 
-void shader_judge_overwrite(struct shader_judge *judge, const struct hazard_access *write,
+void trace_search_overwrite(struct trace_search *search, const struct hazard_access *write,
                             uint64_t structure, uint64_t number)
 {
-    for (uint32_t i = 0; i < judge->top_count; i++) {
-        struct top_level *top = judge->tops[i];
+    for (uint32_t i = 0; i < search->top_count; i++) {
+        struct top_level *top = search->tops[i];
         if (top->trace.side.number && top_level_refers(top, structure))
-            hazards_write_after(judge->hazards, &top->trace.side, number, write);
+            hazards_write_after(search->hazards, &top->trace.side, number, write);
     }
 }
 
@@ -267,10 +268,10 @@ static void memory_inputs_free(void *record)
     free(inputs);
 }
 
-void shader_judge_forget_inputs(struct shader_judge *judge)
+void trace_search_forget_inputs(struct trace_search *search)
 {
-    handle_table_drop(&judge->inputs, memory_inputs_free);
-    judge->input_count = 0;
+    handle_table_drop(&search->inputs, memory_inputs_free);
+    search->input_count = 0;
 }
 
 /* Returns the first item that begins at `begin` or behind it. */
@@ -287,10 +288,10 @@ static uint32_t find_begin(const struct memory_inputs *inputs, uint64_t begin)
     return low;
 }
 
-void shader_judge_write(struct shader_judge *judge, const struct hazard_bytes *bytes)
+void trace_search_write(struct trace_search *search, const struct hazard_bytes *bytes)
 {
     struct memory_inputs *inputs =
-        judge->input_count ? handle_table_find(&judge->inputs, bytes->memory + 1) : NULL;
+        search->input_count ? handle_table_find(&search->inputs, bytes->memory + 1) : NULL;
     if (!inputs)
         return;
     const uint64_t before = bytes->begin < inputs->longest ? 0 : bytes->begin - inputs->longest;
@@ -298,18 +299,18 @@ void shader_judge_write(struct shader_judge *judge, const struct hazard_bytes *b
     for (; i < inputs->count && inputs->items[i].begin < bytes->end; i++)
         if (inputs->items[i].end <= bytes->begin)
             inputs->items[kept++] = inputs->items[i];
-    judge->input_count -= i - kept;
+    search->input_count -= i - kept;
     memmove(&inputs->items[kept], &inputs->items[i], (inputs->count - i) * sizeof(*inputs->items));
     inputs->count -= i - kept;
 }
 
-static struct memory_inputs *inputs_of(struct shader_judge *judge, uint64_t memory)
+static struct memory_inputs *inputs_of(struct trace_search *search, uint64_t memory)
 {
-    struct memory_inputs *inputs = handle_table_find(&judge->inputs, memory + 1);
+    struct memory_inputs *inputs = handle_table_find(&search->inputs, memory + 1);
     if (inputs)
         return inputs;
     inputs = calloc(1, sizeof(*inputs));
-    if (inputs && !handle_table_set(&judge->inputs, memory + 1, inputs)) {
+    if (inputs && !handle_table_set(&search->inputs, memory + 1, inputs)) {
         free(inputs);
         inputs = NULL;
     }
@@ -318,9 +319,9 @@ static struct memory_inputs *inputs_of(struct shader_judge *judge, uint64_t memo
 
 /* Returns the item of exactly these bytes; adds one if there is none. Returns NULL if memory runs
  * out. */
-static struct input_read *input_at(struct shader_judge *judge, const struct hazard_bytes *bytes)
+static struct input_read *input_at(struct trace_search *search, const struct hazard_bytes *bytes)
 {
-    struct memory_inputs *inputs = inputs_of(judge, bytes->memory);
+    struct memory_inputs *inputs = inputs_of(search, bytes->memory);
     if (!inputs)
         return NULL;
     uint32_t at = find_begin(inputs, bytes->begin);
@@ -335,67 +336,67 @@ static struct input_read *input_at(struct shader_judge *judge, const struct haza
     if (inputs->longest < bytes->end - bytes->begin)
         inputs->longest = bytes->end - bytes->begin;
     inputs->count++;
-    judge->input_count++;
+    search->input_count++;
     return &inputs->items[at];
 }
 
-bool shader_judge_read(struct shader_judge *judge, enum access_kind kind,
+bool trace_search_read(struct trace_search *search, enum access_kind kind,
                        const struct data_read *data, struct hazard *hazard)
 {
     const struct hazard_access read = {kind, data->bytes};
-    if (judge->input_count >= INPUTS_KEPT) {
-        reporter_add_unchecked(judge->reporter,
+    if (search->input_count >= INPUTS_KEPT) {
+        reporter_add_unchecked(search->reporter,
                                "inputs of builds, of more than the layer remembers",
-                               judge->input_count);
-        shader_judge_forget_inputs(judge);
+                               search->input_count);
+        trace_search_forget_inputs(search);
     }
-    if (!judge->first_open)
-        judge->first_open = hazards_first_open_write(judge->hazards, kind);
-    struct input_read *input = input_at(judge, &data->bytes);
+    if (!search->first_open)
+        search->first_open = hazards_first_open_write(search->hazards, kind);
+    struct input_read *input = input_at(search, &data->bytes);
     if (!input)
         return false;
     const struct input_read before = *input;
     input->stride = data->stride;
     input->size = data->size;
     input->hash = data->hash;
-    input->first_open = judge->first_open;
-    input->side = hazards_last_access(judge->hazards);
+    input->first_open = search->first_open;
+    input->side = hazards_last_access(search->hazards);
     return before.first_open && before.stride == data->stride && before.size == data->size &&
            before.hash != data->hash &&
-           hazards_read_misses_writes(judge->hazards, before.first_open, &before.side, &read,
+           hazards_read_misses_writes(search->hazards, before.first_open, &before.side, &read,
                                       hazard);
 }
 
-void shader_judge_forget_memory(struct shader_judge *judge, uint64_t memory)
+void trace_search_forget_memory(struct trace_search *search, uint64_t memory)
 {
-    struct memory_inputs *inputs = handle_table_remove(&judge->inputs, memory + 1);
+    struct memory_inputs *inputs = handle_table_remove(&search->inputs, memory + 1);
     if (!inputs)
         return;
-    judge->input_count -= inputs->count;
+    search->input_count -= inputs->count;
     memory_inputs_free(inputs);
 }
 
 /* ---- commands */
 
-void shader_judge_begin_command(struct shader_judge *judge)
+void trace_search_begin_command(struct trace_search *search)
 {
-    judge->first_open = 0;
-    if (has_candidates(judge))
-        memset(&judge->traced, 0, sizeof(judge->traced));
+    search->first_open = 0;
+    if (has_candidates(search))
+        memset(&search->traced, 0, sizeof(search->traced));
 }
 
-void shader_judge_begin(struct shader_judge *judge, struct reporter *reporter,
+void trace_search_begin(struct trace_search *search, struct reporter *reporter,
                         struct hazards *hazards)
 {
-    judge->reporter = reporter;
-    judge->hazards = hazards;
+    search->reporter = reporter;
+    search->hazards = hazards;
 }
 
-void shader_judge_end(struct shader_judge *judge)
+void trace_search_end(struct trace_search *search)
 {
-    while (judge->top_count)
-        remove_top(judge, judge->tops[0]);
-    free(judge->tops);
-    handle_table_release(&judge->by_handle);
-    shader_judge_forget_inputs(judge);
+    while (search->top_count)
+        remove_top(search, search->tops[0]);
+    free(search->tops);
+    handle_table_release(&search->by_handle);
+    trace_search_forget_inputs(search);
 }

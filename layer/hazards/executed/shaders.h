@@ -49,7 +49,7 @@ struct destroyed_structure {
 };
 
 struct top_level {
-    uint32_t index;            /* in shader_judge.tops */
+    uint32_t index;            /* in trace_search.tops */
     uint64_t structure;        /* handle */
     struct hazard_bytes first; /* its first byte */
     bool is_built;             /* by a build; else by a copy: it may not be top-level */
@@ -71,13 +71,13 @@ struct top_level {
     struct destroyed_structure destroyed;
 };
 
-struct shader_judge {
+struct trace_search {
     struct reporter *reporter; /* counts what is forgotten */
     struct hazards *hazards;
     struct top_level **tops;       /* owned */
     struct handle_table by_handle; /* the same */
     uint32_t top_count, top_capacity, gone_count;
-    struct top_level *last_built; /* by shader_judge_add_reference(); NULL: none */
+    struct top_level *last_built; /* by trace_search_add_reference(); NULL: none */
     struct unknown tops_unknown;  /* others may exist */
     /* What the current command may trace: these, if there are any; else each structure. */
     struct {
@@ -93,58 +93,58 @@ struct shader_judge {
     uint64_t first_open;
 };
 
-/* `judge` is zero-initialized. */
-void shader_judge_begin(struct shader_judge *judge, struct reporter *reporter,
+/* `search` is zero-initialized. */
+void trace_search_begin(struct trace_search *search, struct reporter *reporter,
                         struct hazards *hazards);
-void shader_judge_end(struct shader_judge *judge);
+void trace_search_end(struct trace_search *search);
 
 /* The next command begins. */
-void shader_judge_begin_command(struct shader_judge *judge);
+void trace_search_begin_command(struct trace_search *search);
 
 /* A top-level structure was written. Without memory (id 0): one that is not known. */
-void shader_judge_add_top(struct shader_judge *judge, const struct top_level *top);
+void trace_search_add_top(struct trace_search *search, const struct top_level *top);
 /* A structure was destroyed. `destroyed`: as it will be reported; NULL if that is done. */
-void shader_judge_end_top(struct shader_judge *judge, uint64_t structure,
+void trace_search_end_top(struct trace_search *search, uint64_t structure,
                           const struct destroyed_structure *destroyed);
 /* An instance of the build at `position`, in the command whose first access is `command`, refers to
  * a structure. References of one build follow each other. */
-void shader_judge_add_reference(struct shader_judge *judge, uint64_t command, uint32_t position,
+void trace_search_add_reference(struct trace_search *search, uint64_t command, uint32_t position,
                                 const struct top_reference *reference);
 bool top_level_refers(struct top_level *top, uint64_t structure);
 /* Removes the references to a structure, or into memory. Returns the handle of the first one; 0 if
  * there was none. */
 uint64_t top_level_drop(struct top_level *top, uint64_t structure, uint64_t memory);
 /* Returns NULL if there is none. */
-struct top_level *shader_judge_find_top(const struct shader_judge *judge, uint64_t structure);
+struct top_level *trace_search_find_top(const struct trace_search *search, uint64_t structure);
 /* Returns the structure of that handle which lies there (without memory: which was destroyed), or
  * NULL. */
-struct top_level *shader_judge_find_top_at(const struct shader_judge *judge, uint64_t structure,
+struct top_level *trace_search_find_top_at(const struct trace_search *search, uint64_t structure,
                                            const struct hazard_bytes *first);
 /* The current command may trace a structure, which lies there, and others only if this is called
  * for them, too. Without a call it may trace all. `is_alive`: it still lies there now. */
-void shader_judge_add_traced(struct shader_judge *judge, uint64_t structure,
+void trace_search_add_traced(struct trace_search *search, uint64_t structure,
                              const struct hazard_bytes *first, bool is_alive);
 /* The next access of the current command traces rays. Returns whether it does so too early; then
  * fills `hazard`. */
-bool shader_judge_trace(struct shader_judge *judge, enum access_kind kind, struct hazard *hazard);
+bool trace_search_trace(struct trace_search *search, enum access_kind kind, struct hazard *hazard);
 /* Returns the structure that a command traces, whichever it is; NULL if that is unknown. */
-struct top_level *shader_judge_only_top(struct shader_judge *judge);
+struct top_level *trace_search_only_top(struct trace_search *search);
 /* Returns the structure that a command traces and that nothing has built; 0: that is not certain.
  */
-uint64_t shader_judge_unbuilt(const struct shader_judge *judge);
+uint64_t trace_search_unbuilt(const struct trace_search *search);
 
 /* An access of that number writes bytes of a structure, and does not build it. */
-void shader_judge_overwrite(struct shader_judge *judge, const struct hazard_access *write,
+void trace_search_overwrite(struct trace_search *search, const struct hazard_access *write,
                             uint64_t structure, uint64_t number);
 
 /* The bytes were written by an access that is known. */
-void shader_judge_write(struct shader_judge *judge, const struct hazard_bytes *bytes);
+void trace_search_write(struct trace_search *search, const struct hazard_bytes *bytes);
 /* The current command has read data, by an access of that kind. Returns whether a shader wrote them
  * too late; then fills `hazard`. */
-bool shader_judge_read(struct shader_judge *judge, enum access_kind kind,
+bool trace_search_read(struct trace_search *search, enum access_kind kind,
                        const struct data_read *data, struct hazard *hazard);
-void shader_judge_forget_memory(struct shader_judge *judge, uint64_t memory);
+void trace_search_forget_memory(struct trace_search *search, uint64_t memory);
 /* Forgets all that builds have read. */
-void shader_judge_forget_inputs(struct shader_judge *judge);
+void trace_search_forget_inputs(struct trace_search *search);
 
 #endif

@@ -11,7 +11,7 @@
 
 /* Reports that something was destroyed which an access of that number reads, or whose descriptor it
  * uses (`is_used`). */
-static void report_destroyed(const struct hazard_judge *judge, const struct top_level *top,
+static void report_destroyed(const struct hazard_search *search, const struct top_level *top,
                              uint64_t number, const struct destroyed_structure *destroyed,
                              bool is_pending, bool is_used)
 {
@@ -24,119 +24,121 @@ static void report_destroyed(const struct hazard_judge *judge, const struct top_
         .write = ACCESS_KINDS,
         .is_used = is_used,
     };
-    if (unknown_is_set(&judge->unknown) ||
-        !reporter_wants_hazard(judge->device->instance->reporter, HAZARD_ID_TRACE_DESTROYED) ||
-        !hazard_judge_find_side(judge, number, &report.later))
+    if (unknown_is_set(&search->unknown) ||
+        !reporter_wants_hazard(search->device->instance->reporter, HAZARD_ID_TRACE_DESTROYED) ||
+        !hazard_search_find_side(search, number, &report.later))
         return;
     report.earlier.origin = report.later.origin;
     report.later.type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
     report.later.object = destroyed->structure == top->structure ? 0 : top->structure;
-    reporter_send_hazard(judge->device->instance->reporter, &report);
+    reporter_send_hazard(search->device->instance->reporter, &report);
 }
 
-static void report_unbuilt(const struct hazard_judge *judge, uint64_t structure, uint64_t number)
+static void report_unbuilt(const struct hazard_search *search, uint64_t structure, uint64_t number)
 {
     struct hazard_report report = {.hazard = {.type = TRACE_OF_UNBUILT}, .write = ACCESS_KINDS};
-    if (unknown_is_set(&judge->unknown) ||
-        !reporter_wants_hazard(judge->device->instance->reporter, HAZARD_ID_TRACE_UNBUILT) ||
-        !hazard_judge_find_side(judge, number, &report.later))
+    if (unknown_is_set(&search->unknown) ||
+        !reporter_wants_hazard(search->device->instance->reporter, HAZARD_ID_TRACE_UNBUILT) ||
+        !hazard_search_find_side(search, number, &report.later))
         return;
     report.later.type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
     report.later.object = structure;
-    reporter_send_hazard(judge->device->instance->reporter, &report);
+    reporter_send_hazard(search->device->instance->reporter, &report);
 }
 
 /* ---- what is built and traced */
 
-void judge_top(struct hazard_judge *judge, const struct hazard_command *command,
-               const struct hazard_entry *item)
+void hazard_search_note_top(struct hazard_search *search, const struct hazard_command *command,
+                            const struct hazard_entry *item)
 {
     struct top_level top = {.structure = item->object,
                             .first = item->bytes,
-                            .is_built = command->item && command->item->info,
+                            .is_built = command->item && command->item->build_count,
                             .command = command->first,
-                            .batch = judge->current->batch->timestamp};
+                            .batch = search->current->batch->timestamp};
     if (top.is_built)
-        top.position = command->item->geometry + item->info;
+        top.position = command->item->first_build + item->info;
     top.first.end = top.first.begin + 1;
     if (item->object_type != VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR)
         top.first.memory = 0;
-    shader_judge_add_top(&judge->shaders, &top);
+    trace_search_add_top(&search->shaders, &top);
 }
 
-void judge_bottom(struct hazard_judge *judge, const struct hazard_access *write, uint64_t structure,
-                  uint64_t number)
+void hazard_search_note_bottom_write(struct hazard_search *search,
+                                     const struct hazard_access *write, uint64_t structure,
+                                     uint64_t number)
 {
-    for (uint32_t i = 0; i < judge->shaders.top_count; i++) {
-        struct top_level *top = judge->shaders.tops[i];
+    for (uint32_t i = 0; i < search->shaders.top_count; i++) {
+        struct top_level *top = search->shaders.tops[i];
         if ((top->changed && !top->trace.side.number) || !top_level_refers(top, structure))
             continue;
         top->changed = structure;
         if (top->trace.side.number)
-            hazards_write_after(judge->hazards, &top->trace.side, number, write);
+            hazards_write_after(search->hazards, &top->trace.side, number, write);
     }
 }
 
-static void note_trace(const struct hazard_judge *judge, struct top_level *top,
+static void note_trace(const struct hazard_search *search, struct top_level *top,
                        const struct hazard_access *access, uint64_t number)
 {
-    const struct hazard_batch_record *record = judge->current;
+    const struct hazard_batch_record *record = search->current;
     const struct timestamp batch = record->batch->timestamp;
     top->trace = (struct top_trace){{batch.queue, number, access->kind}, batch, record->untracked};
     if (top->destroyed.structure)
-        report_destroyed(judge, top, number, &top->destroyed, false, false);
+        report_destroyed(search, top, number, &top->destroyed, false, false);
     else if (top->changed)
-        consumers_on_stale_trace(judge->device, top->structure, top->changed);
+        consumers_on_stale_trace(search->device, top->structure, top->changed);
     top->destroyed.structure = top->changed = 0;
 }
 
 /* A trace that is too early is reported, and not compared with what follows. */
-void judge_trace(struct hazard_judge *judge, enum access_kind kind)
+void hazard_search_check_trace(struct hazard_search *search, enum access_kind kind)
 {
-    struct top_level *top = shader_judge_only_top(&judge->shaders);
+    struct top_level *top = trace_search_only_top(&search->shaders);
     struct hazard_access access = {.kind = kind};
     struct hazard hazard;
-    const uint64_t unbuilt = shader_judge_unbuilt(&judge->shaders);
-    const bool is_early = !unbuilt && shader_judge_trace(&judge->shaders, kind, &hazard);
+    const uint64_t unbuilt = trace_search_unbuilt(&search->shaders);
+    const bool is_early = !unbuilt && trace_search_trace(&search->shaders, kind, &hazard);
     if (top && !is_early && !top->is_gone)
-        access.bytes = judge_written_bytes(judge, top->structure, &top->first);
-    hazard.later.number = top ? judge_structure_read(judge, &access, top->structure)
-                              : hazards_access(judge->hazards, &access);
+        access.bytes = hazard_search_written_bytes(search, top->structure, &top->first);
+    hazard.later.number = top ? hazard_search_read_structure(search, &access, top->structure)
+                              : hazards_access(search->hazards, &access);
     if (is_early)
-        hazard_judge_found(judge, &hazard);
+        hazard_search_found(search, &hazard);
     if (top)
-        note_trace(judge, top, &access, hazard.later.number);
+        note_trace(search, top, &access, hazard.later.number);
     if (unbuilt)
-        report_unbuilt(judge, unbuilt, hazard.later.number);
+        report_unbuilt(search, unbuilt, hazard.later.number);
 }
 
 /* Whether the structure of a handle lies there now. */
-static bool is_alive_at(const struct hazard_judge *judge, uint64_t structure,
+static bool is_alive_at(const struct hazard_search *search, uint64_t structure,
                         const struct hazard_bytes *first)
 {
     struct accel_facts facts;
-    resources_look_up_accel(judge->device->resources,
+    resources_look_up_accel(search->device->resources,
                             (VkAccelerationStructureKHR)(uintptr_t)structure, &facts);
     return facts.alive == YES && facts.memory && facts.begin == first->begin &&
-           resources_find_memory_id(judge->device->resources, facts.memory) == first->memory;
+           resources_find_memory_id(search->device->resources, facts.memory) == first->memory;
 }
 
 /* The structure may be the one that the trace behind it reads. */
-void judge_traced(struct hazard_judge *judge, const struct hazard_entry *item)
+void hazard_search_add_traced(struct hazard_search *search, const struct hazard_entry *item)
 {
-    hazards_access(judge->hazards, &(struct hazard_access){.kind = (enum access_kind)item->access});
-    shader_judge_add_traced(&judge->shaders, item->object, &item->bytes,
-                            is_alive_at(judge, item->object, &item->bytes));
+    hazards_access(search->hazards,
+                   &(struct hazard_access){.kind = (enum access_kind)item->access});
+    trace_search_add_traced(&search->shaders, item->object, &item->bytes,
+                            is_alive_at(search, item->object, &item->bytes));
 }
 
-void judge_used(struct hazard_judge *judge, const struct hazard_entry *item)
+void hazard_search_check_used(struct hazard_search *search, const struct hazard_entry *item)
 {
     const struct hazard_access none = {.kind = (enum access_kind)item->access};
-    const uint64_t number = hazards_access(judge->hazards, &none);
-    struct top_level *top = shader_judge_find_top_at(&judge->shaders, item->object, &item->bytes);
+    const uint64_t number = hazards_access(search->hazards, &none);
+    struct top_level *top = trace_search_find_top_at(&search->shaders, item->object, &item->bytes);
     if (!top || !top->is_gone || top->destroyed.structure != top->structure)
         return;
-    report_destroyed(judge, top, number, &top->destroyed, false, true);
+    report_destroyed(search, top, number, &top->destroyed, false, true);
     top->destroyed.structure = 0;
 }
 
@@ -146,7 +148,7 @@ void judge_used(struct hazard_judge *judge, const struct hazard_entry *item)
  * that is. If that is not complete either, the destruction has an error of its own. */
 static bool is_trace_pending(const struct top_level *top, const struct ended_object *ended)
 {
-    return top->trace.side.number && ended->knows_observed &&
+    return top->trace.side.number && ended->observed_clock_is_known &&
            ended->untracked == top->trace.untracked &&
            execution_clock_has(&ended->observed, top->batch) &&
            !execution_clock_has(&ended->observed, top->trace.batch);
@@ -167,26 +169,26 @@ static bool find_destroyed(struct top_level *top, const struct ended_object *end
 }
 
 /* What follows may trace the structures again. */
-static void note_destroyed(struct hazard_judge *judge, struct top_level *top,
+static void note_destroyed(struct hazard_search *search, struct top_level *top,
                            const struct ended_object *ended,
                            const struct destroyed_structure *destroyed)
 {
     const bool is_pending = is_trace_pending(top, ended);
     const bool is_reported = is_pending || !execution_clock_has(&ended->observed, top->batch);
     if (is_pending)
-        report_destroyed(judge, top, top->trace.side.number, destroyed, true, false);
+        report_destroyed(search, top, top->trace.side.number, destroyed, true, false);
     if (ended->ended == STRUCTURE_DESTROYED && destroyed->structure == top->structure)
-        shader_judge_end_top(&judge->shaders, top->structure, is_reported ? NULL : destroyed);
+        trace_search_end_top(&search->shaders, top->structure, is_reported ? NULL : destroyed);
     else if (!is_reported)
         top->destroyed = *destroyed;
 }
 
-void judge_end_of_traced(struct hazard_judge *judge, const struct ended_object *ended)
+void hazard_search_end_traced(struct hazard_search *search, const struct ended_object *ended)
 {
-    for (uint32_t i = 0; i < judge->shaders.top_count; i++) {
-        struct top_level *top = judge->shaders.tops[i];
+    for (uint32_t i = 0; i < search->shaders.top_count; i++) {
+        struct top_level *top = search->shaders.tops[i];
         struct destroyed_structure destroyed;
         if (!top->is_gone && find_destroyed(top, ended, &destroyed))
-            note_destroyed(judge, top, ended, &destroyed);
+            note_destroyed(search, top, ended, &destroyed);
     }
 }

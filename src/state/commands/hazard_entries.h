@@ -44,18 +44,23 @@ struct hazard_entry {
             bool is_global : 1, is_acquisition : 1; /* HAZARD_BARRIER */
         };
     };
-    /* HAZARD_BARRIER: the number of entries, this one included; 0 in all but the first.
-     * HAZARD_WAIT_EVENT: the number of HAZARD_BARRIER entries that follow; theirs is 0.
-     * HAZARD_INDEXED: the stride of vertices.
-     * HAZARD_ACCESS: of indices, the bytes of one; else 0. */
-    uint32_t count;
     union {
-        struct {                      /* HAZARD_ACCESS, HAZARD_INDEXED, HAZARD_COMMAND */
-            uint32_t info;            /* index in pInfos; of a command: number of builds */
-            uint32_t geometry;        /* of a command: position of the first build */
-            uint32_t origin;          /* of a command: see journal_note_origin(); of
-                                       * HAZARD_INDEXED: the size of a vertex */
-            VkObjectType object_type; /* of an access */
+        /* HAZARD_BARRIER: the number of entries, this one included; 0 in all but the first.
+         * HAZARD_WAIT_EVENT: the number of HAZARD_BARRIER entries that follow; theirs is 0. */
+        uint32_t barrier_count;
+        uint32_t index_size;    /* HAZARD_ACCESS: in bytes; 0: it does not read indices */
+        uint32_t vertex_stride; /* HAZARD_INDEXED */
+    };
+    union {
+        struct {                     /* HAZARD_ACCESS, HAZARD_INDEXED */
+            uint32_t info, geometry; /* indices in the call */
+            uint32_t vertex_size;    /* HAZARD_INDEXED */
+            VkObjectType object_type;
+        };
+        struct { /* HAZARD_COMMAND */
+            uint32_t build_count;
+            uint32_t first_build; /* its position in the command buffer */
+            uint32_t origin;      /* see journal_note_origin() */
         };
         struct dependency dependency; /* HAZARD_BARRIER, HAZARD_SET_EVENT */
     };

@@ -112,7 +112,7 @@ struct order_batch {
     bool signals_fence; /* it is the last batch of a submission with a fence */
     /* With follows_host: the submission signals an object that others may signal or wait for, so
      * the application may observe its completion without the layer. */
-    bool is_exposed;
+    bool signals_foreign_object;
     bool is_checked; /* the consumers have checked it */
     bool skips_call; /* set by `submit` or `check`: the call is to be skipped */
 

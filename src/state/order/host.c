@@ -27,7 +27,7 @@ struct order_fence *execution_order_fence(const struct execution_order *order, V
 }
 
 /* Returns true with the lock held; false, without it, if the order is unknown or missing. */
-static bool enter(struct execution_order *order)
+static bool lock_known_order(struct execution_order *order)
 {
     if (!order)
         return false;
@@ -38,7 +38,7 @@ static bool enter(struct execution_order *order)
     return false;
 }
 
-static void leave(struct execution_order *order)
+static void drain_and_unlock(struct execution_order *order)
 {
     execution_order_drain(order);
     pthread_mutex_unlock(&order->lock);
@@ -91,7 +91,7 @@ static void remove_semaphore(struct execution_order *order, VkSemaphore handle)
 void execution_order_add_semaphore(struct execution_order *order, VkSemaphore handle,
                                    VkSemaphoreType type, uint64_t initial_value, bool foreign)
 {
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     remove_semaphore(order, handle);
     struct semaphore_clock *semaphore = calloc(1, sizeof(*semaphore));
@@ -104,37 +104,37 @@ void execution_order_add_semaphore(struct execution_order *order, VkSemaphore ha
         free(semaphore);
         execution_order_set_unknown_locked(order, ORDER_UNKNOWN_OUT_OF_MEMORY);
     }
-    leave(order);
+    drain_and_unlock(order);
 }
 
 void execution_order_remove_semaphore(struct execution_order *order, VkSemaphore handle)
 {
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     remove_semaphore(order, handle);
     execution_order_release_held(order);
-    leave(order);
+    drain_and_unlock(order);
 }
 
 void execution_order_set_semaphore_foreign(struct execution_order *order, VkSemaphore handle)
 {
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     struct semaphore_clock *semaphore = execution_order_semaphore(order, handle);
     if (semaphore)
         semaphore->foreign = true;
     execution_order_release_held(order);
-    leave(order);
+    drain_and_unlock(order);
 }
 
 void execution_order_forget_signal(struct execution_order *order, VkSemaphore handle)
 {
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     struct semaphore_clock *semaphore = execution_order_semaphore(order, handle);
     if (semaphore && !semaphore->timeline)
         semaphore->last_wait = semaphore_clock_last(semaphore);
-    leave(order);
+    drain_and_unlock(order);
 }
 
 /* ---- fences */
@@ -142,7 +142,7 @@ void execution_order_forget_signal(struct execution_order *order, VkSemaphore ha
 void execution_order_add_fence(struct execution_order *order, VkFence handle, bool foreign,
                                bool signaled)
 {
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     free(handle_table_remove(&order->fences, key_of_fence(handle)));
     struct order_fence *fence = calloc(1, sizeof(*fence));
@@ -153,37 +153,37 @@ void execution_order_add_fence(struct execution_order *order, VkFence handle, bo
         free(fence);
         execution_order_set_unknown_locked(order, ORDER_UNKNOWN_OUT_OF_MEMORY);
     }
-    leave(order);
+    drain_and_unlock(order);
 }
 
 void execution_order_remove_fence(struct execution_order *order, VkFence handle)
 {
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     free(handle_table_remove(&order->fences, key_of_fence(handle)));
-    leave(order);
+    drain_and_unlock(order);
 }
 
 void execution_order_set_fence_foreign(struct execution_order *order, VkFence handle)
 {
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     struct order_fence *fence = execution_order_fence(order, handle);
     if (fence)
         fence->foreign = fence->is_imported = true;
-    leave(order);
+    drain_and_unlock(order);
 }
 
 void execution_order_reset_fence(struct execution_order *order, VkFence handle)
 {
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     struct order_fence *fence = execution_order_fence(order, handle);
     if (fence) {
         fence->serial = 0;
         fence->seen = fence->has_clock = false;
     }
-    leave(order);
+    drain_and_unlock(order);
 }
 
 void execution_order_join_fence(struct execution_order *order, const struct order_fence *fence)
@@ -200,7 +200,7 @@ void execution_order_join_fence(struct execution_order *order, const struct orde
 
 void execution_order_observe_fence(struct execution_order *order, VkFence handle)
 {
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     struct order_fence *fence = execution_order_fence(order, handle);
     if (fence && !fence->foreign && fence->serial) {
@@ -214,7 +214,7 @@ void execution_order_observe_fence(struct execution_order *order, VkFence handle
     }
     if (fence)
         fence->seen = true;
-    leave(order);
+    drain_and_unlock(order);
 }
 
 /* Submits the wait, unless the host has observed so much already. What the value of a foreign
@@ -230,7 +230,7 @@ static void note_wait(struct execution_order *order, VkSemaphore handle,
 void execution_order_observe_semaphore(struct execution_order *order, VkSemaphore handle,
                                        uint64_t value, bool exact)
 {
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     struct semaphore_clock *semaphore = execution_order_semaphore(order, handle);
     if (semaphore && semaphore->timeline) {
@@ -241,21 +241,21 @@ void execution_order_observe_semaphore(struct execution_order *order, VkSemaphor
         note_wait(order, handle, semaphore, seen_before);
         execution_order_release_held(order);
     }
-    leave(order);
+    drain_and_unlock(order);
 }
 
 void execution_order_note_timeout(struct execution_order *order, uint64_t timeout)
 {
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     order->timeouts[order->timed_out_waits++ % ORDER_TIMEOUTS] = timeout;
-    leave(order);
+    drain_and_unlock(order);
 }
 
 uint64_t execution_order_find_timeout(struct execution_order *order, uint64_t after, uint64_t until)
 {
     uint64_t timeout = 0;
-    if (!enter(order))
+    if (!lock_known_order(order))
         return 0;
     if (after < until && after < order->timed_out_waits &&
         order->timed_out_waits - after <= ORDER_TIMEOUTS)
@@ -276,11 +276,11 @@ static void note_maybe(struct execution_order *order, const struct execution_clo
 void execution_order_observe_unknown(struct execution_order *order,
                                      const struct execution_clock *clock)
 {
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     note_maybe(order, clock);
     execution_order_add_host_wait(order, VK_NULL_HANDLE, 0);
-    leave(order);
+    drain_and_unlock(order);
 }
 
 /* Adds what the host knows if the fence is signaled. Returns false if that is unknown. */
@@ -302,13 +302,13 @@ void execution_order_observe_any_fence(struct execution_order *order, uint32_t c
 {
     struct execution_clock clock = {0};
     bool is_known = true;
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     for (uint32_t i = 0; i < count; i++)
         is_known &= add_fence(order, fences[i], &clock);
     note_maybe(order, is_known ? &clock : NULL);
     execution_order_add_host_wait(order, VK_NULL_HANDLE, 0);
-    leave(order);
+    drain_and_unlock(order);
 }
 
 /* Does the same for a semaphore that has the value. */
@@ -330,19 +330,19 @@ void execution_order_observe_any_semaphore(struct execution_order *order,
 {
     struct execution_clock clock = {0};
     bool is_known = true;
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     for (uint32_t i = 0; i < info->semaphoreCount; i++)
         is_known &= add_semaphore(order, info->pSemaphores[i], info->pValues[i], &clock);
     note_maybe(order, is_known ? &clock : NULL);
     execution_order_add_host_wait(order, VK_NULL_HANDLE, 0);
-    leave(order);
+    drain_and_unlock(order);
 }
 
 void execution_order_note_results(struct execution_order *order,
                                   const struct execution_clock *clock)
 {
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     note_maybe(order, clock);
     pthread_mutex_unlock(&order->lock);
@@ -350,7 +350,7 @@ void execution_order_note_results(struct execution_order *order,
 
 void execution_order_note_acquisition(struct execution_order *order)
 {
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     order->untracked += order->queue_count > EXECUTION_HOST + 2; /* two queues or more */
     pthread_mutex_unlock(&order->lock);
@@ -372,13 +372,13 @@ void execution_order_start_idle(struct execution_order *order, VkQueue handle,
                                 struct idle_wait *wait)
 {
     *wait = (struct idle_wait){.queue = handle};
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     wait->serial = order->last_serial;
     for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count; i++)
         if (!handle || order->queues[i].handle == handle)
             start_idle(wait, &order->queues[i]);
-    leave(order);
+    drain_and_unlock(order);
 }
 
 static void observe_queue_idle(struct execution_order *order, struct order_queue *queue,
@@ -392,7 +392,7 @@ static void observe_queue_idle(struct execution_order *order, struct order_queue
 
 void execution_order_observe_idle(struct execution_order *order, const struct idle_wait *wait)
 {
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     execution_clock_join(&order->host, &wait->clock);
     execution_clock_join(&order->maybe, &wait->behind);
@@ -400,22 +400,22 @@ void execution_order_observe_idle(struct execution_order *order, const struct id
          i < order->queue_count && !unknown_is_set(&order->unknown); i++)
         if (!wait->queue || order->queues[i].handle == wait->queue)
             observe_queue_idle(order, &order->queues[i], wait->serial);
-    leave(order);
+    drain_and_unlock(order);
 }
 
 void execution_order_host_clock(struct execution_order *order, struct execution_clock *clock)
 {
     clock->queues = 0;
-    if (!enter(order))
+    if (!lock_known_order(order))
         return;
     execution_clock_copy(clock, &order->host);
-    leave(order);
+    drain_and_unlock(order);
 }
 
 bool execution_order_find_observed(struct execution_order *order, struct execution_clock *clock,
                                    uint64_t *untracked)
 {
-    if (!enter(order))
+    if (!lock_known_order(order))
         return false;
     execution_clock_copy(clock, &order->host);
     execution_clock_join(clock, &order->maybe);
@@ -427,10 +427,10 @@ bool execution_order_find_observed(struct execution_order *order, struct executi
 bool execution_order_host_is_current(struct execution_order *order, struct execution_clock *clock)
 {
     clock->queues = 0;
-    if (!enter(order))
+    if (!lock_known_order(order))
         return false;
     execution_clock_copy(clock, &order->host);
     bool all_ran = !order->run_list && !order->drain.is_busy;
-    leave(order);
+    drain_and_unlock(order);
     return all_ran;
 }

@@ -162,7 +162,7 @@ static void start_batches(struct submission *submission)
 
     submission_announce(submission);
     const struct order_fence *fence = execution_order_fence(order, submission->fence);
-    submission->is_exposed |= fence && fence->foreign;
+    submission->signals_foreign_object |= fence && fence->foreign;
     submission_resolve_ready(submission);
     if (submission->ready_count < submission->batch_count)
         order->waiting++;
@@ -179,7 +179,7 @@ static void start_batches(struct submission *submission)
 
 /* ---- finishing */
 
-static void stop(struct submission *submission)
+static void end_submission(struct submission *submission)
 {
     struct execution_order *order = submission->order;
     submission->is_under_way = false;
@@ -210,10 +210,10 @@ void order_batch_end_on_host(struct order_batch *batch)
     execution_order_append_run(order, batch);
 }
 
-static void succeed(struct submission *submission)
+static void finish_successful(struct submission *submission)
 {
     struct execution_order *order = submission->order;
-    stop(submission);
+    end_submission(submission);
     for (uint32_t i = 0; i < submission->ready_count && has_queue(submission->kind); i++)
         atomic_store_explicit(&submission->batches[i].state, BATCH_SUBMITTED, memory_order_release);
     if (unknown_is_set(&order->unknown))
@@ -234,7 +234,7 @@ static void fail_batches(struct submission *submission, VkResult result)
 {
     submission_withdraw(submission);
     submission_retract(submission);
-    stop(submission);
+    end_submission(submission);
     if (result == VK_ERROR_DEVICE_LOST)
         return;
     submission_set_states(submission, BATCH_FAILED);
@@ -272,7 +272,7 @@ bool submission_prepare(struct submission *submission)
 
 static void fail_work(struct submission *submission)
 {
-    stop(submission);
+    end_submission(submission);
     submission->batches[1].work = WORK_FAILS;
     if (!unknown_is_set(&submission->order->unknown))
         order_batch_end_on_host(&submission->batches[1]);
@@ -284,7 +284,7 @@ static void finish_batches(struct submission *submission, VkResult result)
     if (result == VK_ERROR_DEVICE_LOST)
         execution_order_set_unknown_locked(order, ORDER_UNKNOWN_DEVICE_LOST);
     if (submission->is_under_way && result >= VK_SUCCESS)
-        succeed(submission);
+        finish_successful(submission);
     else if (submission->is_under_way && submission->kind == SUBMIT_HOST_WORK)
         fail_work(submission);
     else if (submission->is_under_way)

@@ -152,7 +152,7 @@ struct submission {
     atomic_uint references;
     bool out_of_memory;
     bool skip;
-    bool is_exposed;             /* see struct order_batch */
+    bool signals_foreign_object; /* see struct order_batch */
     bool may_follow_held;        /* see start() in queues.c */
     uint32_t ready_count;        /* leading batches that were not held when prepared */
     struct execution_clock host; /* the order's host clock when prepared */

@@ -56,7 +56,7 @@ void submission_announce(struct submission *submission)
             set_value(semaphore, operation);
         if (!operation->is_signal)
             continue;
-        submission->is_exposed |= semaphore->foreign;
+        submission->signals_foreign_object |= semaphore->foreign;
         if (!semaphore_clock_announce(semaphore, operation->value, operation->signal, submission))
             submission->out_of_memory = true;
     }
@@ -315,7 +315,7 @@ static void resolve(struct order_batch *batch, struct queue_clocks *clocks)
         order_batch_resolve_bindings(batch, clocks);
     else
         resolve_commands(batch, clocks);
-    if (batch->submission->queue_record && batch->submission->is_exposed)
+    if (batch->submission->queue_record && batch->submission->signals_foreign_object)
         execution_clock_join(&batch->submission->order->maybe, &clocks->behind);
 }
 

@@ -17,7 +17,7 @@ static void start_over(struct submission *submission)
     submission->queue_record = NULL;
     atomic_init(&submission->references, 1);
     submission->out_of_memory = submission->may_follow_held = false;
-    submission->skip = submission->is_exposed = false;
+    submission->skip = submission->signals_foreign_object = false;
     submission->ready_count = 0;
     submission->batch_count = submission->operation_count = submission->command_count = 0;
 }
@@ -175,7 +175,7 @@ void submission_describe(struct submission *submission)
         batch->commands =
             batch->command_count ? &submission->commands[batch->first_commands] : NULL;
         batch->signals_fence = submission->fence && i + 1 == submission->batch_count;
-        batch->is_exposed = submission->is_exposed;
+        batch->signals_foreign_object = submission->signals_foreign_object;
     }
 }
 
