@@ -3,8 +3,8 @@
 
 #include <stdlib.h>
 
-/* ---- which there are: each by the option of CMake that has its name. One that is left out warns
- * of its setting. */
+/* ---- the consumers. An option of CMake leaves each one out; then a warning says that its setting
+ * has no effect. */
 
 #ifdef ASSAY_ADVICE
 extern const struct consumer adviser; /* layer/advice/adviser.c */

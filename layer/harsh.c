@@ -17,7 +17,7 @@ static bool structure_is_readable(const void *structure, size_t size)
 
 /* ---- instances */
 
-static void limit(const VkPhysicalDeviceProperties2 *properties)
+static void make_limits_harsh(const VkPhysicalDeviceProperties2 *properties)
 {
     if (!structure_is_readable(properties, sizeof(*properties)))
         return;
@@ -37,7 +37,7 @@ static VKAPI_ATTR void VKAPI_CALL get_properties2(VkPhysicalDevice physical_devi
     if (!instance)
         return;
     instance->harsh.get_properties2(physical_device, properties);
-    limit(properties);
+    make_limits_harsh(properties);
 }
 
 static VKAPI_ATTR void VKAPI_CALL get_properties2_khr(VkPhysicalDevice physical_device,
@@ -47,7 +47,7 @@ static VKAPI_ATTR void VKAPI_CALL get_properties2_khr(VkPhysicalDevice physical_
     if (!instance)
         return;
     instance->harsh.get_properties2_khr(physical_device, properties);
-    limit(properties);
+    make_limits_harsh(properties);
 }
 
 static bool is_set(const struct layer_instance *instance)

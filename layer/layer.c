@@ -72,8 +72,8 @@ static const void *dispatch_key_safely(const void *dispatchable)
 /* ---- forks */
 
 /* Replaces the members of a list. One that cannot be replaced, because memory ran out, stays. */
-static struct layer_link *replace(struct layer_link *list,
-                                  struct layer_link *(*replacement_of)(struct layer_link *old))
+static struct layer_link *
+replace_links(struct layer_link *list, struct layer_link *(*replacement_of)(struct layer_link *old))
 {
     struct layer_link *replaced = NULL, **end = &replaced;
     for (struct layer_link *old = list, *next; old; old = next) {
@@ -109,8 +109,8 @@ static void replace_all(void)
 {
     abandoned_instances = instances;
     abandoned_devices = devices;
-    instances = replace(instances, replacement_of_instance);
-    devices = replace(devices, replacement_of_device);
+    instances = replace_links(instances, replacement_of_instance);
+    devices = replace_links(devices, replacement_of_device);
     for (struct layer_link *link = devices; link; link = link->next)
         add_quick_device((struct layer_device *)link);
 }
@@ -139,13 +139,13 @@ static void notice_fork(void)
         fill_page();
 }
 
-static unsigned enter(void)
+static unsigned begin_reading(void)
 {
     notice_fork();
     return reader_lock_enter(&page.lock);
 }
 
-static void leave(unsigned stripe)
+static void end_reading(unsigned stripe)
 {
     reader_lock_leave(&page.lock, stripe);
 }
@@ -153,13 +153,13 @@ static void leave(unsigned stripe)
 /* ---- look-ups */
 
 /* Returns the instance or device whose first member is the link with this key. */
-__attribute__((noinline)) static void *find(struct layer_link *const *list, const void *key)
+__attribute__((noinline)) static void *find_link(struct layer_link *const *list, const void *key)
 {
-    unsigned stripe = enter();
+    unsigned stripe = begin_reading();
     struct layer_link *link = key ? *list : NULL;
     while (link && link->key != key)
         link = link->next;
-    leave(stripe);
+    end_reading(stripe);
     return link;
 }
 
@@ -187,7 +187,7 @@ static void take_out(struct layer_link **list, const struct layer_link *link)
 
 struct layer_instance *layer_find_instance(const void *dispatchable)
 {
-    return find(&instances, dispatch_key(dispatchable));
+    return find_link(&instances, dispatch_key(dispatchable));
 }
 
 /* The slot of a key. Returns NULL if there is none. */
@@ -203,12 +203,12 @@ struct layer_device *layer_find_device(const void *dispatchable)
 {
     const void *key = dispatch_key(dispatchable);
     const struct quick_device *quick = key ? quick_device(key) : NULL;
-    return quick ? quick->device : find(&devices, key);
+    return quick ? quick->device : find_link(&devices, key);
 }
 
 struct layer_device *layer_find_device_safely(const void *dispatchable)
 {
-    return find(&devices, dispatch_key_safely(dispatchable));
+    return find_link(&devices, dispatch_key_safely(dispatchable));
 }
 
 struct layer_device *layer_find_reporting_device(const void *dispatchable)
@@ -216,9 +216,9 @@ struct layer_device *layer_find_reporting_device(const void *dispatchable)
     struct layer_device *device = layer_find_device_safely(dispatchable);
     if (device)
         return device;
-    unsigned stripe = enter();
+    unsigned stripe = begin_reading();
     struct layer_link *link = devices;
-    leave(stripe);
+    end_reading(stripe);
     return (struct layer_device *)link;
 }
 
@@ -243,11 +243,11 @@ static void remember_owner(VkCommandBuffer handle, const struct layer_device *de
 /* Searches all devices. The registry is locked so that each of them stays. */
 static struct layer_device *find_owner(VkCommandBuffer handle)
 {
-    unsigned stripe = enter();
+    unsigned stripe = begin_reading();
     struct layer_link *link = devices;
     while (link && !command_buffers_find(((struct layer_device *)link)->command_buffers, handle))
         link = link->next;
-    leave(stripe);
+    end_reading(stripe);
     return (struct layer_device *)link;
 }
 
@@ -352,22 +352,22 @@ void layer_remove_device(struct layer_device *device)
 void layer_visit_devices(const struct layer_instance *instance,
                          void (*visit)(void *user, struct layer_device *device), void *user)
 {
-    unsigned stripe = enter();
+    unsigned stripe = begin_reading();
     for (struct layer_link *link = devices; link; link = link->next)
         if (((struct layer_device *)link)->instance == instance)
             visit(user, (struct layer_device *)link);
-    leave(stripe);
+    end_reading(stripe);
 }
 
 bool layer_other_device_has_operation(const struct layer_device *device,
                                       VkDeferredOperationKHR handle)
 {
     bool found = false;
-    unsigned stripe = enter();
+    unsigned stripe = begin_reading();
     for (struct layer_link *link = devices; link && !found; link = link->next)
         found = link != &device->link &&
                 deferred_operations_has(((struct layer_device *)link)->deferred, handle) == YES;
-    leave(stripe);
+    end_reading(stripe);
     return found;
 }
 
@@ -384,9 +384,9 @@ bool layer_other_device_has(const struct layer_device *device, enum resource_kin
                             uint64_t handle)
 {
     bool found = false;
-    unsigned stripe = enter();
+    unsigned stripe = begin_reading();
     for (struct layer_link *link = devices; link && !found; link = link->next)
         found = link != &device->link && has_object((struct layer_device *)link, kind, handle);
-    leave(stripe);
+    end_reading(stripe);
     return found;
 }

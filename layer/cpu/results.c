@@ -209,7 +209,7 @@ void cpu_overlay_warn_of_occurrences(const struct layer_device *device)
                       "or what a build reads is not readable, or names what does not exist.");
 }
 
-static void warn(const struct layer_device *device)
+static void warn_of_all(const struct layer_device *device)
 {
     warn_of_losses(device);
     cpu_overlay_warn_of_occurrences(device);
@@ -226,7 +226,7 @@ static void cpu_overlay_run(void *user, struct order_batch *batch)
         count += execution != NULL;
     }
     if (count)
-        warn(device);
+        warn_of_all(device);
 }
 
 static void run_unordered(void *user, struct execution *execution)
@@ -240,7 +240,7 @@ static void cpu_overlay_deliver(void *user)
     struct layer_device *device = user;
     struct execution_clock seen = {0};
     const struct cpu_delivery delivery = {&seen, write_result, device};
-    warn(device);
+    warn_of_all(device);
     if (!cpu_playback_has_results(device->cpu->playback))
         return;
     execution_order_host_clock(device->order, &seen);

@@ -56,7 +56,7 @@ static bool copy_constants(struct layer_device *device, const struct layer_devic
 }
 
 /* Overlays that know nothing. The application may have their commands from vkGetDeviceProcAddr. */
-static VkResult cover(struct layer_device *device, const struct layer_device *old)
+static VkResult cover_with_overlays(struct layer_device *device, const struct layer_device *old)
 {
     const struct {
         bool is_enabled;
@@ -100,7 +100,7 @@ struct layer_device *layer_replace_device(const struct layer_device *old,
     if (!device)
         return NULL;
     if (instance && copy_constants(device, old, instance) &&
-        (!old->snapshots || cover(device, old) == VK_SUCCESS) &&
+        (!old->snapshots || cover_with_overlays(device, old) == VK_SUCCESS) &&
         layer_track_submissions(device) == VK_SUCCESS &&
         layer_register_consumers(device) == VK_SUCCESS)
         return device;

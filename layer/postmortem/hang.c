@@ -123,7 +123,7 @@ static bool has_run(struct watch *watch)
 }
 
 /* Called when a slice has passed. Returns false if nothing is left to watch. */
-static bool look(struct watch *watch)
+static bool look_for_progress(struct watch *watch)
 {
     bool has_progress = has_run(watch);
     uint64_t progress = find_progress(watch);
@@ -163,7 +163,7 @@ static VkResult wait_in_slices(const struct wait *wait, uint64_t timeout)
         begin_slice(&watch);
         result = wait->wait(wait, slice);
         if (result == VK_TIMEOUT)
-            watches = look(&watch);
+            watches = look_for_progress(&watch);
     }
     return result;
 }
@@ -240,7 +240,7 @@ void hang_wait_before_idle(struct layer_device *device, VkQueue queue)
         while (watches && result == VK_TIMEOUT) {
             begin_slice(&watch);
             result = ticket->wait(ticket, watch.hang / SLICES);
-            watches = result != VK_TIMEOUT || look(&watch);
+            watches = result != VK_TIMEOUT || look_for_progress(&watch);
         }
         last = ticket->number;
         ticket_release(ticket);

@@ -36,7 +36,7 @@ static uint64_t bytes_left(const struct recorder *recorder, uint64_t address)
     return recorder_find(recorder, address, &target) ? target.size : 0;
 }
 
-static uint64_t copy(void *context, uint64_t address, uint64_t size, const void **bytes)
+static uint64_t request_copy(void *context, uint64_t address, uint64_t size, const void **bytes)
 {
     const struct copied_memory *memory = context;
     struct snapshot snapshot;
@@ -85,7 +85,7 @@ static void measure_data(struct recorder *recorder, struct recorded_build *build
 static void copy_inputs(struct recorder *recorder, struct recorded_build *build)
 {
     struct copied_memory copied = {recorder, build, build->is_indirect};
-    struct input_memory memory = {.find = copy,
+    struct input_memory memory = {.find = request_copy,
                                   .context = &copied,
                                   .is_later = true,
                                   .is_for_rules = !recorder->device->snapshots->are_for_backend};

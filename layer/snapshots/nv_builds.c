@@ -12,7 +12,7 @@
 #include "src/base/readable.h"
 #include "src/model/build_parameters.h"
 
-/* ---- which */
+/* ---- buffers whose usage the layer extends */
 
 static VkBufferUsageFlags2 usage_of(const VkBufferCreateInfo *info)
 {
@@ -69,7 +69,7 @@ static bool add_usage(const VkBufferCreateInfo *info, VkBufferCreateInfo *below,
     return true;
 }
 
-/* ---- which can be copied from */
+/* ---- buffers that the layer can copy from */
 
 static void note_copyable(struct snapshots *snapshots, VkBuffer buffer, bool is_copyable)
 {

@@ -35,7 +35,7 @@ static void renew_order(const struct renewal *renewal, struct copy_order *order)
     order->left = facts.status == ADDRESS_IN_BUFFER ? facts.bytes_left : 0;
 }
 
-static void renew(const struct renewal *renewal, struct recording *recording)
+static void renew_recording(const struct renewal *renewal, struct recording *recording)
 {
     bool is_pending = recording_is_pending(recording, renewal->next);
     bool has_chunks = recording_open_gate(recording);
@@ -53,7 +53,7 @@ static void renew(const struct renewal *renewal, struct recording *recording)
     struct journal_walk walk = journal_start_secondaries(recording->journal);
     for (const struct journal *secondary; (secondary = journal_next_secondary(&walk));)
         if (secondary->work)
-            renew(renewal, secondary->work);
+            renew_recording(renewal, secondary->work);
 }
 
 /* Updates the orders of a recording and of its secondaries before it is submitted with the ticket
@@ -65,7 +65,7 @@ static void copy_orders_renew(const struct layer_device *device, struct recordin
 {
     struct renewal renewal = {.device = device, .next = next, .has_limits = has_limits};
     execution_order_host_clock(device->order, &renewal.seen);
-    renew(&renewal, recording);
+    renew_recording(&renewal, recording);
 }
 
 /* ---- Submissions. A submission with recordings is followed by a fence of the layer's own, which
@@ -206,7 +206,7 @@ static void release_executions(struct submit *submit)
 }
 
 /* Releases everything if nothing was submitted. */
-static VkResult abandon(struct submit *submit, VkResult result)
+static VkResult abandon_submit(struct submit *submit, VkResult result)
 {
     for (uint32_t i = 0; i < submit->count; i++)
         execution_release(submit->executions[i].execution);
@@ -282,7 +282,7 @@ static VkResult give_executions(struct submit *submit, VkResult result)
 {
     struct snapshots *snapshots = submit->snapshots;
     if (!submit->count || (result != VK_SUCCESS && result != VK_ERROR_DEVICE_LOST))
-        return abandon(submit, result);
+        return abandon_submit(submit, result);
     for (uint32_t i = 0; i < submit->count; i++) {
         const struct submitted_execution *submitted = &submit->executions[i];
         if (!submit->submission ||
@@ -301,7 +301,7 @@ static VkResult submit_all(struct submit *submit, VkFence fence)
     struct snapshots *snapshots = submit->snapshots;
     report_missed(submit);
     if (submit->result != VK_SUCCESS)
-        return abandon(submit, submit->result);
+        return abandon_submit(submit, submit->result);
     snapshots_enter_queue(snapshots->device, submit->queue);
     VkResult result =
         snapshots->are_for_backend ? submit_batches(submit, fence) : submit_at_once(submit, fence);

@@ -54,8 +54,8 @@ static bool has_items(struct advice_lines *lines, uint32_t most)
 }
 
 /* Equal weights stay in the order in which they came. */
-static void insert(struct advice_lines *lines, uint32_t most, const struct advice_report *report,
-                   uint64_t weight)
+static void insert_line(struct advice_lines *lines, uint32_t most,
+                        const struct advice_report *report, uint64_t weight)
 {
     uint32_t at = lines->used;
     while (at > 0 && lines->items[at - 1].weight < weight)
@@ -75,12 +75,12 @@ void advice_list_add(struct advice_list *list, const struct advice_report *repor
     pthread_mutex_lock(&list->lock);
     lines->count++;
     if (has_items(lines, list->lines))
-        insert(lines, list->lines, report, weight);
+        insert_line(lines, list->lines, report, weight);
     pthread_mutex_unlock(&list->lock);
 }
 
 /* Removes the lines. */
-static struct advice_lines take(struct advice_list *list, enum advice advice)
+static struct advice_lines take_lines(struct advice_list *list, enum advice advice)
 {
     struct advice_lines *of = &list->of[advice];
     pthread_mutex_lock(&list->lock);
@@ -93,7 +93,7 @@ static struct advice_lines take(struct advice_list *list, enum advice advice)
 static void send_lines(struct advice_list *list, enum advice advice, struct reporter *reporter,
                        VkDevice device)
 {
-    const struct advice_lines lines = take(list, advice);
+    const struct advice_lines lines = take_lines(list, advice);
     for (uint32_t i = 0; i < lines.used; i++) {
         const bool is_last = i + 1 == lines.used;
         lines.items[i].report.more = is_last ? lines.count - lines.used : 0;

@@ -118,17 +118,17 @@ void cpu_scratch_claims_release(struct cpu_scratch_claims *claims)
     pthread_mutex_destroy(&claims->lock);
 }
 
-static bool overlap(const struct cpu_scratch *a, const struct cpu_scratch *b)
+static bool scratches_overlap(const struct cpu_scratch *a, const struct cpu_scratch *b)
 {
     uintptr_t a_begin = (uintptr_t)a->bytes, b_begin = (uintptr_t)b->bytes;
     return a_begin < b_begin + b->size && b_begin < a_begin + a->size;
 }
 
-static bool claim(struct cpu_scratch_claims *claims, struct cpu_scratch *scratch)
+static bool claim_scratch(struct cpu_scratch_claims *claims, struct cpu_scratch *scratch)
 {
     pthread_mutex_lock(&claims->lock);
     const struct cpu_scratch *other = claims->first;
-    while (other && !overlap(other, scratch))
+    while (other && !scratches_overlap(other, scratch))
         other = other->next;
     if (!other) {
         scratch->next = claims->first;
@@ -138,7 +138,7 @@ static bool claim(struct cpu_scratch_claims *claims, struct cpu_scratch *scratch
     return !other;
 }
 
-static void unclaim(struct cpu_scratch_claims *claims, struct cpu_scratch *scratch)
+static void unclaim_scratch(struct cpu_scratch_claims *claims, struct cpu_scratch *scratch)
 {
     pthread_mutex_lock(&claims->lock);
     struct cpu_scratch **link = &claims->first;
@@ -157,10 +157,10 @@ VkResult cpu_scratch_take(struct cpu_scratch_claims *claims, void *given, uint64
     *scratch = (struct cpu_scratch){.size = size, .claims = claims};
     if (given && size <= UINT64_MAX - skipped) {
         scratch->bytes = (char *)given + skipped;
-        if (claim(claims, scratch)) {
+        if (claim_scratch(claims, scratch)) {
             if (memory_is_writable(scratch->bytes, size))
                 return VK_SUCCESS;
-            unclaim(claims, scratch);
+            unclaim_scratch(claims, scratch);
         }
     }
     uint64_t rounded = (size + BUILDER_ALIGNMENT - 1) & ~(uint64_t)(BUILDER_ALIGNMENT - 1);
@@ -172,7 +172,7 @@ VkResult cpu_scratch_take(struct cpu_scratch_claims *claims, void *given, uint64
 void cpu_scratch_return(struct cpu_scratch *scratch)
 {
     if (!scratch->owned)
-        unclaim(scratch->claims, scratch);
+        unclaim_scratch(scratch->claims, scratch);
     aligned_free(scratch->owned);
 }
 

@@ -83,7 +83,7 @@ static VkResult build_part(void *context, uint32_t part)
 
 /* ---- the call */
 
-static void help(void *context)
+static void help_builds(void *context)
 {
     builder_team_help_for_now(&((struct build_call *)context)->team);
 }
@@ -124,7 +124,7 @@ static VkResult copy_parameters(struct build_call *call,
 enum { PRIMITIVES_PER_THREAD = 16384 };
 
 /* Returns the number of threads that can help all builds of the call at the same time. */
-static uint32_t concurrency(const struct build_call *call)
+static uint32_t concurrency_of(const struct build_call *call)
 {
     uint64_t threads = 0;
     for (uint32_t i = 0; i < call->count; i++) {
@@ -143,13 +143,13 @@ static VkResult do_now(struct build_call *call)
     return cpu_work_do(&work);
 }
 
-static VkResult defer(struct build_call *call, uint64_t operation)
+static VkResult defer_builds(struct build_call *call, uint64_t operation)
 {
     const struct cpu_work work = {
         .part_count = call->count,
-        .concurrency = concurrency(call),
+        .concurrency = concurrency_of(call),
         .run = build_part,
-        .help = help,
+        .help = help_builds,
         .finish = finish_call,
         .release = release_call,
         .context = call,
@@ -180,7 +180,7 @@ static VkResult start_call(struct build_call *call, uint64_t operation, VkResult
         release_call(call);
         return copied;
     }
-    return operation ? defer(call, operation) : do_now(call);
+    return operation ? defer_builds(call, operation) : do_now(call);
 }
 
 VkResult cpu_host_build(struct cpu_device *device, uint64_t operation, uint32_t count,
@@ -240,7 +240,7 @@ static VkResult start_copy(const struct copy_call *copy, uint64_t operation,
 }
 
 /* Sets the tree of dst if `result` is VK_SUCCESS. Takes over the reference. */
-static VkResult settle(const struct copy_call *call, VkResult result, struct cpu_tree *tree)
+static VkResult finish_copy(const struct copy_call *call, VkResult result, struct cpu_tree *tree)
 {
     if (result != VK_SUCCESS) {
         cpu_tree_release(tree);
@@ -282,7 +282,7 @@ static VkResult copy_tree(const struct copy_call *call, const void *source)
     VkResult result = create_for_dst(call, &tree, &size);
     if (result != VK_SUCCESS)
         return result;
-    return settle(call, cpu_make_by_copy(call->device, call->mode, source, size, tree), tree);
+    return finish_copy(call, cpu_make_by_copy(call->device, call->mode, source, size, tree), tree);
 }
 
 static VkResult run_copy(void *context, uint32_t part)
@@ -340,7 +340,7 @@ static VkResult read_tree(const struct copy_call *call, const struct input_memor
     if (result != VK_SUCCESS)
         return result;
     result = cpu_make_by_deserializing(call->device, memory, call->from, size, tree);
-    return settle(call, result, tree);
+    return finish_copy(call, result, tree);
 }
 
 static VkResult run_deserialize(void *context, uint32_t part)

@@ -112,8 +112,8 @@ bool cpu_query_pools_has(struct cpu_query_pools *pools, uint64_t handle)
 
 /* Replaces a query with `next`, and returns the old one. Returns `next` if there is no such query.
  */
-static struct query exchange(struct cpu_query_pools *pools, uint64_t handle, uint32_t query,
-                             struct query next)
+static struct query exchange_query(struct cpu_query_pools *pools, uint64_t handle, uint32_t query,
+                                   struct query next)
 {
     struct query before = next;
     pthread_mutex_lock(&pools->lock);
@@ -142,7 +142,7 @@ void cpu_query_pools_reset(struct cpu_query_pools *pools, uint64_t handle, uint3
 {
     uint32_t existing = clamp_count(pools, handle, first, count);
     for (uint32_t i = 0; i < existing; i++) {
-        struct query before = exchange(pools, handle, first + i, (struct query){0});
+        struct query before = exchange_query(pools, handle, first + i, (struct query){0});
         release_query(&before);
     }
 }
@@ -151,7 +151,7 @@ void cpu_query_pools_write(struct cpu_query_pools *pools, uint64_t handle, uint3
                            struct cpu_tree *tree, struct ticket *ticket)
 {
     struct query next = {.ticket = ticket_share(ticket), .tree = tree};
-    struct query before = exchange(pools, handle, query, next);
+    struct query before = exchange_query(pools, handle, query, next);
     release_query(&before);
 }
 
@@ -204,7 +204,7 @@ static VkResult value_of(const struct query *query, VkQueryType type, bool waits
 }
 
 /* Writes a value if it fits into `size` bytes. */
-static void put(unsigned char *data, size_t size, uint64_t at, uint64_t value, bool is_64_bit)
+static void put_value(unsigned char *data, size_t size, uint64_t at, uint64_t value, bool is_64_bit)
 {
     const uint32_t low = value < UINT32_MAX ? (uint32_t)value : UINT32_MAX;
     const size_t width = is_64_bit ? sizeof(value) : sizeof(low);
@@ -227,9 +227,9 @@ VkResult cpu_query_pools_read(struct cpu_query_pools *pools, uint64_t handle, ui
         VkResult state = value_of(&query, type, flags & VK_QUERY_RESULT_WAIT_BIT, &value);
         release_query(&query);
         if (state == VK_SUCCESS || (flags & VK_QUERY_RESULT_PARTIAL_BIT))
-            put(data, size, at, value, is_64_bit);
+            put_value(data, size, at, value, is_64_bit);
         if (flags & VK_QUERY_RESULT_WITH_AVAILABILITY_BIT)
-            put(data, size, at + (is_64_bit ? 8 : 4), state == VK_SUCCESS, is_64_bit);
+            put_value(data, size, at + (is_64_bit ? 8 : 4), state == VK_SUCCESS, is_64_bit);
         if (state != VK_SUCCESS && result >= VK_SUCCESS)
             result = state;
     }

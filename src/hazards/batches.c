@@ -135,7 +135,7 @@ static void settle_frontier(struct hazards *hazards, uint32_t past_queue, uint64
 }
 
 /* The host had observed the completion of a queue's batches before it submitted the current one. */
-static void complete(struct hazards *hazards, uint32_t past_queue, uint64_t batch)
+static void complete_batches(struct hazards *hazards, uint32_t past_queue, uint64_t batch)
 {
     const struct hazard_queue *past = &hazards->queues[past_queue];
     const uint32_t count = count_batches(past, batch, UINT64_MAX);
@@ -166,7 +166,7 @@ void hazards_begin_batch(struct hazards *hazards, const struct hazard_batch *bat
     for (uint32_t i = 0; i < HAZARD_QUEUES; i++)
         hazards->before[i] = i < batch->count ? batch->before[i] : 0;
     for (uint32_t i = 0; i < batch->count && i < HAZARD_QUEUES; i++)
-        complete(hazards, i, batch->completed[i]);
+        complete_batches(hazards, i, batch->completed[i]);
     if (!batch->is_certain)
         hazards_settle_queue(hazards);
     if (ARRAY_HAS_ROOM(queue->batches, queue->batch_count, queue->batch_capacity))

@@ -14,7 +14,7 @@ struct found_inputs {
 };
 
 /* The bound only protects memory: GEOMETRY_INPUTS is as many as a geometry can have. */
-static void add(struct found_inputs *found, const struct geometry_input *input)
+static void add_input(struct found_inputs *found, const struct geometry_input *input)
 {
     if (found->count == GEOMETRY_INPUTS)
         return;
@@ -29,7 +29,7 @@ static void add(struct found_inputs *found, const struct geometry_input *input)
 static void add_if_given(struct found_inputs *found, const struct geometry_input *input)
 {
     if (input_place(found->geometry, found->chained, input->role)->deviceAddress)
-        add(found, input);
+        add_input(found, input);
 }
 
 /* Adds `count` indices, if the type has any. */
@@ -37,7 +37,7 @@ static void add_indices(struct found_inputs *found, VkIndexType type, struct geo
 {
     indices.size = index_type_size(type);
     if (indices.size)
-        add(found, &indices);
+        add_input(found, &indices);
 }
 
 /* ---- triangles */
@@ -67,7 +67,7 @@ static void add_vertices(struct found_inputs *found,
         .stride = triangles->vertexStride,
         .size = format_position_size(triangles->vertexFormat),
     };
-    add(found, &vertices);
+    add_input(found, &vertices);
     vertices.role = INPUT_MOTION_VERTEX;
     if (found->chained)
         add_if_given(found, &vertices);
@@ -120,7 +120,7 @@ static void add_displacement(struct found_inputs *found,
     };
     if (!from->micromap)
         return;
-    add(found, &vectors);
+    add_input(found, &vectors);
     add_if_given(found, &biases);
     add_if_given(found, &flags);
     add_indices(found, from->indexType,
@@ -190,8 +190,8 @@ static void add_spheres(struct found_inputs *found,
                                         .offset = range->primitiveOffset,
                                         .count = count,
                                         .stride = spheres->indexStride});
-    add(found, &vertices);
-    add(found, &radii);
+    add_input(found, &vertices);
+    add_input(found, &radii);
 }
 
 /* Motion instances are 160 bytes apart. What is certainly read of one is as much as an instance
@@ -213,7 +213,7 @@ static void add_instances(struct found_inputs *found,
         input.size += MOTION_INSTANCE_HEADER;
         input.most = sizeof(VkAccelerationStructureMotionInstanceNV);
     }
-    add(found, &input);
+    add_input(found, &input);
 }
 
 /* Its primitive count is in the data. */
@@ -223,8 +223,8 @@ static void add_dense(struct found_inputs *found)
         &found->chained->dense;
     if (!dense->numTriangles || !dense->dataSize)
         return;
-    add(found,
-        &(struct geometry_input){.role = INPUT_DENSE_DATA, .count = 1, .size = dense->dataSize});
+    add_input(found, &(struct geometry_input){
+                         .role = INPUT_DENSE_DATA, .count = 1, .size = dense->dataSize});
     add_opacity(found, (uint64_t)dense->maxPrimitiveIndex + 1, false);
 }
 
@@ -234,14 +234,14 @@ static void add_micromap(struct found_inputs *found, const struct micromap_param
     const uint64_t count = micromap_parameters_count(micromap);
     if (!count)
         return;
-    add(found, &(struct geometry_input){.role = INPUT_MICROMAP_TRIANGLES,
-                                        .is_of_device = micromap->is_khr,
-                                        .count = count,
-                                        .stride = micromap->stride,
-                                        .size = sizeof(VkMicromapTriangleEXT)});
-    add(found, &(struct geometry_input){.role = INPUT_MICROMAP_DATA,
-                                        .is_chosen = true,
-                                        .is_of_device = micromap->is_khr});
+    add_input(found, &(struct geometry_input){.role = INPUT_MICROMAP_TRIANGLES,
+                                              .is_of_device = micromap->is_khr,
+                                              .count = count,
+                                              .stride = micromap->stride,
+                                              .size = sizeof(VkMicromapTriangleEXT)});
+    add_input(found, &(struct geometry_input){.role = INPUT_MICROMAP_DATA,
+                                              .is_chosen = true,
+                                              .is_of_device = micromap->is_khr});
 }
 
 uint32_t inputs_of_geometry(VkBuildAccelerationStructureFlagsKHR flags,
@@ -260,11 +260,11 @@ uint32_t inputs_of_geometry(VkBuildAccelerationStructureFlagsKHR flags,
         break;
     case VK_GEOMETRY_TYPE_AABBS_KHR:
         if (!is_empty)
-            add(&found, &(struct geometry_input){.role = INPUT_AABBS,
-                                                 .offset = range->primitiveOffset,
-                                                 .count = range->primitiveCount,
-                                                 .stride = geometry->geometry.aabbs.stride,
-                                                 .size = sizeof(VkAabbPositionsKHR)});
+            add_input(&found, &(struct geometry_input){.role = INPUT_AABBS,
+                                                       .offset = range->primitiveOffset,
+                                                       .count = range->primitiveCount,
+                                                       .stride = geometry->geometry.aabbs.stride,
+                                                       .size = sizeof(VkAabbPositionsKHR)});
         break;
     case VK_GEOMETRY_TYPE_INSTANCES_KHR:
         if (!is_empty)

@@ -265,7 +265,7 @@ void reporter_report_unsupported(struct reporter *reporter, const char *line)
     send_line(reporter, &reporter->unsupported_left, REPORT_ERROR, line);
 }
 
-static uint32_t allowed(const struct settings *settings, enum report_flag severity)
+static uint32_t allowed_messages(const struct settings *settings, enum report_flag severity)
 {
     uint32_t limit = settings->duplicate_message_limit;
     if (settings->debug_action & DEBUG_ACTION_IGNORE || !(settings->report_flags & severity))
@@ -275,7 +275,7 @@ static uint32_t allowed(const struct settings *settings, enum report_flag severi
 
 bool reporter_has_warnings(const struct reporter *reporter)
 {
-    return allowed(&reporter->settings, REPORT_WARNING) != 0;
+    return allowed_messages(&reporter->settings, REPORT_WARNING) != 0;
 }
 
 void reporter_report_event(struct reporter *reporter, const char *id, const char *text)
@@ -357,8 +357,8 @@ static void allow_messages(struct reporter *reporter)
 {
     const struct settings *settings = &reporter->settings;
     duplicates_enable(&reporter->duplicates, settings);
-    atomic_init(&reporter->warnings_left, allowed(settings, REPORT_WARNING));
-    atomic_init(&reporter->unsupported_left, allowed(settings, REPORT_ERROR));
+    atomic_init(&reporter->warnings_left, allowed_messages(settings, REPORT_WARNING));
+    atomic_init(&reporter->unsupported_left, allowed_messages(settings, REPORT_ERROR));
 }
 
 /* Sends each line once per process. */

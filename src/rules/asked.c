@@ -84,8 +84,8 @@ __attribute__((cold, noinline)) bool remarks_on_size_query(struct finding *findi
                                                            enum queried_size which)
 {
     const struct size_differences *asked = build->asked;
-    const bool is_it = asked && asked->build == build->index && asked->which == which;
-    for (uint32_t i = 0; is_it && i < asked->count; i++)
+    const bool is_same_query = asked && asked->build == build->index && asked->which == which;
+    for (uint32_t i = 0; is_same_query && i < asked->count; i++)
         remarks_on_difference(finding, asked->size, &asked->items[i]);
     return false;
 }

@@ -168,7 +168,7 @@ void copy_orders_mark(const struct recorder *recorder)
         chunk->offset + mark->offset + offsetof(struct copy_order, is_done), sizeof(uint32_t), 1);
 }
 
-/* ---- either */
+/* ---- orders of both kinds: plain and gathered */
 
 /* Returns why the source can't be copied. */
 static enum left_out find_obstacle(const struct recorder *recorder,

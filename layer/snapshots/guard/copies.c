@@ -57,7 +57,7 @@ void guard_free_copies(const struct guard *guard, struct snapshot_chunk *copies)
     }
 }
 
-/* ---- which builds */
+/* ---- builds that can be guarded */
 
 static bool has_instances(const struct build_parameters *parameters)
 {

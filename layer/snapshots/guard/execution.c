@@ -227,7 +227,7 @@ uint32_t guard_results_explain(struct guard_results *results, const struct journ
     return 0;
 }
 
-static void warn(const struct guard_result *result, const struct layer_device *device)
+static void warn_of_replaced(const struct guard_result *result, const struct layer_device *device)
 {
     char line[512];
     struct text_buffer text;
@@ -253,7 +253,7 @@ void guard_results_end(struct guard_results *results, const struct layer_device 
 {
     for (uint32_t i = 0; i < results->count; i++)
         if (!results->items[i].is_reported)
-            warn(&results->items[i], device);
+            warn_of_replaced(&results->items[i], device);
     free(results->items);
     *results = (struct guard_results){0};
 }

@@ -209,9 +209,10 @@ static void start_geometry(struct geometry_view *geometry)
     geometry->vertex_format_supported = UNKNOWN;
 }
 
-__attribute__((always_inline)) static inline void view(struct check_context *context,
-                                                       const struct call_view *call, uint32_t index,
-                                                       struct build_view *build)
+__attribute__((always_inline)) static inline void fill_build_view(struct check_context *context,
+                                                                  const struct call_view *call,
+                                                                  uint32_t index,
+                                                                  struct build_view *build)
 {
     start_build(build);
     build->call = call;
@@ -227,14 +228,14 @@ __attribute__((always_inline)) static inline void view(struct check_context *con
 void view_build(struct check_context *context, const struct call_view *call, uint32_t index,
                 struct build_view *build)
 {
-    view(context, call, index, build);
+    fill_build_view(context, call, index, build);
 }
 
 __attribute__((noinline)) void view_sized_build(struct check_context *context,
                                                 const struct call_view *call,
                                                 struct build_view *build)
 {
-    view(context, call, 0, build);
+    fill_build_view(context, call, 0, build);
     for (uint32_t i = 0; build->max_primitive_counts && i < build->geometry_count; i++) {
         const VkGeometryTypeKHR type = build_geometry(build->info, i)->geometryType;
         const uint32_t count = build->max_primitive_counts[i];

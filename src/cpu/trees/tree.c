@@ -70,7 +70,7 @@ void *cpu_tree_allocate(struct cpu_tree *tree, uint64_t size)
     return tree->bytes;
 }
 
-static void make(struct cpu_tree *tree)
+static void make_tree(struct cpu_tree *tree)
 {
     struct cpu_tree_work work = tree->work;
     tree->work.make = NULL;
@@ -93,7 +93,7 @@ const void *cpu_tree_read(struct cpu_tree *tree)
         return tree->bytes;
     pthread_mutex_lock(&tree->lock);
     if (tree->work.make)
-        make(tree);
+        make_tree(tree);
     const void *bytes = tree->bytes;
     pthread_mutex_unlock(&tree->lock);
     return bytes;

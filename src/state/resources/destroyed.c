@@ -85,14 +85,14 @@ bool destroyed_objects_report(struct destroyed_objects *destroyed, uint64_t addr
     pthread_mutex_lock(&destroyed->lock);
     struct destroyed_object *found =
         find_last_destroyed(destroyed, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, address);
-    const bool is_it =
+    const bool is_about_batch =
         found && !found->is_reported && found->submissions >= submissions && found->number <= last;
-    if (is_it) {
+    if (is_about_batch) {
         found->is_reported = true;
         *object = *found;
     }
     pthread_mutex_unlock(&destroyed->lock);
-    return is_it;
+    return is_about_batch;
 }
 
 bool destroyed_objects_find_range(struct destroyed_objects *destroyed, uint64_t address,
