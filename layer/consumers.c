@@ -38,7 +38,22 @@ static VkResult warn_of_comparison(const struct layer_device *device,
 static const struct consumer comparison = {.begin = warn_of_comparison};
 #endif
 
-static const struct consumer *const consumers[] = {&adviser, &comparison};
+#ifdef ASSAY_CAPTURE
+extern const struct consumer capturing; /* layer/capture/capturer.c */
+#else
+static VkResult warn_of_capture(struct layer_device *device, void **self)
+{
+    (void)self;
+    if (reporter_settings(device->instance->reporter)->capture)
+        reporter_warn(device->instance->reporter,
+                      "assay_validation.capture: this library was built without ASSAY_CAPTURE. "
+                      "Nothing is captured.");
+    return VK_SUCCESS;
+}
+static const struct consumer capturing = {.start = warn_of_capture};
+#endif
+
+static const struct consumer *const consumers[] = {&adviser, &comparison, &capturing};
 enum { CONSUMERS = sizeof(consumers) / sizeof(consumers[0]) };
 
 /* ---- all consumers of a device */
@@ -201,9 +216,10 @@ void consumers_keep(const struct layer_device *device, const struct executed_inp
     CALL_ALL(device, keep, executed);
 }
 
-void consumers_report(const struct layer_device *device)
+void consumers_report(const struct layer_device *device, const struct order_batch *batch,
+                      uint32_t command)
 {
-    CALL_ALL(device, report);
+    CALL_ALL(device, report, batch, command);
 }
 
 void consumers_run(const struct layer_device *device)

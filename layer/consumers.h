@@ -65,8 +65,9 @@ struct consumer {
                               const struct instance_uses *uses);
     /* The snapshots are locked only during this call: copies what is to be kept. */
     void (*keep)(void *self, const struct executed_input *executed);
-    /* The findings about an execution were reported. The caller holds no lock. */
-    void (*report)(void *self);
+    /* The findings about a command buffer of a batch were reported. `batch` is NULL if it was read
+     * before it was complete: builds of it may follow. The caller holds no lock. */
+    void (*report)(void *self, const struct order_batch *batch, uint32_t command);
     /* Works on what was kept. The caller holds no lock: this function may report messages and
      * submit to queues. Builds whose queue the layer may not use now stay for the next call. */
     void (*run)(void *self);
@@ -95,7 +96,8 @@ void consumers_end_readers(struct build_reader *readers);
 void consumers_on_all_references(const struct layer_device *device, enum build_command command,
                                  const struct instance_uses *uses);
 void consumers_keep(const struct layer_device *device, const struct executed_input *executed);
-void consumers_report(const struct layer_device *device);
+void consumers_report(const struct layer_device *device, const struct order_batch *batch,
+                      uint32_t command);
 void consumers_run(const struct layer_device *device);
 bool consumers_are_postponed(const struct layer_device *device);
 

@@ -317,9 +317,11 @@ static void add_advice(struct adviser *advice, enum advice id, VkObjectType type
 }
 
 /* Sends what is certain by now. */
-static void report(void *self)
+static void report(void *self, const struct order_batch *batch, uint32_t command)
 {
     const struct adviser *advice = self;
+    (void)batch;
+    (void)command;
     advice_list_send_certain(advice->list, advice->device->instance->reporter,
                              advice->device->handle);
 }
@@ -494,7 +496,7 @@ static void on_stale_trace(void *self, uint64_t top, uint64_t changed)
         !uses_note_advised(device->structures, of_top, id))
         return;
     add_advice(advice, id, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, top, &finding, weight);
-    report(advice);
+    report(advice, NULL, 0);
 }
 
 static void on_destroy(void *self, VkAccelerationStructureKHR accel)

@@ -10,26 +10,12 @@
 
 struct writer {
     const struct layer_device *device;
+    const struct record_sink *sink;
     struct log_record record; /* with the members that are the same for the whole batch */
     const struct journal_entry *figures; /* of the next build; or NULL */
 };
 
 /* ---- structures */
-
-static const char *type_name(VkAccelerationStructureTypeKHR type)
-{
-    switch ((int)type) {
-    case VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR:
-        return "top level";
-    case VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR:
-        return "bottom level";
-    case VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR:
-        return "generic";
-    case VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR:
-        return "micromap";
-    }
-    return "unknown";
-}
 
 static void describe_accel(const struct writer *writer, const struct journal_entry *entry,
                            struct log_record *record)
@@ -40,7 +26,7 @@ static void describe_accel(const struct writer *writer, const struct journal_ent
                             (VkAccelerationStructureKHR)(uintptr_t)entry->dst, &accel);
     if (accel.id != entry->dst_id || !accel.details_known)
         return;
-    record->type = type_name(accel.type);
+    record->type = record_type_name(accel.type);
     record->size = accel.size;
     record->memory = accel.memory;
     record->memory_offset = accel.begin;
@@ -54,7 +40,7 @@ static void describe_nv(const struct writer *writer, const struct journal_entry 
     resources_look_up_nv_accel(writer->device->resources,
                                (VkAccelerationStructureNV)(uintptr_t)entry->dst, &accel);
     if (accel.id == entry->dst_id && accel.created)
-        record->type = type_name(accel.created->type);
+        record->type = record_type_name(accel.created->type);
     nv_shape_release(accel.created);
     if (accel.id != entry->dst_id)
         return;
@@ -98,9 +84,11 @@ static struct log_record describe_entry(const struct journal_walk *walk,
 
 /* ---- entries */
 
-static void add_to_record(const struct writer *writer, const struct log_record *record)
+static void add_to_record(const struct journal_walk *walk, const struct journal_entry *entry,
+                          const struct log_record *record)
 {
-    reporter_record(writer->device->instance->reporter, record);
+    const struct writer *writer = walk->user;
+    writer->sink->add(writer->sink->user, walk->journal, entry, record);
 }
 
 static void note_figures(struct journal_walk *walk, const struct journal_entry *entry)
@@ -117,7 +105,7 @@ static void add_build(struct journal_walk *walk, const struct journal_entry *ent
     record.has_position = true;
     record.position = entry->built.position;
     if (entry->built.state == BUILT_BEFORE) {
-        record.type = type_name(entry->built.type);
+        record.type = record_type_name(entry->built.type);
         record.has_geometries = true;
         record.geometries = entry->built.geometry_count;
         record.flags = entry->built.flags;
@@ -129,14 +117,14 @@ static void add_build(struct journal_walk *walk, const struct journal_entry *ent
             record.scratch_size = writer->figures->dst;
     }
     writer->figures = NULL;
-    add_to_record(writer, &record);
+    add_to_record(walk, entry, &record);
 }
 
 static void add_copy(struct journal_walk *walk, const struct journal_entry *entry)
 {
     const struct log_record record = describe_entry(
         walk, entry, RECORD_COPY, journal_entry_compacts(entry) ? "compact" : "clone");
-    add_to_record(walk->user, &record);
+    add_to_record(walk, entry, &record);
 }
 
 /* A deserialization, or a write of a VkMicromapEXT. */
@@ -156,14 +144,34 @@ static void add_fill(struct journal_walk *walk, const struct journal_entry *entr
         record.type = "micromap";
         record.object_type = VK_OBJECT_TYPE_MICROMAP_EXT;
     }
-    add_to_record(walk->user, &record);
+    add_to_record(walk, entry, &record);
 }
 
-static const struct journal_events records = {.primitives = note_figures,
-                                              ON_BUILDS(add_build),
-                                              .copy = add_copy,
-                                              .fill = add_fill,
-                                              .execute = journal_walk_secondary};
+/* A build that writes no structure that is known. */
+static void add_inputs(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    struct log_record record = begin_record(walk, entry, RECORD_BUILD, "build");
+    record.type = "unknown";
+    record.has_position = true;
+    record.position = entry->built.position;
+    add_to_record(walk, entry, &record);
+}
+
+static void add_read(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    struct log_record record = begin_record(walk, entry, RECORD_QUERY, NULL);
+    record.dst = 0; /* the query pool */
+    record.object_type = journal_entry_type(entry);
+    if (journal_entry_is_query(entry))
+        add_to_record(walk, entry, &record);
+}
+
+#define RECORDS                                                                                    \
+    .primitives = note_figures, ON_BUILDS(add_build), .copy = add_copy, .fill = add_fill,          \
+    .execute = journal_walk_secondary
+static const struct journal_events records = {RECORDS};
+static const struct journal_events captured_records = {RECORDS, .read = add_read,
+                                                       .inputs = add_inputs};
 
 /* ---- batches */
 
@@ -186,20 +194,50 @@ static bool is_sparse_binding(const struct order_batch *batch)
 }
 
 /* Work of the host is recorded when it has ended. */
+static bool is_recorded(const struct order_batch *batch)
+{
+    return batch->is_replayed && batch->work != WORK_BEGINS && batch->work != WORK_FAILS &&
+           batch->work != WORK_SYNC && !is_sparse_binding(batch);
+}
+
+static void walk_command(const struct layer_device *device, const struct order_batch *batch,
+                         uint32_t command, const struct record_sink *sink,
+                         const struct journal_events *events)
+{
+    struct writer writer = {
+        .device = device,
+        .sink = sink,
+        .record = {.device = device->handle, .submission = batch->origin, .names = device->names}};
+    if (batch->commands[command].captured)
+        journal_walk(batch->commands[command].captured, events, &writer);
+}
+
+void build_records_walk(const struct layer_device *device, const struct order_batch *batch,
+                        uint32_t command, const struct record_sink *sink)
+{
+    if (is_recorded(batch))
+        walk_command(device, batch, command, sink, &captured_records);
+}
+
+static void add_to_log(void *user, const struct journal *journal, const struct journal_entry *entry,
+                       const struct log_record *record)
+{
+    const struct layer_device *device = user;
+    (void)journal;
+    (void)entry;
+    reporter_record(device->instance->reporter, record);
+}
+
 static void build_records_run(void *user, struct order_batch *batch)
 {
     const struct layer_device *device = user;
-    if (!batch->is_replayed || batch->work == WORK_BEGINS || batch->work == WORK_FAILS ||
-        batch->work == WORK_SYNC || is_sparse_binding(batch))
+    const struct record_sink sink = {add_to_log, user};
+    if (!is_recorded(batch))
         return;
     if (batch->work == WORK_OF_QUEUE)
         add_submission(device, batch);
-    struct writer writer = {
-        .device = device,
-        .record = {.device = device->handle, .submission = batch->origin, .names = device->names}};
     for (uint32_t i = 0; i < batch->command_count; i++)
-        if (batch->commands[i].captured)
-            journal_walk(batch->commands[i].captured, &records, &writer);
+        walk_command(device, batch, i, &sink, &records);
 }
 
 struct batch_consumer build_records_consumer(struct layer_device *device)

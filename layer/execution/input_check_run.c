@@ -541,7 +541,7 @@ void input_checks_read(const struct ran_execution *ran, const char *when,
     float_environment_leave(&of_application);
     read_sizes(&reading);
     report_findings(&reading);
-    consumers_report(ran->device);
+    consumers_report(ran->device, when ? NULL : ran->batch, ran->command);
     guard_results_end(&reading.guarded, ran->device);
     missed->device_lost += reading.lacks_marks;
     if (reading.lacks_copies && !when)

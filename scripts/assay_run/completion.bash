@@ -27,12 +27,12 @@ _assay_run() {
     --junit | --sarif | --json | --html | --baseline | --write-baseline | --merge)
         mapfile -t COMPREPLY < <(compgen -f -- "$word")
         ;;
-    --record) mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;
+    --record | --capture) mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;
     --error-exitcode) ;;
     *)
         mapfile -t COMPREPLY < <(compgen -W "--level --backend --everything --set --lavapipe --with-khronos --count-khronos
             --stop-at-first --live --no-live --junit
-            --sarif --json --html --github --record --quiet --error-exitcode --baseline
+            --sarif --json --html --github --record --capture --quiet --error-exitcode --baseline
             --strict-baseline --advice-is-error --write-baseline --merge --help --" -- "$word")
         ;;
     esac

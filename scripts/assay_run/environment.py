@@ -140,6 +140,10 @@ def layer_settings(arguments, records, environment):
     if arguments.html and PREFIX + "RECORD_BUILDS" not in environment and \
             settings.get("level", environment.get(PREFIX + "LEVEL")) not in ("parameters", "state"):
         settings.setdefault("record_builds", "true")  # the lower levels know of no submissions
+    if arguments.capture:
+        settings["capture"] = os.path.abspath(arguments.capture)
+        if PREFIX + "LEVEL" not in environment:
+            settings.setdefault("level", "content")
     if arguments.advice_is_error and PREFIX + "ADVICE" not in environment:
         settings.setdefault("advice", "true")
     if arguments.baseline or arguments.write_baseline:

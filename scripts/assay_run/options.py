@@ -97,6 +97,9 @@ def make_parser():
                          help="print annotations for GitHub Actions")
     reports.add_argument("--record", metavar="FOLDER",
                          help="keep the records of the processes, for --merge")
+    reports.add_argument("--capture", metavar="FOLDER",
+                         help="write all builds with their data to a new folder, which assay-scene "
+                              "reads; sets level=content")
     reports.add_argument("--quiet", action="store_true", help="print no summary")
     verdict = parser.add_argument_group("verdict")
     verdict.add_argument("--error-exitcode", metavar="N", type=exitcode, default=99,

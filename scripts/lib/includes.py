@@ -33,6 +33,7 @@ FOLDERS = (
     "src/cpu",
     "src/advice",
     "src/compare",
+    "src/capture",
     "layer",
     "layer/snapshots",
     "layer/cpu",
@@ -41,6 +42,7 @@ FOLDERS = (
     "layer/hazards/executed",
     "layer/advice",
     "layer/execution",
+    "layer/capture",
     "layer/postmortem",
     "layer/intercepts",
     "layer/hazards",
@@ -48,7 +50,7 @@ FOLDERS = (
     "layer/lifecycle",
 )
 # Options of CMake leave them out. "*": src/ or layer/.
-CONSUMERS = ("*/advice/*", "*/compare/*")
+CONSUMERS = ("*/advice/*", "*/compare/*", "*/capture/*")
 PLATFORM = "src/platform"
 # What all systems have: of C11 all but <time.h> and <threads.h>, whose place clock.h and threads.h of
 # PLATFORM take; <unwind.h>, which comes with the compiler; and the libraries.

@@ -115,3 +115,11 @@ bool format_color_block(VkFormat format, struct format_block *block)
                                    info.block_extent.height};
     return true;
 }
+
+char format_number_kind(VkFormat format)
+{
+    return vkuFormatIsSFLOAT(format) ? 'f'
+           : vkuFormatIsSNORM(format) || vkuFormatIsSINT(format) || vkuFormatIsSSCALED(format)
+               ? 'i'
+               : 'u';
+}

@@ -20,6 +20,9 @@ uint32_t format_position_size(VkFormat format);
  * and the size of a component for other formats. Returns 0 if the format has no such size. */
 uint32_t format_alignment(VkFormat format);
 
+/* Returns how numbers of the format are encoded, as NumPy calls it: 'f', 'i' or 'u'. */
+char format_number_kind(VkFormat format);
+
 /* Finds the blocks of a color image of one plane. Returns false for other formats. */
 struct format_block {
     uint32_t size; /* bytes */

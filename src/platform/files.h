@@ -32,6 +32,15 @@ enum { FILES_LIST_SEPARATOR = ':' };
 /* Return NULL, and set errno, if the file cannot be opened. */
 FILE *file_open_to_read(const char *path);
 FILE *file_open_to_append(const char *path);
+/* Makes a new file; fails with EEXIST if there is one. */
+FILE *file_open_new(const char *path);
+
+/* Makes a folder, in one that exists. Returns 0, also if there is that folder, or an error number.
+ */
+int file_make_folder(const char *path);
+/* Renames a file, to a name that no file has. Returns 0 or an error number. */
+int file_rename(const char *path, const char *name);
+void file_remove(const char *path);
 
 /* Reads a line with its newline into `*buffer`, which begins as NULL and which the caller frees.
  * `*size` is its size. Returns false at the end. */

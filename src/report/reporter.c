@@ -2,6 +2,7 @@
 /* Decides which messages are sent, and sends them to messengers and log. */
 #include "src/report/reporter.h"
 
+#include <errno.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,7 +30,8 @@ struct reporter {
     bool has_begun; /* the log is open and has its header */
     /* How many messages of the layer about itself may still be sent. */
     _Atomic uint32_t warnings_left, unsupported_left;
-    atomic_bool only_logs; /* the process crashes */
+    atomic_bool only_logs;      /* the process crashes */
+    struct log *_Atomic copies; /* owned; NULL: none */
 };
 
 enum { LINE_SIZE = 1024 };
@@ -90,6 +92,9 @@ static bool deliver_message(struct reporter *reporter, const struct message *mes
                 messengers_call(&reporter->messengers, message, delivered);
     if (is_logged(reporter, *delivered))
         warn_of_log(reporter, log_message(&reporter->log, message, &reporter->settings));
+    struct log *copies = atomic_load(&reporter->copies);
+    if (copies)
+        log_message(copies, message, &reporter->settings);
     if (is_for_debugger(reporter, *delivered))
         message_write_to_debugger(message);
     if (reporter->settings.debug_action & DEBUG_ACTION_BREAK && message->severity == REPORT_ERROR)
@@ -335,6 +340,21 @@ void reporter_summarize(struct reporter *reporter)
     send_information(reporter, line);
 }
 
+int reporter_copy_messages(struct reporter *reporter, const char *path)
+{
+    struct log *none = NULL;
+    if (atomic_load(&reporter->copies))
+        return 0;
+    struct log *copies = calloc(1, sizeof(*copies));
+    const int error = copies ? log_open_new(copies, path) : ENOMEM;
+    if (!error && atomic_compare_exchange_strong(&reporter->copies, &none, copies))
+        return 0;
+    if (!error)
+        log_close(copies);
+    free(copies);
+    return error;
+}
+
 void reporter_add_unchecked(struct reporter *reporter, const char *what, uint32_t count)
 {
     unchecked_add(&reporter->unchecked, what, count);
@@ -442,6 +462,9 @@ void reporter_destroy(struct reporter *reporter)
         warn_of_log(reporter, log_summary(&reporter->log, &reporter->settings,
                                           &reporter->duplicates, &reporter->unchecked));
     log_close(&reporter->log);
+    if (reporter->copies)
+        log_close(reporter->copies);
+    free(reporter->copies);
     duplicates_destroy(&reporter->duplicates);
     unchecked_destroy(&reporter->unchecked);
     settings_release(&reporter->settings);

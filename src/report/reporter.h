@@ -94,6 +94,10 @@ void reporter_report_unsupported(struct reporter *reporter, const char *line);
  * such as "builds without memory for copies". */
 void reporter_add_unchecked(struct reporter *reporter, const char *what, uint32_t count);
 
+/* Writes all messages, as lines of JSON, to a new file, too, until the reporter is destroyed. Only
+ * the first such file of a reporter gets any. Returns 0 or an error number. */
+int reporter_copy_messages(struct reporter *reporter, const char *path);
+
 /* Logs a device that the application has created, if log_format is json. */
 void reporter_add_device(struct reporter *reporter, VkDevice device, const char *name,
                          const VkPhysicalDeviceDriverProperties *driver);

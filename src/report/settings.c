@@ -114,6 +114,13 @@ static bool load_log_filename(const struct loader *loader, char *value)
     return true;
 }
 
+/* settings_load() takes the text from `values`. */
+static bool load_capture(const struct loader *loader, const char *value)
+{
+    (void)loader;
+    return value[0];
+}
+
 /* Finds the limit that an entry NAME=NUMBER names, and cuts the entry behind the name. Returns the
  * number as text, or NULL. */
 static char *find_limit(char *entry, enum advice_limit *limit)
@@ -266,7 +273,8 @@ static VkResult load_setting(const struct loader *loader, const struct settings_
                              enum setting setting)
 {
     const struct key *key = &keys[setting];
-    const bool is_text = setting == SETTING_log_filename || setting == SETTING_message_id_filter;
+    const bool is_text = setting == SETTING_log_filename || setting == SETTING_capture ||
+                         setting == SETTING_message_id_filter;
     char *value;
     if (!key->is_own && !loader->settings->by_preset[setting])
         load_known(loader, setting, key->by_default);
@@ -337,6 +345,7 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info, struct kept_line
     }
     if (result == VK_SUCCESS) {
         settle_actions(&loader);
+        settings->capture = settings->values[SETTING_capture];
         if (!settings->enable_message_limit)
             settings->duplicate_message_limit = 0;
         warn_of_ignored(&loader, &source);
@@ -363,6 +372,7 @@ void settings_disown(struct settings *settings)
 {
     settings->narrow_filters = NULL;
     settings->log_filename = settings->changes = NULL;
+    settings->capture = NULL;
     memset(settings->values, 0, sizeof(settings->values));
 }
 

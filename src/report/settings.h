@@ -65,7 +65,8 @@ struct settings {
 #define SWITCH(key, ...) bool key;
 #define NUMBER(key, ...) uint32_t key;
 #include "src/report/settings.def"
-    char *log_filename; /* NULL: stderr; owned */
+    char *log_filename;  /* NULL: stderr; owned */
+    const char *capture; /* NULL: off; one of `values` */
     struct advice_limits advice_limits;
     bool muted[MESSAGE_ID_COUNT];         /* message_id_filter: VUIDs */
     bool muted_others[OTHER_ID_COUNT];    /* message_id_filter: other ids */

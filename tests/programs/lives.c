@@ -205,11 +205,17 @@ static void destroy_buffer(const struct play *play, struct play_object *object)
     object->buffer.handle = VK_NULL_HANDLE;
 }
 
-static void free_memory(const struct play *play, struct play_object *object)
+/* Also of the buffers that alias its bytes. */
+static void free_memory(struct play *play, struct play_object *object)
 {
+    const unsigned char *begin = object->buffer.bytes, *end = begin + object->buffer.size;
     play->vk.FreeMemory(play->device, object->buffer.memory, NULL);
     object->buffer.memory = VK_NULL_HANDLE;
     object->is_freed = true;
+    for (unsigned i = 0; begin && i < play->object_count; i++) {
+        struct play_object *other = &play->objects[i];
+        other->is_freed |= other->buffer.bytes >= begin && other->buffer.bytes < end;
+    }
 }
 
 /* An object whose destruction the layer skips is destroyed after the program. */

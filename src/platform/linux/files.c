@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 #include <sys/uio.h>
 #include <time.h>
+#include <unistd.h>
 
 enum file_kind file_find_kind(const char *path)
 {
@@ -39,6 +40,28 @@ FILE *file_open_to_read(const char *path)
 FILE *file_open_to_append(const char *path)
 {
     return fopen(path, "ae");
+}
+
+FILE *file_open_new(const char *path)
+{
+    return fopen(path, "axe");
+}
+
+int file_make_folder(const char *path)
+{
+    if (mkdir(path, 0777) == 0 || (errno == EEXIST && file_find_kind(path) == FILE_FOLDER))
+        return 0;
+    return errno;
+}
+
+int file_rename(const char *path, const char *name)
+{
+    return rename(path, name) == 0 ? 0 : errno;
+}
+
+void file_remove(const char *path)
+{
+    unlink(path);
 }
 
 bool file_read_line(FILE *file, char **buffer, size_t *size)

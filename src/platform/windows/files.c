@@ -91,6 +91,37 @@ FILE *file_open_to_append(const char *path)
     return open_file(path, L"abN");
 }
 
+/* "x" fails if the file exists. */
+FILE *file_open_new(const char *path)
+{
+    return open_file(path, L"wxbN");
+}
+
+int file_make_folder(const char *path)
+{
+    wchar_t wide[WIDE_PATH_SIZE];
+    if (!text_to_wide(path, wide, WIDE_PATH_SIZE))
+        return ENAMETOOLONG;
+    if (_wmkdir(wide) == 0 || (errno == EEXIST && file_find_kind(path) == FILE_FOLDER))
+        return 0;
+    return errno;
+}
+
+int file_rename(const char *path, const char *name)
+{
+    wchar_t from[WIDE_PATH_SIZE], to[WIDE_PATH_SIZE];
+    if (!text_to_wide(path, from, WIDE_PATH_SIZE) || !text_to_wide(name, to, WIDE_PATH_SIZE))
+        return ENAMETOOLONG;
+    return _wrename(from, to) == 0 ? 0 : errno;
+}
+
+void file_remove(const char *path)
+{
+    wchar_t wide[WIDE_PATH_SIZE];
+    if (text_to_wide(path, wide, WIDE_PATH_SIZE))
+        _wunlink(wide);
+}
+
 bool file_read_line(FILE *file, char **buffer, size_t *size)
 {
     size_t length = 0;

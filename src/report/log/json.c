@@ -6,11 +6,16 @@
 
 static const char replacement[] = "\xef\xbf\xbd"; /* U+FFFD */
 
-void json_begin(struct json *json)
+void json_begin_in(struct json *json, char *line, size_t size)
 {
-    text_begin(&json->text, json->line, sizeof(json->line));
+    text_begin(&json->text, line, size);
     json->depth = 0;
     json_begin_object(json, NULL);
+}
+
+void json_begin(struct json *json)
+{
+    json_begin_in(json, json->line, sizeof(json->line));
 }
 
 bool json_end(struct json *json)
@@ -56,7 +61,7 @@ static void append_string(struct text_buffer *text, const char *string, size_t s
 static void begin_value(struct json *json, const char *key)
 {
     const size_t length = json->text.length;
-    if (length && !strchr("{[", json->line[length - 1]))
+    if (length && !strchr("{[", json->text.text[length - 1]))
         text_append(&json->text, ",");
     if (key) {
         append_string(&json->text, key, strlen(key));

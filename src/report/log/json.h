@@ -27,8 +27,10 @@ struct json {
 
 /* Begins a line, which is one object. */
 void json_begin(struct json *json);
-/* Ends the line with a newline. It is json->line, json->text.length bytes long. Returns false if
- * the line did not fit, or is not one object. */
+/* Begins a line in memory of the caller, which may have more room. */
+void json_begin_in(struct json *json, char *line, size_t size);
+/* Ends the line with a newline. It is json->text.text, json->text.length bytes long. Returns false
+ * if the line did not fit, or is not one object. */
 bool json_end(struct json *json);
 
 /* Writes an empty text if `text` is NULL. */

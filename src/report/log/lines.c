@@ -184,6 +184,20 @@ static void write_region(struct json *json, const char *key, const struct messag
     json_text(json, key, text);
 }
 
+void line_add_region(struct json *json, const char *key, const struct label_stack *of_queue,
+                     const struct label_stack *of_commands)
+{
+    char text[REGION_SIZE];
+    struct text_buffer region;
+    text_begin(&region, text, sizeof(text));
+    if (of_queue)
+        append_labels(&region, of_queue->labels, of_queue->count);
+    if (of_commands)
+        append_labels(&region, of_commands->labels, of_commands->count);
+    if (region.length)
+        json_text(json, key, text);
+}
+
 static void write_location(struct json *json, const char *key, const struct message *message)
 {
     json_text_of_size(json, key, message->main, message->path_length);
@@ -305,6 +319,21 @@ bool line_of_summary(struct json *json, const struct settings *settings,
 
 /* ---- composes the lines of record_builds = true */
 
+const char *record_type_name(VkAccelerationStructureTypeKHR type)
+{
+    switch ((int)type) {
+    case VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR:
+        return "top level";
+    case VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR:
+        return "bottom level";
+    case VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR:
+        return "generic";
+    case VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR:
+        return "micromap";
+    }
+    return "unknown";
+}
+
 /* More do not fit into a line for certain. */
 enum { COMMAND_BUFFERS_SHOWN = 4096 };
 
@@ -391,6 +420,7 @@ bool line_of_record(struct json *json, const struct log_record *record)
         [RECORD_SIZE] = "CompactedSize",
         [RECORD_DESTROYED] = "Destroyed",
         [RECORD_INSTANCES] = "Instances",
+        [RECORD_QUERY] = "Query",
         [RECORD_EXPECTATION] = "Expectation",
     };
     line_begin(json, types[record->kind]);
@@ -410,6 +440,7 @@ bool line_of_record(struct json *json, const struct log_record *record)
         json_number(json, "compacted_size", record->compacted_size);
         break;
     case RECORD_DESTROYED:
+    case RECORD_QUERY:
         write_structure(json, record);
         break;
     case RECORD_INSTANCES:
@@ -419,5 +450,7 @@ bool line_of_record(struct json *json, const struct log_record *record)
         json_text_of_size(json, "label", record->label, label_length(record->label));
         break;
     }
+    if (record->write_more)
+        record->write_more(json, record);
     return json_end(json);
 }

@@ -54,6 +54,7 @@ enum record_kind {
     RECORD_SIZE,       /* the application has read a compacted size */
     RECORD_DESTROYED,  /* it destroys a structure */
     RECORD_INSTANCES,  /* what the instances of a build refer to, once they have been read */
+    RECORD_QUERY,      /* a command queries a property of a structure; only in captures */
     /* Whatever record_builds is: a label that announces findings was opened. */
     RECORD_EXPECTATION,
 };
@@ -63,6 +64,9 @@ struct log_reference {
     uint64_t structure;
     uint32_t instances;
 };
+
+/* What records call a type of structures. */
+const char *record_type_name(VkAccelerationStructureTypeKHR type);
 
 /* Members that do not apply are null or 0. */
 struct log_record {
@@ -94,6 +98,9 @@ struct log_record {
     /* RECORD_EXPECTATION. */
     const char *label;
 
+    /* Writes members that only a capture has; NULL: there are none. */
+    void (*write_more)(struct json *json, const struct log_record *record);
+
     /* RECORD_BUILD. */
     bool has_position, has_geometries, has_primitives;
     uint32_t position;   /* in the command buffer, or of a host build in pInfos */
@@ -102,6 +109,11 @@ struct log_record {
     uint64_t primitives;
     VkDeviceSize scratch_size; /* that the build needs; 0: unknown, or none */
 };
+
+/* Writes the names of open labels, outermost first, joined by ::; nothing if there are none. Either
+ * may be NULL. */
+void line_add_region(struct json *json, const char *key, const struct label_stack *of_queue,
+                     const struct label_stack *of_commands);
 
 /* Begins and ends a line. Returns false if the line is not complete. */
 bool line_of_record(struct json *json, const struct log_record *record);

@@ -70,6 +70,21 @@ VkResult log_open(struct log *log, const struct settings *settings, struct kept_
     return VK_SUCCESS;
 }
 
+int log_open_new(struct log *log, const char *path)
+{
+    *log = (struct log){.is_active = true, .is_owned = true};
+    log->json = malloc(sizeof(*log->json));
+    if (!log->json)
+        return ENOMEM;
+    log->file = file_open_new(path);
+    if (!log->file) {
+        free(log->json);
+        return errno;
+    }
+    pthread_mutex_init(&log->lock, NULL);
+    return 0;
+}
+
 void log_close(struct log *log)
 {
     if (log->is_owned)

@@ -25,6 +25,9 @@ struct log {
 /* Opens the log as the settings say. If the file cannot be opened, adds one line to `warnings` and
  * logs to stderr. Fails only if memory runs out. `log` is zero-initialized. */
 VkResult log_open(struct log *log, const struct settings *settings, struct kept_lines *warnings);
+/* Opens a log of lines of JSON in a new file, whatever the settings say. Returns 0 or an error
+ * number. */
+int log_open_new(struct log *log, const char *path);
 void log_close(struct log *log);
 
 /* These write one line, or message. The ones other than log_message write nothing if the log is

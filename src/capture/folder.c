@@ -1,0 +1,177 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "src/capture/folder.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <string.h>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "src/platform/files.h"
+
+enum { NAME_SIZE = LOG_PATH_SIZE + 64 };
+
+/* ---- the folder */
+
+static bool make_name(char name[NAME_SIZE], const struct capture_folder *folder, const char *file)
+{
+    struct text_buffer text;
+    text_begin(&text, name, NAME_SIZE);
+    text_append(&text, folder->path);
+    text_append(&text, file);
+    return !text.cut;
+}
+
+/* Makes the folders of a path that don't exist. */
+static int make_folders(char *path)
+{
+    for (char *at = path + 1; (at = strchr(at, '/')); at++) {
+        *at = '\0';
+        file_make_folder(path); /* what matters is whether the last one can be made */
+        *at = '/';
+    }
+    return file_make_folder(path);
+}
+
+int capture_folder_open(struct capture_folder *folder, const char *path, uint64_t limit)
+{
+    char name[NAME_SIZE];
+    struct text_buffer text;
+    *folder = (struct capture_folder){.limit = limit};
+    text_begin(&text, folder->path, sizeof(folder->path));
+    text_append(&text, path);
+    if (text.cut || !text.length)
+        return text.cut ? ENAMETOOLONG : ENOENT;
+    make_name(name, folder, "/data");
+    int error = make_folders(name);
+    if (error)
+        return error;
+    make_name(name, folder, "/builds.jsonl");
+    folder->lines = file_open_new(name);
+    return folder->lines ? 0 : errno;
+}
+
+void capture_folder_close(struct capture_folder *folder)
+{
+    if (folder->lines)
+        fclose(folder->lines);
+    handle_table_release(&folder->known);
+    folder->lines = NULL;
+}
+
+/* ---- writing */
+
+static bool may_write(struct capture_folder *folder, uint64_t size)
+{
+    if (!folder->lines || folder->error || folder->is_full)
+        return false;
+    folder->is_full = size > folder->limit - folder->written;
+    if (!folder->is_full)
+        folder->written += size;
+    return !folder->is_full;
+}
+
+/* Writes all of two parts. Returns 0 or an error number. */
+static int write_parts(FILE *file, const char *first, size_t first_size, const char *second,
+                       size_t second_size)
+{
+    const int descriptor = file_descriptor(file);
+    while (first_size + second_size) {
+        size_t done;
+        int error = file_write(descriptor, first, first_size, second, second_size, &done);
+        if (error)
+            return error;
+        const size_t of_first = done < first_size ? done : first_size;
+        first += of_first;
+        first_size -= of_first;
+        second += done - of_first;
+        second_size -= done - of_first;
+    }
+    return 0;
+}
+
+/* Writes to a file, and keeps the error. */
+static bool write_to(struct capture_folder *folder, FILE *file, const char *first,
+                     size_t first_size, const char *second, size_t second_size)
+{
+    struct write_signals blocked;
+    file_block_signals(&blocked);
+    const int error = write_parts(file, first, first_size, second, second_size);
+    file_unblock_signals(&blocked, error);
+    folder->error = error;
+    return !error;
+}
+
+bool capture_folder_add_line(struct capture_folder *folder, const char *line, size_t size)
+{
+    return may_write(folder, size) && write_to(folder, folder->lines, line, size, "", 0);
+}
+
+/* ---- arrays */
+
+enum { HEADER_SIZE = 256, HEADER_ALIGNMENT = 64, PREFIX = 10 };
+_Static_assert(HEADER_SIZE % HEADER_ALIGNMENT == 0, "the data is aligned");
+
+/* Composes the header of NumPy's format 1.0: a magic number, the version, the size of the rest in
+ * two bytes, and a dictionary, padded with spaces. */
+static void compose_header(const struct capture_array *array, char header[HEADER_SIZE])
+{
+    static const char magic[] = "\x93NUMPY\x01";
+    struct text_buffer text;
+    text_begin(&text, header + PREFIX, HEADER_SIZE - PREFIX);
+    text_append(&text, "{'descr': ");
+    text_append(&text, array->type);
+    text_append(&text, ", 'fortran_order': False, 'shape': (");
+    text_append_decimal(&text, array->count);
+    text_append(&text, array->columns[0] ? array->columns : ",");
+    text_append(&text, "), }");
+    memset(header + PREFIX + text.length, ' ', HEADER_SIZE - PREFIX - text.length);
+    header[HEADER_SIZE - 1] = '\n';
+    memcpy(header, magic, sizeof(magic)); /* with the zero of version 1.0 */
+    header[PREFIX - 2] = (char)(unsigned char)((HEADER_SIZE - PREFIX) & 0xff);
+    header[PREFIX - 1] = (char)((HEADER_SIZE - PREFIX) >> 8);
+}
+
+/* The file gets its name when it is complete. */
+static bool write_array(struct capture_folder *folder, const char *hash, const char *header,
+                        const void *rows, uint64_t size)
+{
+    char file[CAPTURE_HASH_SIZE + 16], name[NAME_SIZE], part[NAME_SIZE];
+    snprintf(file, sizeof(file), "/data/%s.npy", hash);
+    make_name(name, folder, file);
+    make_name(part, folder, "/data/part");
+    file_remove(part); /* what a failure has left */
+    FILE *written = file_open_new(part);
+    if (!written) {
+        folder->error = errno;
+        return false;
+    }
+    bool is_whole = write_to(folder, written, header, HEADER_SIZE, rows, size);
+    fclose(written);
+    if (is_whole)
+        folder->error = file_rename(part, name);
+    if (folder->error)
+        file_remove(part);
+    return !folder->error;
+}
+
+bool capture_folder_add_array(struct capture_folder *folder, const struct capture_array *array,
+                              char hash[CAPTURE_HASH_SIZE])
+{
+    static char has_it;
+    char header[HEADER_SIZE];
+    const uint64_t size = array->count * array->size;
+    compose_header(array, header);
+    const XXH64_hash_t seed = XXH3_64bits(header, HEADER_SIZE);
+    const XXH128_hash_t found = XXH3_128bits_withSeed(array->rows, size, seed);
+    const uint64_t key = found.low64 ? found.low64 : 1;
+    snprintf(hash, CAPTURE_HASH_SIZE, "%016" PRIx64 "%016" PRIx64, found.high64, found.low64);
+    if (handle_table_find(&folder->known, key))
+        return true;
+    if (!may_write(folder, HEADER_SIZE + size) ||
+        !write_array(folder, hash, header, array->rows, size))
+        return false;
+    handle_table_set(&folder->known, key, &has_it); /* without memory, it is written again */
+    return true;
+}

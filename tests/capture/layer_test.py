@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Setting capture end to end: programs and an application under the layer, on the null driver.
+
+layer_test.py PROGRAMS APPLICATION LAYER_FOLDER DRIVER_MANIFEST"""
+
+import os
+import pathlib
+import random
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+from captures import Capture
+
+PROGRAMS, APPLICATION, LAYERS, MANIFEST = sys.argv[1:5]
+MIB = 1 << 20
+KILLS = int(os.environ.get("ASSAY_TEST_KILLS") or 5)
+
+
+def environment(**settings):
+    return {**os.environ, "VK_DRIVER_FILES": MANIFEST, "VK_ICD_FILENAMES": MANIFEST, "VK_LAYER_PATH": LAYERS,
+            "VK_INSTANCE_LAYERS": "VK_LAYER_ASSAY_validation", "VK_ASSAY_VALIDATION_LEVEL": "content",
+            "VK_ASSAY_VALIDATION_HAZARDS": "false", "VK_ASSAY_VALIDATION_DEBUG_ACTION": "log",
+            **{f"VK_ASSAY_VALIDATION_{key.upper()}": str(value) for key, value in settings.items()}}
+
+
+def run(capture, builds=200, **settings):
+    """Runs the application and returns what it and the layer print."""
+    return subprocess.run([APPLICATION, str(builds)], env=environment(capture=capture, **settings), text=True,
+                          stderr=subprocess.PIPE, stdout=subprocess.PIPE, check=True, timeout=300)
+
+
+class CaptureTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def test_programs(self):
+        """Whatever programs do, their captures are as docs/capture.md says."""
+        names = str(self.folder / "%p").replace("%p", "p%p")
+        for programs in ("snapshots", "backend", "life", "wild"):
+            subprocess.run([PROGRAMS, "null", programs],
+                           env={**os.environ, "VK_ASSAY_VALIDATION_CAPTURE": names}, check=True,
+                           stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=300)
+        captures = [Capture(path) for path in self.folder.iterdir()]
+        builds = [line for capture in captures for line in capture.of_type("Build")]
+        types = {geometry["type"] for build in builds for geometry in build.get("geometry", ())}
+        self.assertLessEqual({"triangles", "aabbs", "instances"}, types)
+        self.assertGreater(sum("missing" not in build for build in builds), len(builds) // 2)
+        self.assertTrue(any(capture.of_type("Copy") for capture in captures))
+        self.assertTrue(any(capture.of_type("Destroyed") for capture in captures))
+
+    def test_application(self):
+        run(self.folder / "all")
+        capture = Capture(self.folder / "all")
+        self.assertGreater(len(capture.of_type("Build")), 100)
+        self.assertEqual(capture.of_type("End")[0]["why"], "the device was destroyed")
+        self.assertEqual([build for build in capture.of_type("Build") if "missing" in build], [])
+        # All builds read the same few arrays, and each is written once.
+        self.assertLess(len(capture.arrays), 10)
+        self.assertTrue((self.folder / "all/findings.jsonl").is_file())
+
+    def test_second_run(self):
+        run(self.folder / "again")
+        before = (self.folder / "again/builds.jsonl").read_bytes()
+        self.assertIn("cannot be written (it has a capture). Nothing is captured.",
+                      run(self.folder / "again").stderr)
+        self.assertEqual((self.folder / "again/builds.jsonl").read_bytes(), before)
+
+    def test_no_permission(self):
+        (self.folder / "file").write_text("")
+        shown = run(self.folder / "file/capture").stderr
+        self.assertEqual(shown.count("Nothing is captured."), 1, shown)
+
+    def test_limit(self):
+        shown = run(self.folder / "limit", builds=2000, capture_limit_mib=1).stderr
+        self.assertEqual(shown.count("capture_limit_mib is reached. The application goes on."), 1, shown)
+        capture = Capture(self.folder / "limit")
+        self.assertEqual(capture.lines[-1]["why"], "capture_limit_mib was reached")
+        self.assertLess(sum(path.stat().st_size for path in self.folder.rglob("*") if path.is_file() and
+                            path.name != "findings.jsonl"), MIB + 1000)
+
+    def test_full_disk(self):
+        """As a limit of the sizes of files behaves."""
+        shown = subprocess.run(
+            [APPLICATION, "1000"], env=environment(capture=self.folder / "disk"), text=True, timeout=300, check=True,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (MIB // 4, MIB // 4))).stderr
+        self.assertEqual(shown.count("ends here: File too large. The application goes on."), 1, shown)
+        Capture(self.folder / "disk", was_killed=True)
+
+    def test_low_level(self):
+        shown = run(self.folder / "low", level="execution").stderr
+        self.assertIn("capture needs level = content. Nothing is captured.", shown)
+        self.assertFalse((self.folder / "low").exists())
+
+    def test_killed(self):
+        """What is written when the process is killed is valid."""
+        seed = int(os.environ.get("ASSAY_TEST_SEED") or 1)
+        numbers = random.Random(seed)
+        begin = time.monotonic()
+        run(self.folder / "whole", builds=500)
+        whole = time.monotonic() - begin
+        killed = 0
+        for attempt in range(KILLS):
+            folder = self.folder / f"killed{attempt}"
+            process = subprocess.Popen([APPLICATION, "500"], env=environment(capture=folder),
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            time.sleep(whole * numbers.random())
+            process.send_signal(signal.SIGKILL)
+            killed += process.wait() == -signal.SIGKILL
+            if (folder / "builds.jsonl").exists():
+                Capture(folder, was_killed=True)
+        self.assertGreater(killed, 0)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=2)
