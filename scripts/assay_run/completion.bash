@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Bash completion of assay-run.
+# Bash completion of assay-run and assay-scene.
 _assay_run() {
     local word=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} key= i
     local settings="@ASSAY_SETTINGS@" # the build writes each KEY=VALUE here
@@ -38,3 +38,23 @@ _assay_run() {
     esac
 }
 complete -o filenames -F _assay_run assay-run
+
+_assay_scene() {
+    local word=${COMP_WORDS[COMP_CWORD]} words=
+    case ${COMP_WORDS[1]} in
+    info) words="--json --all" ;;
+    export) words="--at --tlas --color --plain-nodes" ;;
+    esac
+    case $COMP_CWORD${COMP_WORDS[COMP_CWORD - 1]} in
+    1*) words="info export --help --version" ;;
+    *--at) words="frame: submission: build: label:" ;;
+    *--color) words="structure flags" ;;
+    *) [[ $word = -* ]] || words= ;;
+    esac
+    if [ -n "$words" ]; then
+        mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
+    else
+        mapfile -t COMPREPLY < <(compgen -f -- "$word")
+    fi
+}
+complete -o filenames -F _assay_scene assay-scene

@@ -34,6 +34,7 @@ FOLDERS = (
     "src/advice",
     "src/compare",
     "src/capture",
+    "src/scene",
     "layer",
     "layer/snapshots",
     "layer/cpu",
@@ -50,7 +51,7 @@ FOLDERS = (
     "layer/lifecycle",
 )
 # Options of CMake leave them out. "*": src/ or layer/.
-CONSUMERS = ("*/advice/*", "*/compare/*", "*/capture/*")
+CONSUMERS = ("*/advice/*", "*/compare/*", "*/capture/*", "*/scene/*")
 PLATFORM = "src/platform"
 # What all systems have: of C11 all but <time.h> and <threads.h>, whose place clock.h and threads.h of
 # PLATFORM take; <unwind.h>, which comes with the compiler; and the libraries.
@@ -58,7 +59,7 @@ PLAIN_HEADERS = frozenset(
     """assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp stdalign stdarg
     stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string tgmath uchar wchar wctype unwind
     immintrin""".split())
-PLAIN_FOLDERS = ("vulkan/", "vk_video/", "xxhash.h")
+PLAIN_FOLDERS = ("vulkan/", "vk_video/", "xxhash.h", "jansson.h")
 FILES_MAX = 25
 SOURCES = (".c", ".h")
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.M)

@@ -38,7 +38,7 @@ unpack() {
     for suite in "$VERSION_CODENAME" "$headers_suite"; do
         packages=(libvulkan-dev vulkan-utility-libraries-dev)
         [ "$suite" = "$headers_suite" ] || packages=(libvulkan1 libcmocka0 libcmocka-dev libxxhash-dev
-            libgmp10 libgmp-dev "${@:2}")
+            libjansson4 libjansson-dev libgmp10 libgmp-dev "${@:2}")
         suite_open "$suite" "$1"
         suite_download "${packages[@]/%//$suite}" # the machine may have a newer version
         for package in "$suite_folder"/debs/*.deb; do

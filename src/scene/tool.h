@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The commands of assay-scene. Each returns false, with an error, if it cannot do its work. */
+#ifndef ASSAY_SCENE_TOOL_H
+#define ASSAY_SCENE_TOOL_H
+
+#include "src/scene/capture.h"
+
+/* Prints what a capture has: as tables, in which `lists_all` also has what is more than a screen
+ * holds, or as JSON. */
+bool info_print(struct capture *capture, bool is_json, bool lists_all, struct capture_error *error);
+
+struct export_options {
+    const char *at;       /* of capture_find_point(); NULL: the end */
+    const char *tlas;     /* name or id; NULL: the last that was built */
+    bool colors_flags;    /* of geometries; otherwise structures have colors */
+    bool has_plain_nodes; /* each instance is a node, however many there are */
+};
+
+/* Writes a top-level structure and all that its instances refer to as glTF 2.0, in binary form. */
+bool export_gltf(struct capture *capture, const char *path, const struct export_options *options,
+                 struct capture_error *error);
+
+#endif

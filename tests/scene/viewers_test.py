@@ -1,0 +1,114 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""What others make of assay-scene's files: the validator of Khronos (gltf-validator of npm, in a folder of
+NODE_PATH) and Blender.
+
+usage: viewers_test.py ASSAY_SCENE
+
+Exits with 77 (skipped) if both are missing."""
+
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from captures import IDENTITY, NAN, Capture, run, scene
+from gltf import Gltf
+
+VALIDATE = """
+const validator = require("gltf-validator"), fs = require("fs");
+validator.validateBytes(new Uint8Array(fs.readFileSync(process.argv[1])))
+    .then(report => console.log(JSON.stringify(report.issues)));
+"""
+IMPORT = """
+import bpy, json, numpy, sys
+numpy.bool = bool  # Debian 12's Blender uses it, and Debian 12's NumPy lacks it
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.import_scene.gltf(filepath=sys.argv[-1])
+triangles, points = 0, []
+for item in bpy.context.scene.objects:
+    if item.type == "MESH":
+        triangles += len(item.data.polygons)
+        points += [list(item.matrix_world @ vertex.co) for vertex in item.data.vertices]
+# Its z axis is glTF's y axis.
+points = [(x, z, -y) for x, y, z in points]
+print("RESULT " + json.dumps([triangles, [[choice(column) for column in zip(*points)] for choice in (min, max)]]))
+"""
+
+
+def has_validator():
+    return shutil.which("node") and subprocess.run(["node", "-e", 'require("gltf-validator")'], check=False,
+                                                   stderr=subprocess.DEVNULL).returncode == 0
+
+
+class Viewers(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="assay-test-")
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def scenes(self):
+        """Files with all that assay-scene writes, by name."""
+        capture = scene(self.folder / "scene")
+        capture.finding(1, "pInfos[0].pGeometries[0].geometry", "has index 1 of primitive 1 is vertex 9")
+        capture.finding(5, "pInfos[0].pGeometries[0].geometry", "leads to instance 2, whose transform ...")
+        yield "scene", capture, []
+        yield "flags", scene(self.folder / "flags"), ["--color", "flags"]
+        capture = Capture(self.folder / "many")
+        capture.structure(1, name="triangle \u00e9 \U0001f986")
+        capture.structure(2, "top level")
+        capture.build(1, capture.triangles([(0, 0, 0), (1, 0, 0), (0, 1, 0)]))
+        matrices = [(1, .5 * (i % 3), 0, i, 0, 2, 0, 0, 0, .1 * (i % 7), -1, 0) for i in range(400)]
+        matrices += [(1, 0, 0, i, 0, 2, 0, 0, 0, 0, -1, 0) for i in range(200)] + [(0,) * 12]
+        capture.build_top(2, [(matrix, 1) for matrix in matrices])
+        yield "many", capture, []
+        yield "nodes", capture, ["--plain-nodes"]
+        capture = Capture(self.folder / "empty")
+        capture.structure(1)
+        capture.structure(2, "top level")
+        capture.build(1, capture.triangles([(NAN, 0, 0)] * 3))
+        capture.build_top(2, [(IDENTITY, 1)])
+        yield "empty", capture, []
+        yield "nothing", Capture(self.folder / "nothing"), []
+
+    def files(self):
+        for name, capture, options in self.scenes():
+            file = self.folder / f"{name}.glb"
+            capture.write()
+            self.assertEqual(run("export", capture.folder, file, *options), (0, "", ""))
+            yield file
+
+    @unittest.skipUnless(has_validator(), "gltf-validator is not installed")
+    def test_validator(self):
+        for file in self.files():
+            issues = json.loads(subprocess.run(["node", "-e", VALIDATE, file], check=True,
+                                               capture_output=True).stdout)
+            messages = [message for message in issues["messages"] if message["severity"] < 2]
+            self.assertEqual((issues["numErrors"], messages), (0, []), file)
+
+    @unittest.skipUnless(shutil.which("blender"), "Blender is not installed")
+    def test_blender(self):
+        for file in self.files():
+            if file.stem not in ("scene", "nodes"):  # Debian's knows no EXT_mesh_gpu_instancing
+                continue
+            process = subprocess.run(
+                ["blender", "--background", "--factory-startup", "--python-expr", IMPORT, "--", file], check=True,
+                env={"PATH": "/usr/bin:/bin", "HOME": str(self.folder)}, capture_output=True)  # the system's Python
+            [line] = [line for line in process.stdout.decode().splitlines() if line.startswith("RESULT ")]
+            triangles, bounds = json.loads(line[7:])
+            expected = Gltf(file).triangles()
+            self.assertEqual(triangles, len(expected), file)
+            corners = [corner for triangle in expected for corner in triangle]
+            for choice, found in zip((min, max), bounds):
+                for column, value in zip(zip(*corners), found):
+                    self.assertAlmostEqual(choice(column), value, 4)
+
+
+if __name__ == "__main__":
+    if not has_validator() and not shutil.which("blender"):
+        print("skipped: neither gltf-validator nor Blender is installed")
+        sys.exit(77)
+    unittest.main(argv=sys.argv[:1])
