@@ -99,6 +99,30 @@ TEST_BETWEEN(what_is_written_is_found, open_sets, close_sets)
     assert_int_equal(find(1, TOP, found), UINT32_MAX);
 }
 
+static void note_layout_of(uint32_t structures)
+{
+    const VkDescriptorSetLayoutBinding binding = {
+        TOP, VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, structures, 0, NULL};
+    const VkDescriptorSetLayoutCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
+        .bindingCount = 1,
+        .pBindings = &binding};
+    assert_int_equal(descriptor_sets_note_layout(&sets, LAYOUT, &info), structures <= HELD_MAX);
+}
+
+TEST_BETWEEN(a_set_with_room_for_too_many_descriptors_is_unknown, open_sets, close_sets)
+{
+    struct held_descriptor found[4];
+    note_layout_of(HELD_MAX);
+    allocate(0);
+    write_tops(0, TOP, 0, 1);
+    assert_int_equal(find(0, TOP, found), 1);
+    note_layout_of(HELD_MAX + 1);
+    allocate(1);
+    write_tops(1, TOP, 0, 1);
+    assert_int_equal(find(1, TOP, found), UINT32_MAX);
+}
+
 TEST_BETWEEN(an_array_goes_on_in_the_next_binding, open_sets, close_sets)
 {
     struct held_descriptor found[4];
@@ -127,7 +151,7 @@ TEST_BETWEEN(copies_are_followed, open_sets, close_sets)
     descriptor_sets_copy(&sets, &copy);
     assert_int_equal(find(1, TOPS, found), 1);
     assert_true(found[0].handle == 1 && found[0].element == 1);
-    descriptor_sets_lose(&sets, SET(0));
+    descriptor_sets_forget_contents(&sets, SET(0));
     descriptor_sets_copy(&sets, &copy);
     assert_int_equal(find(1, TOPS, found), UINT32_MAX);
 }
@@ -168,7 +192,7 @@ TEST_BETWEEN(freed_sets_give_their_records_back, open_sets, close_sets)
     descriptor_sets_forget_layout(&sets, LAYOUT);
     note_layout(TEXTURE, 1, 0);
     allocate(0);
-    descriptor_sets_lose(&sets, SET(0));
+    descriptor_sets_forget_contents(&sets, SET(0));
     assert_int_equal(sets.sets.count, 0);
     assert_int_equal(find(0, TOP, found), UINT32_MAX);
 }
