@@ -60,7 +60,7 @@ struct layer_instance {
     PFN_GetPhysicalDeviceProcAddr next_physical_device_proc_addr;
     struct reporter *reporter;
     enum backend_setting backend;
-    VkuInstanceDispatchTable next; /* backend cpu: the commands that it replaces in `vk` */
+    VkuInstanceDispatchTable down; /* backend cpu: the commands that it replaces in `vk` */
     struct { /* limits = harsh: the commands that layer/harsh.c replaces in `vk` */
         PFN_vkGetPhysicalDeviceProperties2 get_properties2;
         PFN_vkGetPhysicalDeviceProperties2KHR get_properties2_khr;

@@ -405,10 +405,10 @@ class Entry:
         yield f"if (!({' && '.join(self.checks)})) {{"
         if self.kind:
             layer = f"layer_find_{self.kind}({self.handle})" if self.row.has("BY_HAND") else "layer"
-            yield f"    const Vku{kind}DispatchTable *next = unchecked_{kind.lower()}({layer});"
-            yield f"    if (next && next->{name})"
+            yield f"    const Vku{kind}DispatchTable *down = unchecked_{kind.lower()}({layer});"
+            yield f"    if (down && down->{name})"
             returns = "" if self.command.returns == "void" else "return "
-            yield f"        {returns}next->{name}({self.command.arguments});"
+            yield f"        {returns}down->{name}({self.command.arguments});"
         yield f"    {self.give_up()}"
         yield "}"
 
@@ -537,7 +537,7 @@ class Entry:
         lines = list(self.masks.call(self.command)) if self.row.has("CPU_MASKS") else []
         found = {"name": ("const char *", f'"vk{self.command.name}"'),
                  "down": (f"PFN_vk{self.command.target} ", "layer->"
-                          f"{'' if self.is_of_instance else 'cpu->'}next.{self.command.name}"),
+                          f"{'' if self.is_of_instance else 'cpu->'}down.{self.command.name}"),
                  **BACKEND}
         words = set(re.findall(r"\w+", " ".join(calls + lines + tests + [unchanged] * len(tests))))
         if words & {"layer", *found}:

@@ -17,8 +17,8 @@ bool cpu_advertises(struct layer_instance *instance, VkPhysicalDevice physical_d
 {
     VkPhysicalDeviceProperties properties;
     PFN_vkGetPhysicalDeviceFeatures2 get_features =
-        physical_device_features2(instance, &instance->next, physical_device);
-    instance->next.GetPhysicalDeviceProperties(physical_device, &properties);
+        physical_device_features2(instance, &instance->down, physical_device);
+    instance->down.GetPhysicalDeviceProperties(physical_device, &properties);
     if (properties.apiVersion < VK_API_VERSION_1_1 || !get_features)
         return false;
     VkPhysicalDeviceBufferDeviceAddressFeatures addresses = {

@@ -109,7 +109,7 @@ static void write_mapped(const struct layer_device *device, const struct buffer_
                                        .size = VK_WHOLE_SIZE};
     write_regions((unsigned char *)whole + memory->begin, memory->size, result);
     if (!(memory->properties & VK_MEMORY_PROPERTY_HOST_COHERENT_BIT))
-        device->cpu->next.FlushMappedMemoryRanges(device->handle, 1, &range);
+        device->cpu->down.FlushMappedMemoryRanges(device->handle, 1, &range);
 }
 
 /* The application frees memory with the lock held, and the resources have forgotten it before. */
@@ -124,14 +124,14 @@ bool cpu_write_by_host(const struct layer_device *device, const struct result_by
         (memory.properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT)) {
         void *mapped = handle_table_find(&overlay->mappings, (uint64_t)memory.handle);
         void *whole = mapped == &unknown_mapping ? NULL : mapped;
-        if (!mapped && overlay->next.MapMemory(device->handle, memory.handle, 0, VK_WHOLE_SIZE, 0,
+        if (!mapped && overlay->down.MapMemory(device->handle, memory.handle, 0, VK_WHOLE_SIZE, 0,
                                                &whole) != VK_SUCCESS)
             whole = NULL;
         is_written = whole;
         if (is_written)
             write_mapped(device, &memory, whole, result);
         if (is_written && !mapped)
-            overlay->next.UnmapMemory(device->handle, memory.handle);
+            overlay->down.UnmapMemory(device->handle, memory.handle);
     }
     pthread_mutex_unlock(&overlay->mapping_lock);
     return is_written;

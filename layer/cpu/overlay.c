@@ -15,7 +15,7 @@
 
 void cpu_overlay_instance(struct layer_instance *instance)
 {
-    instance->next = instance->vk;
+    instance->down = instance->vk;
     cover_instance(&instance->vk);
 }
 
@@ -60,7 +60,7 @@ VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInf
     overlay->device->has_micromaps =
         overlay->opacity_micromap_ext ||
         enables_extension(create_info, VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME);
-    overlay->next = device->vk;
+    overlay->down = device->vk;
     cover_device(&device->vk, overlay);
     return VK_SUCCESS;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Backend cpu as an overlay on dispatch tables. For each command that it implements, device->vk
  * (and instance->vk) holds a function of layer/cpu instead of the next layer's, so that intercepts
- * observe, check and forward as on backend driver. cpu_overlay.next (and instance->next) keeps the
+ * observe, check and forward as on backend driver. cpu_overlay.down (and instance->down) keeps the
  * next layer's commands. */
 #ifndef ASSAY_LAYER_CPU_OVERLAY_H
 #define ASSAY_LAYER_CPU_OVERLAY_H
@@ -26,7 +26,7 @@ VkResult cpu_create_device(struct layer_device *device, PFN_vkCreateDevice creat
 struct cpu_overlay {
     struct cpu_device *device;
     struct cpu_playback *playback;
-    VkuDeviceDispatchTable next;
+    VkuDeviceDispatchTable down;
     struct transfer *unfinished;  /* that the device may still execute; used by the thread that
                                      delivers results */
     pthread_mutex_t mapping_lock; /* guards the next two members */

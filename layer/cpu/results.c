@@ -136,7 +136,7 @@ static bool write_by_device(struct layer_device *device, const struct result_byt
     if (!transfer)
         return true;
     transfer->device = device;
-    transfer->vk = &device->cpu->next;
+    transfer->vk = &device->cpu->down;
     transfer->queue = result->ticket->queue;
     bool is_created = create_transfer(transfer, result->size);
     if (is_created) {

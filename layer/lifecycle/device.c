@@ -232,7 +232,7 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
         result = cpu_overlay_create(device, create_info);
     harsh_cover_device(device);
     if (result == VK_SUCCESS)
-        result = snapshots_create(device, create_info, device->cpu ? &device->cpu->next : NULL);
+        result = snapshots_create(device, create_info, device->cpu ? &device->cpu->down : NULL);
     if (result == VK_SUCCESS)
         result = input_checks_create(device);
     if (result == VK_SUCCESS)

@@ -28,7 +28,7 @@ struct layer_instance *layer_replace_instance(const struct layer_instance *old)
 static const VkuDeviceDispatchTable *next_of(const struct layer_device *old)
 {
     if (old->cpu)
-        return &old->cpu->next;
+        return &old->cpu->down;
     return old->snapshots ? &old->snapshots->next : &old->vk;
 }
 
@@ -89,7 +89,7 @@ static VkResult cover_with_overlays(struct layer_device *device, const struct la
             names[info.enabledExtensionCount++] = extensions[i].name;
     VkResult result = old->cpu ? cpu_overlay_create(device, &info) : VK_SUCCESS;
     if (result == VK_SUCCESS)
-        result = snapshots_create(device, &info, device->cpu ? &device->cpu->next : NULL);
+        result = snapshots_create(device, &info, device->cpu ? &device->cpu->down : NULL);
     return result;
 }
 

@@ -191,8 +191,8 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresKHR(
     struct recorder recorder;
     record_copies(&recorder, commandBuffer, infoCount, pInfos, ppBuildRangeInfos, &guards);
     guard_call_direct(&guards, infoCount, &pInfos, &ppBuildRangeInfos);
-    snapshots->below.CmdBuildAccelerationStructuresKHR(commandBuffer, infoCount, pInfos,
-                                                       ppBuildRangeInfos);
+    snapshots->down.CmdBuildAccelerationStructuresKHR(commandBuffer, infoCount, pInfos,
+                                                      ppBuildRangeInfos);
     guard_call_release(&guards);
     recorder_end_call(&recorder);
 }
@@ -265,7 +265,7 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresIndirectKHR(
     record_indirect(&recorder, commandBuffer, infoCount, pInfos, pIndirectDeviceAddresses,
                     pIndirectStrides, ppMaxPrimitiveCounts, &guards);
     guard_call_indirect(&guards, infoCount, &pInfos, &pIndirectDeviceAddresses);
-    snapshots->below.CmdBuildAccelerationStructuresIndirectKHR(
+    snapshots->down.CmdBuildAccelerationStructuresIndirectKHR(
         commandBuffer, infoCount, pInfos, pIndirectDeviceAddresses, pIndirectStrides,
         ppMaxPrimitiveCounts);
     guard_call_release(&guards);

@@ -270,9 +270,9 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructureNV(
         instanceData = guards.builds[0].copy.buffer;
         instanceOffset = guards.builds[0].copy.offset;
     }
-    snapshots->below.CmdBuildAccelerationStructureNV(commandBuffer, pInfo, instanceData,
-                                                     instanceOffset, update, dst, src, scratch,
-                                                     scratchOffset);
+    snapshots->down.CmdBuildAccelerationStructureNV(commandBuffer, pInfo, instanceData,
+                                                    instanceOffset, update, dst, src, scratch,
+                                                    scratchOffset);
     guard_call_release(&guards);
     recorder_end_call(&recorder);
 }

@@ -82,7 +82,7 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
         word_pool_create(device, &snapshots->words) != VK_SUCCESS ||
         own_shaders_create(device, &snapshots->shaders) != VK_SUCCESS)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    snapshots->below = device->vk;
+    snapshots->down = device->vk;
     commands_cover_with_snapshots(&device->vk);
     return VK_SUCCESS;
 }

@@ -16,7 +16,7 @@ extern struct cpu_overlay *const below;
     static VKAPI_ATTR result VKAPI_CALL play_##name(__VA_ARGS__);                                  \
     __attribute__((constructor)) static void add_##name(void)                                      \
     {                                                                                              \
-        below->next.name = play_##name;                                                            \
+        below->down.name = play_##name;                                                            \
     }                                                                                              \
     static VKAPI_ATTR result VKAPI_CALL play_##name(__VA_ARGS__)
 

@@ -116,7 +116,7 @@ TEST_OPENED(test_usage_in_the_chain, clear)
 
     const VkPhysicalDeviceExternalBufferInfo external = {.pNext = &flags2, .usage = STORAGE};
     VkExternalBufferProperties properties;
-    layer_find_instance(NULL)->next.GetPhysicalDeviceExternalBufferProperties = get_external;
+    layer_find_instance(NULL)->down.GetPhysicalDeviceExternalBufferProperties = get_external;
     cpu_GetPhysicalDeviceExternalBufferProperties(VK_NULL_HANDLE, &external, &properties);
     assert_int_equal(seen.usage, COPIES);
     assert_int_equal(seen.usage2, VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT | COPIES);
