@@ -19,7 +19,7 @@ struct adviser {
     struct layer_device *device;
     const struct advice_limits *limits;
     struct advice_list *list;
-    struct refit_judge *refits;
+    struct refit_rules *refits;
     atomic_uint submissions; /* executed batches with command buffers */
     atomic_uint outstanding; /* batches that were submitted and did not execute yet */
     /* Builds of top-level structures that have executed, and those of them whose references are
@@ -38,7 +38,7 @@ struct adviser {
 static void destroy(void *self)
 {
     struct adviser *advice = self;
-    refit_judge_destroy(advice->refits);
+    refit_rules_destroy(advice->refits);
     advice_list_destroy(advice->list);
     free((void *)advice->created);
     free(advice);
@@ -59,7 +59,7 @@ static VkResult start(struct layer_device *device, void **self)
     advice->ring_size = limit > RING_MAX ? 0 : limit ? limit : 1;
     advice->created = calloc(advice->ring_size + 1, sizeof(*advice->created));
     advice->list = advice_list_create(advice->limits->of[ADVICE_LIMIT_lines]);
-    advice->refits = refit_judge_create(device, advice->limits, advice->list);
+    advice->refits = refit_rules_create(device, advice->limits, advice->list);
     if (!advice->list || !advice->refits || !advice->created) {
         destroy(advice);
         return VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -328,7 +328,7 @@ static void report(void *self, const struct order_batch *batch, uint32_t command
 
 /* ---- what is read */
 
-struct judged_build {
+struct advised_build {
     struct advice_reading reading;
     struct adviser *advice;
     const struct build_parameters *given;
@@ -337,7 +337,7 @@ struct judged_build {
 };
 
 /* The structure may have been destroyed since, and the handle be that of another one. */
-static void add_found(const struct judged_build *build, const struct content_advice *found)
+static void add_found(const struct advised_build *build, const struct content_advice *found)
 {
     struct adviser *advice = build->advice;
     struct layer_device *device = advice->device;
@@ -347,7 +347,7 @@ static void add_found(const struct judged_build *build, const struct content_adv
     if (found->refit.now) {
         const struct advice_report report = report_about(
             advice, ADVICE_updates_suit_the_tree, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, dst);
-        refit_judge_add(advice->refits, build->id, &found->refit, &report);
+        refit_rules_add(advice->refits, build->id, &found->refit, &report);
     }
     for (enum advice id = 0; id < ADVICE_COUNT; id++)
         if (found->kept[id].weight && uses_note_advised(device->structures, build->id, id))
@@ -355,7 +355,7 @@ static void add_found(const struct judged_build *build, const struct content_adv
                        &found->kept[id].finding, found->kept[id].weight);
 }
 
-static void note_digest(const struct judged_build *build, const struct input_digest *digest)
+static void note_digest(const struct advised_build *build, const struct input_digest *digest)
 {
     const struct layer_device *device = build->advice->device;
     if (uses_note_input(device->structures, build->id, digest) &&
@@ -365,7 +365,7 @@ static void note_digest(const struct judged_build *build, const struct input_dig
 
 static void end_build(struct build_reader *reader)
 {
-    struct judged_build *build = (struct judged_build *)reader;
+    struct advised_build *build = (struct advised_build *)reader;
     struct advice_reading *reading = &build->reading;
     if (advice_reading_end(reading, build->given))
         uses_note_contents(build->advice->device->structures, build->id,
@@ -390,7 +390,7 @@ static struct build_reader *on_build(void *self, const struct executed_input *ex
         return NULL;
     const struct reading_wanted wanted = uses_begin_read(structures, id);
     const bool wants_digest = wanted.is_compared && executed->is_in_order;
-    struct judged_build *build = wants_digest || wanted.is_judged ? malloc(sizeof(*build)) : NULL;
+    struct advised_build *build = wants_digest || wanted.is_judged ? malloc(sizeof(*build)) : NULL;
     if (wanted.is_compared && !(build && wants_digest))
         uses_note_input(structures, id, NULL);
     if (!build)
@@ -427,7 +427,7 @@ static bool is_old(const struct adviser *advice, uint64_t id)
     return size && number >= size && id <= advice->created[(number + 1) % size];
 }
 
-struct judging {
+struct advice_pass {
     struct adviser *advice;
     VkObjectType type;
     uint64_t object;
@@ -436,8 +436,8 @@ struct judging {
 static void add_found_advice(void *user, enum advice id, const struct finding *finding,
                              uint64_t weight)
 {
-    const struct judging *judging = user;
-    add_advice(judging->advice, id, judging->type, judging->object, finding, weight);
+    const struct advice_pass *pass = user;
+    add_advice(pass->advice, id, pass->type, pass->object, finding, weight);
 }
 
 /* Builds of structures without handles may use those that have one. */
@@ -450,7 +450,7 @@ static bool misses_uses(const struct adviser *advice)
 }
 
 /* Batches that did not execute yet may hold the use that is missing. */
-static void judge(struct adviser *advice, const struct accel_facts *accel, bool is_left)
+static void judge_structure(struct adviser *advice, const struct accel_facts *accel, bool is_left)
 {
     struct structure_uses uses;
     if (misses_uses(advice) || advice->outstanding || accel->alive != YES ||
@@ -468,18 +468,19 @@ static void judge(struct adviser *advice, const struct accel_facts *accel, bool 
         .knows_references = advice->known_tops && advice->known_tops == advice->tops,
         .limits = advice->limits,
     };
-    struct judging judging = {advice, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                              handle_number(accel->handle)};
-    advice_judge_use(&view, add_found_advice, &judging);
+    struct advice_pass pass = {advice, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                               handle_number(accel->handle)};
+    advice_judge_use(&view, add_found_advice, &pass);
 }
 
 static void judge_all(struct adviser *advice)
 {
     const struct crowd_view view = {
         .tiny = advice->most_tiny, .single_calls = advice->single_calls, .limits = advice->limits};
-    struct judging judging = {advice, VK_OBJECT_TYPE_DEVICE, handle_number(advice->device->handle)};
+    struct advice_pass pass = {advice, VK_OBJECT_TYPE_DEVICE,
+                               handle_number(advice->device->handle)};
     if (!misses_uses(advice))
-        advice_judge_crowd(&view, add_found_advice, &judging);
+        advice_judge_crowd(&view, add_found_advice, &pass);
 }
 
 /* Each structure gets the advice once. It may be destroyed by now. */
@@ -506,7 +507,7 @@ static void on_destroy(void *self, VkAccelerationStructureKHR accel)
     if (!accel)
         return;
     resources_look_up_accel(advice->device->resources, accel, &facts);
-    judge(advice, &facts, false);
+    judge_structure(advice, &facts, false);
     atomic_fetch_sub(&advice->tiny, uses_note_tiny(advice->device->structures, facts.id, false));
 }
 
@@ -517,17 +518,17 @@ static void conclude(void *self, bool destroys_device)
     uint32_t count = 0;
     struct accel_facts *accels = resources_list_accels(advice->device->resources, &count);
     for (uint32_t i = 0; i < count; i++)
-        judge(advice, &accels[i], destroys_device);
+        judge_structure(advice, &accels[i], destroys_device);
     free(accels);
     judge_all(advice);
-    refit_judge_end(advice->refits);
+    refit_rules_end(advice->refits);
     advice_list_send(advice->list, advice->device->instance->reporter, advice->device->handle);
 }
 
 static void stop(void *self)
 {
     const struct adviser *advice = self;
-    refit_judge_end(advice->refits);
+    refit_rules_end(advice->refits);
 }
 
 const struct consumer adviser = {

@@ -18,7 +18,7 @@ struct refit_job {
     struct advice_report report;
 };
 
-struct refit_judge {
+struct refit_rules {
     const struct advice_limits *limits;
     const struct layer_device *device;
     struct advice_list *list;
@@ -30,36 +30,36 @@ struct refit_judge {
     pthread_t thread;
 };
 
-struct refit_judge *refit_judge_create(const struct layer_device *device,
+struct refit_rules *refit_rules_create(const struct layer_device *device,
                                        const struct advice_limits *limits, struct advice_list *list)
 {
-    struct refit_judge *judge = calloc(1, sizeof(*judge));
-    if (!judge)
+    struct refit_rules *rules = calloc(1, sizeof(*rules));
+    if (!rules)
         return NULL;
-    judge->limits = limits;
-    judge->device = device;
-    judge->list = list;
-    judge->last = &judge->jobs;
-    pthread_mutex_init(&judge->lock, NULL);
-    timed_condition_init(&judge->changed);
-    return judge;
+    rules->limits = limits;
+    rules->device = device;
+    rules->list = list;
+    rules->last = &rules->jobs;
+    pthread_mutex_init(&rules->lock, NULL);
+    timed_condition_init(&rules->changed);
+    return rules;
 }
 
 /* ---- the thread */
 
-static void judge_job(const struct refit_judge *judge, struct refit_job *job)
+static void judge_job(const struct refit_rules *rules, struct refit_job *job)
 {
     uint64_t weight;
     const struct tree_view view = {
         .geometry = job->refit.geometry,
         .triangles = job->refit.now->of,
         .refit_cost = triangle_sample_refit_cost(job->refit.built, job->refit.now),
-        .limits = judge->limits,
+        .limits = rules->limits,
     };
     if (updates_suit_the_tree(&view, &job->report.finding, &weight))
         return;
-    uses_note_advised(judge->device->structures, job->id, job->report.advice);
-    advice_list_add(judge->list, &job->report, weight);
+    uses_note_advised(rules->device->structures, job->id, job->report.advice);
+    advice_list_add(rules->list, &job->report, weight);
 }
 
 static void free_job(struct refit_job *job)
@@ -70,77 +70,77 @@ static void free_job(struct refit_job *job)
 }
 
 /* Call with the lock held. */
-static void remove_first(struct refit_judge *judge)
+static void remove_first(struct refit_rules *rules)
 {
-    struct refit_job *job = judge->jobs;
-    judge->jobs = job->next;
-    judge->count--;
-    if (!judge->jobs)
-        judge->last = &judge->jobs;
+    struct refit_job *job = rules->jobs;
+    rules->jobs = job->next;
+    rules->count--;
+    if (!rules->jobs)
+        rules->last = &rules->jobs;
     free_job(job);
 }
 
 /* Pauses so long that the work was its share of the time. Call with the lock held. */
-static void pause_after(struct refit_judge *judge, uint64_t worked)
+static void pause_after(struct refit_rules *rules, uint64_t worked)
 {
-    const uint64_t percent = judge->limits->of[ADVICE_LIMIT_refit_percent];
+    const uint64_t percent = rules->limits->of[ADVICE_LIMIT_refit_percent];
     const uint64_t rest = percent < 100 ? worked * (100 - percent) / percent : 0;
     const uint64_t end = clock_monotonic() + rest;
-    for (uint64_t now; !judge->is_ending && (now = clock_monotonic()) < end;)
-        timed_condition_wait(&judge->changed, &judge->lock,
+    for (uint64_t now; !rules->is_ending && (now = clock_monotonic()) < end;)
+        timed_condition_wait(&rules->changed, &rules->lock,
                              end - now < PAUSE_NS ? (uint32_t)(end - now) : PAUSE_NS);
 }
 
 static void *judge_all(void *user)
 {
-    struct refit_judge *judge = user;
+    struct refit_rules *rules = user;
     fenv_t of_application;
     float_environment_enter(&of_application);
-    pthread_mutex_lock(&judge->lock);
-    while (judge->jobs || !judge->is_ending) {
-        if (!judge->jobs) {
-            pthread_cond_wait(&judge->changed, &judge->lock);
+    pthread_mutex_lock(&rules->lock);
+    while (rules->jobs || !rules->is_ending) {
+        if (!rules->jobs) {
+            pthread_cond_wait(&rules->changed, &rules->lock);
             continue;
         }
-        struct refit_job *job = judge->jobs;
-        pthread_mutex_unlock(&judge->lock);
+        struct refit_job *job = rules->jobs;
+        pthread_mutex_unlock(&rules->lock);
         const uint64_t begin = clock_monotonic();
-        judge_job(judge, job);
+        judge_job(rules, job);
         const uint64_t worked = clock_monotonic() - begin;
-        pthread_mutex_lock(&judge->lock);
-        remove_first(judge);
-        pause_after(judge, worked);
+        pthread_mutex_lock(&rules->lock);
+        remove_first(rules);
+        pause_after(rules, worked);
     }
-    pthread_mutex_unlock(&judge->lock);
+    pthread_mutex_unlock(&rules->lock);
     float_environment_leave(&of_application);
     return NULL;
 }
 
 /* ---- the application's threads */
 
-static bool has_thread(struct refit_judge *judge)
+static bool has_thread(struct refit_rules *rules)
 {
-    if (judge->has_thread)
+    if (rules->has_thread)
         return true;
     struct blocked_signals signals;
     threads_block_signals(&signals);
-    judge->has_thread = pthread_create(&judge->thread, NULL, judge_all, judge) == 0;
+    rules->has_thread = pthread_create(&rules->thread, NULL, judge_all, rules) == 0;
     threads_unblock_signals(&signals);
-    return judge->has_thread;
+    return rules->has_thread;
 }
 
-static bool is_waiting(const struct refit_judge *judge, uint64_t id)
+static bool is_waiting(const struct refit_rules *rules, uint64_t id)
 {
-    const struct refit_job *job = judge->jobs;
+    const struct refit_job *job = rules->jobs;
     while (job && job->id != id)
         job = job->next;
     return job;
 }
 
-static bool was_advised(const struct refit_judge *judge, uint64_t id, enum advice advice)
+static bool was_advised(const struct refit_rules *rules, uint64_t id, enum advice advice)
 {
     struct structure_uses uses;
-    uses_find(judge->device->structures, id, &uses);
+    uses_find(rules->device->structures, id, &uses);
     return uses.advised >> advice & 1;
 }
 
@@ -156,42 +156,42 @@ static struct refit_job *create_job(uint64_t id, const struct refit *refit,
     return job;
 }
 
-void refit_judge_add(struct refit_judge *judge, uint64_t id, const struct refit *refit,
+void refit_rules_add(struct refit_rules *rules, uint64_t id, const struct refit *refit,
                      const struct advice_report *report)
 {
-    pthread_mutex_lock(&judge->lock);
+    pthread_mutex_lock(&rules->lock);
     struct refit_job *job = NULL;
-    if (judge->limits->of[ADVICE_LIMIT_refit_percent] && judge->count < REFITS_WAITING_MAX &&
-        !judge->is_ending && !is_waiting(judge, id) && !was_advised(judge, id, report->advice) &&
-        has_thread(judge))
+    if (rules->limits->of[ADVICE_LIMIT_refit_percent] && rules->count < REFITS_WAITING_MAX &&
+        !rules->is_ending && !is_waiting(rules, id) && !was_advised(rules, id, report->advice) &&
+        has_thread(rules))
         job = create_job(id, refit, report);
     if (job) {
-        *judge->last = job;
-        judge->last = &job->next;
-        judge->count++;
-        pthread_cond_signal(&judge->changed);
+        *rules->last = job;
+        rules->last = &job->next;
+        rules->count++;
+        pthread_cond_signal(&rules->changed);
     }
-    pthread_mutex_unlock(&judge->lock);
+    pthread_mutex_unlock(&rules->lock);
 }
 
-void refit_judge_end(struct refit_judge *judge)
+void refit_rules_end(struct refit_rules *rules)
 {
-    pthread_mutex_lock(&judge->lock);
-    const bool has_thread = judge->has_thread;
-    judge->is_ending = true;
-    judge->has_thread = false;
-    pthread_cond_signal(&judge->changed);
-    pthread_mutex_unlock(&judge->lock);
+    pthread_mutex_lock(&rules->lock);
+    const bool has_thread = rules->has_thread;
+    rules->is_ending = true;
+    rules->has_thread = false;
+    pthread_cond_signal(&rules->changed);
+    pthread_mutex_unlock(&rules->lock);
     if (has_thread)
-        pthread_join(judge->thread, NULL);
+        pthread_join(rules->thread, NULL);
 }
 
-void refit_judge_destroy(struct refit_judge *judge)
+void refit_rules_destroy(struct refit_rules *rules)
 {
-    if (!judge)
+    if (!rules)
         return;
-    refit_judge_end(judge);
-    pthread_mutex_destroy(&judge->lock);
-    pthread_cond_destroy(&judge->changed);
-    free(judge);
+    refit_rules_end(rules);
+    pthread_mutex_destroy(&rules->lock);
+    pthread_cond_destroy(&rules->changed);
+    free(rules);
 }

@@ -14,7 +14,7 @@
 #include "layer/snapshots/size_queries.h"
 #include "src/base/float_environment.h"
 #include "src/check/content/executed.h"
-#include "src/check/replay/judge.h"
+#include "src/check/replay/entry_rules.h"
 #include "src/platform/threads.h"
 #include "src/rules/predicates.h"
 #include "src/state/resources/destroyed.h"

@@ -46,7 +46,7 @@ static void set_order_unknown(struct submissions *submissions, enum order_unknow
 
 /* ---- one batch */
 
-struct judging {
+struct batch_check {
     struct submissions *submissions;
     struct order_batch *batch;
 };
@@ -55,29 +55,29 @@ static bool send_found(void *user, const struct journal *journal, uint32_t first
                        uint32_t origin, enum rule rule, const struct location *location,
                        const struct finding *finding)
 {
-    struct judging *judging = user;
+    struct batch_check *check = user;
     struct recording *recording = journal->work;
     if (recording)
         atomic_store(&recording->has_findings, true);
-    const struct layer_device *device = judging->submissions->device;
+    const struct layer_device *device = check->submissions->device;
     const struct call_origin from =
-        layer_origin_of(device, &judging->batch->origin, journal, first_build, origin);
+        layer_origin_of(device, &check->batch->origin, journal, first_build, origin);
     struct reporter *reporter = device->instance->reporter;
     if (reporter_send(reporter, rule, location, &from, finding))
-        judging->batch->skips_call = true;
+        check->batch->skips_call = true;
     return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
 }
 
 static void record_compacted_size(void *user, uint64_t structure, VkDeviceSize size)
 {
-    const struct judging *judging = user;
-    build_records_add_size(judging->submissions->device,
+    const struct batch_check *check = user;
+    build_records_add_size(check->submissions->device,
                            (VkAccelerationStructureKHR)(uintptr_t)structure, size);
 }
 
-static struct replay replay_of(struct judging *judging, const struct order_batch *batch)
+static struct replay replay_of(struct batch_check *check, const struct order_batch *batch)
 {
-    struct submissions *submissions = judging->submissions;
+    struct submissions *submissions = check->submissions;
     return (struct replay){
         .active = submissions->device->active_rules,
         .resources = submissions->device->resources,
@@ -93,7 +93,7 @@ static struct replay replay_of(struct judging *judging, const struct order_batch
         .unordered = batch->work != WORK_OF_QUEUE,
         .found = send_found,
         .compacted = submissions->device->records_builds ? record_compacted_size : NULL,
-        .user = judging,
+        .user = check,
     };
 }
 
@@ -115,8 +115,8 @@ static void replay_work(struct replay *replay, const struct journal *journal,
  * unknown. */
 static void replay_batch(struct submissions *submissions, struct order_batch *batch, bool is_check)
 {
-    struct judging judging = {submissions, batch};
-    struct replay replay = replay_of(&judging, batch);
+    struct batch_check check = {submissions, batch};
+    struct replay replay = replay_of(&check, batch);
     replay.may_fail = is_check;
     structures_forget_destroyed(submissions->device->structures);
     for (uint32_t i = 0; i < batch->command_count && !unknown_is_set(&submissions->unknown); i++) {
@@ -198,8 +198,8 @@ struct execution_hooks submissions_hooks(struct submissions *submissions)
 static void inspect(void *user, struct order_batch *batch)
 {
     struct submissions *submissions = user;
-    struct judging judging = {submissions, batch};
-    struct replay replay = replay_of(&judging, batch);
+    struct batch_check check = {submissions, batch};
+    struct replay replay = replay_of(&check, batch);
     for (uint32_t i = 0; i < batch->command_count; i++) {
         const struct journal *journal = batch->commands[i].captured;
         if (journal && !unknown_is_set(&journal->unknown))

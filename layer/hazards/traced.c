@@ -298,7 +298,7 @@ void hazards_update_set_by_template(struct layer_device *device, VkDescriptorSet
 {
     struct descriptor_sets *sets = hazard_objects_sets(device->hazard_objects);
     if (sets)
-        descriptor_sets_lose(sets, set);
+        descriptor_sets_forget_contents(sets, set);
 }
 
 /* ---- what is bound in command buffers */

@@ -2,7 +2,7 @@
 /* Checks at submission whether the objects that recorded commands use are still alive: structures
  * and buffers may have been destroyed, and memory freed, since the command was recorded. An address
  * stays valid if another buffer has it now. */
-#include "src/check/replay/judge.h"
+#include "src/check/replay/entry_rules.h"
 #include "src/check/replay/object_states.h"
 #include "src/check/replay/replay.h"
 #include "src/rules/shared.h"
@@ -34,7 +34,7 @@ static void relate(struct finding *finding, const struct structure_rules *rules,
 
 static void check_structure(struct replay *replay, const struct journal *journal,
                             const struct journal_entry *entry, uint64_t handle, uint64_t id,
-                            bool was_backed, const struct structure_rules *rules)
+                            bool was_backed, const struct structure_rules *own)
 {
     bool is_nv = entry->command == COMMAND_NV;
     const VkObjectType type = is_nv ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
@@ -42,12 +42,12 @@ static void check_structure(struct replay *replay, const struct journal *journal
     const struct object_state state =
         object_state_find(replay->resources, type, handle, id, was_backed);
     const bool is_destroyed = state.is_destroyed;
-    if (!is_destroyed && (!state.has_no_memory || rules->backed == RULE_COUNT))
+    if (!is_destroyed && (!state.has_no_memory || own->backed == RULE_COUNT))
         return;
-    struct judge judge;
+    struct entry_rules rules;
     struct finding finding;
-    judge_begin_entry(&judge, replay, journal, entry);
-    finding_says(&finding, rules->field,
+    entry_rules_begin_entry(&rules, replay, journal, entry);
+    finding_says(&finding, own->field,
                  is_destroyed ? "{} was destroyed after the build was recorded"
                  : state.buffer_is_destroyed
                      ? "{} lost its memory after the build was recorded: its VkBuffer was destroyed"
@@ -55,8 +55,8 @@ static void check_structure(struct replay *replay, const struct journal *journal
                        "freed",
                  is_destroyed ? destroyed_object(type, handle, id) : object(type, handle));
     if (is_in_place(entry))
-        relate(&finding, rules, is_destroyed ? rules->alive_of_other : rules->backed_of_other);
-    judge_report(&judge, is_destroyed ? rules->alive : rules->backed, &finding);
+        relate(&finding, own, is_destroyed ? own->alive_of_other : own->backed_of_other);
+    entry_rules_report(&rules, is_destroyed ? own->alive : own->backed, &finding);
 }
 
 static const struct structure_rules rules_of_dst = {
@@ -136,9 +136,9 @@ static void check_input(struct replay *replay, const struct journal *journal,
                                 .build = input->info,
                                 .geometry = input->geometry,
                                 .geometry_by_pointer = input->geometry_by_pointer};
-    struct judge judge;
+    struct entry_rules rules;
     struct finding finding;
-    judge_begin(&judge, replay, journal, input->position, &location);
+    entry_rules_begin(&rules, replay, journal, input->position, &location);
     const char *field = input_field((enum input_role)input->role);
     if (facts.status == ADDRESS_NOWHERE)
         finding_says(&finding, field,
@@ -148,7 +148,7 @@ static void check_input(struct replay *replay, const struct journal *journal,
         finding_says(
             &finding, field, "{} is in {}, whose memory was freed after the build was recorded",
             hex(input->address), object(VK_OBJECT_TYPE_BUFFER, handle_number(facts.buffer)));
-    judge_report(&judge, rule_of_input(input, facts.status), &finding);
+    entry_rules_report(&rules, rule_of_input(input, facts.status), &finding);
 }
 
 /* The inputs of the NV command, which are handles. */
@@ -174,13 +174,13 @@ static void check_nv_input(struct replay *replay, const struct journal *journal,
     struct location location = {.command = COMMAND_NV,
                                 .subject = is_parameter ? SUBJECT_PARAMETER : SUBJECT_GEOMETRY,
                                 .geometry = input->geometry};
-    struct judge judge;
+    struct entry_rules rules;
     struct finding finding;
-    judge_begin(&judge, replay, journal, input->position, &location);
+    entry_rules_begin(&rules, replay, journal, input->position, &location);
     finding_says(
         &finding, input_name(role, INPUT_OF_NV), "{} was destroyed after the build was recorded",
         destroyed_object(VK_OBJECT_TYPE_BUFFER, handle_number(input->buffer), input->buffer_id));
-    judge_report(&judge, nv_rules[role], &finding);
+    entry_rules_report(&rules, nv_rules[role], &finding);
 }
 
 static void check_any_input(struct journal_walk *walk, const struct journal_input *input)

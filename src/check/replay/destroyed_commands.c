@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The part of destroyed.c that is about commands which build no structures: copies, queries,
  * serializations, deserializations and builds of micromaps. */
-#include "src/check/replay/judge.h"
+#include "src/check/replay/entry_rules.h"
 #include "src/check/replay/object_states.h"
 #include "src/check/replay/replay.h"
 #include "src/rules/shared.h"
@@ -41,11 +41,11 @@ static void check_use(struct replay *replay, const struct journal *journal,
     const struct object_state state =
         object_state_find(replay->resources, type, use->handle, use->id, use->was_backed);
     const bool is_destroyed = state.is_destroyed;
-    struct judge judge;
+    struct entry_rules rules;
     struct finding finding;
     if (!is_destroyed && !state.has_no_memory)
         return;
-    judge_begin_read(&judge, replay, journal, entry);
+    entry_rules_begin_read(&rules, replay, journal, entry);
     finding_says(&finding, use->field,
                  is_destroyed ? "{} was destroyed after the command was recorded"
                  : state.buffer_is_destroyed
@@ -55,7 +55,7 @@ static void check_use(struct replay *replay, const struct journal *journal,
                        "freed",
                  is_destroyed ? destroyed_object(type, use->handle, use->id)
                               : object(type, use->handle));
-    judge_report(&judge, is_destroyed ? use->alive : use->backed, &finding);
+    entry_rules_report(&rules, is_destroyed ? use->alive : use->backed, &finding);
 }
 
 /* The memory at a device address, which was in a buffer when the command was recorded. */
@@ -64,12 +64,12 @@ static void check_memory(struct replay *replay, const struct journal *journal,
                          VkDeviceAddress address)
 {
     struct address_facts facts;
-    struct judge judge;
+    struct entry_rules rules;
     struct finding finding;
     resources_look_up_address(replay->resources, address, &facts);
     if (facts.status != ADDRESS_NOWHERE && facts.status != ADDRESS_UNBOUND)
         return;
-    judge_begin_read(&judge, replay, journal, entry);
+    entry_rules_begin_read(&rules, replay, journal, entry);
     if (facts.status == ADDRESS_NOWHERE)
         finding_says(&finding, field,
                      "{} was in a buffer that was destroyed after the command was recorded",
@@ -78,27 +78,27 @@ static void check_memory(struct replay *replay, const struct journal *journal,
         finding_says(&finding, field,
                      "{} is in {}, whose memory was freed after the command was recorded",
                      hex(address), object(VK_OBJECT_TYPE_BUFFER, handle_number(facts.buffer)));
-    judge_report(&judge,
-                 facts.status == ADDRESS_NOWHERE ? RULE_copy_memory_address_is_valid
-                                                 : RULE_copy_memory_is_backed,
-                 &finding);
+    entry_rules_report(&rules,
+                       facts.status == ADDRESS_NOWHERE ? RULE_copy_memory_address_is_valid
+                                                       : RULE_copy_memory_is_backed,
+                       &finding);
 }
 
 /* One message for all queries of a command. */
 static void check_query_pool(struct replay *replay, const struct journal *journal,
                              const struct journal_entry *entry, enum rule alive)
 {
-    struct judge judge;
+    struct entry_rules rules;
     struct finding finding;
     if (entry->info || !entry->dst_id ||
         query_pools_has(replay->query_pools, (VkQueryPool)(uintptr_t)entry->dst, entry->dst_id) !=
             NO)
         return;
-    judge_begin_query(&judge, replay, journal, entry);
+    entry_rules_begin_query(&rules, replay, journal, entry);
     finding_says(&finding, "queryPool", "{} was destroyed after the command was recorded",
                  destroyed_object(VK_OBJECT_TYPE_QUERY_POOL, entry->dst,
                                   entry->dst_id - entry->read.number));
-    judge_report(&judge, alive, &finding);
+    entry_rules_report(&rules, alive, &finding);
 }
 
 void replay_destroyed_command(struct journal_walk *walk, const struct journal_entry *entry)

@@ -6,7 +6,7 @@
  * reads either the earlier result or none. A result that the host reads is trusted if the host
  * knows that its write has executed, or if there was only one write; otherwise it may be the result
  * of an earlier write. */
-#include "src/check/replay/judge.h"
+#include "src/check/replay/entry_rules.h"
 #include "src/check/replay/update_inputs.h"
 #include "src/check/walk/rows.h"
 #include "src/view/life_view.h"
@@ -19,12 +19,12 @@ static WALK_ALL(written_query)
     const struct built *before = replay_find_query(replay, entry);
     if (before && before->state != BUILT_BEFORE)
         return;
-    struct judge judge;
-    judge_begin_query(&judge, replay, journal, entry);
+    struct entry_rules rules;
+    entry_rules_begin_query(&rules, replay, journal, entry);
     const struct written_query_view view = {.pool = (VkQueryPool)(uintptr_t)entry->dst,
                                             .number = entry->read.number,
                                             .is_available = before != NULL};
-    walk_written_query(&judge.walk, &view, &judge.location);
+    walk_written_query(&rules.walk, &view, &rules.location);
 }
 
 static bool is_serialization_size(VkQueryType type)

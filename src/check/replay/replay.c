@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-#include "src/check/replay/judge.h"
+#include "src/check/replay/entry_rules.h"
 #include "src/check/replay/states.h"
 #include "src/check/replay/update_inputs.h"
 #include "src/state/builds/structures.h"

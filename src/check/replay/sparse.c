@@ -2,7 +2,7 @@
 /* Sparse buffers, in execution order: tracks their bindings, and validates the bindings that builds
  * find when they execute. */
 #include "src/check/overlap/pairs.h"
-#include "src/check/replay/judge.h"
+#include "src/check/replay/entry_rules.h"
 #include "src/check/walk/rows.h"
 
 void replay_bind(struct journal_walk *walk, const struct journal_entry *entry)
@@ -22,9 +22,9 @@ static WALK_ALL(unbound_access)
 {
     bool is_dst = unbound->is_dst;
     bool is_in_place = journal_is_update(entry) && entry->src_id == entry->dst_id;
-    struct judge judge;
+    struct entry_rules rules;
     struct finding finding;
-    judge_begin_entry(&judge, replay, journal, entry);
+    entry_rules_begin_entry(&rules, replay, journal, entry);
     finding_says(&finding, is_dst ? "dstAccelerationStructure" : "srcAccelerationStructure",
                  "{} lies in {}, whose bytes [{}, {}) are not bound to memory",
                  object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
@@ -37,11 +37,11 @@ static WALK_ALL(unbound_access)
         also_violates(&finding, RULE_update_src_is_backed_by_memory);
     else if (is_in_place)
         is_reported_with(&finding, RULE_dst_is_backed_by_memory);
-    judge_report(&judge,
-                 is_dst ? RULE_dst_is_backed_by_memory : RULE_update_src_is_backed_by_memory,
-                 &finding);
+    entry_rules_report(&rules,
+                       is_dst ? RULE_dst_is_backed_by_memory : RULE_update_src_is_backed_by_memory,
+                       &finding);
     if (is_dst || !is_in_place)
-        walk_unbound_access(&judge.walk, unbound, &judge.location);
+        walk_unbound_access(&rules.walk, unbound, &rules.location);
 }
 
 static void check_structure(struct replay *replay, const struct journal *journal,
@@ -118,10 +118,10 @@ void replay_ranges(struct journal_walk *walk, const struct journal_entry *entry)
     const struct call_view call = {.command = (enum build_command)entry->command};
     const struct location first = {.command = call.command, .subject = SUBJECT_BUILD};
     struct range_search search;
-    struct judge judge;
-    judge_begin(&judge, replay, journal, entry->ranges->position, &first);
+    struct entry_rules rules;
+    entry_rules_begin(&rules, replay, journal, entry->ranges->position, &first);
     sweep_init(&search.sweep);
     find_ranges(replay, entry->ranges, &search);
-    pairs_walk_pieces(&judge.walk, &call, &search.sweep);
+    pairs_walk_pieces(&rules.walk, &call, &search.sweep);
     sweep_release(&search.sweep);
 }

@@ -28,7 +28,7 @@ struct replay {
 
     /* Reports a finding about a call that `journal` holds, whose first build is at `first_build` in
      * the command buffer, and whose labels and call site are those of `origin`. Returns false if it
-     * needs no more findings of the rule. Only the judge calls it. */
+     * needs no more findings of the rule. Only entry_rules.c calls it. */
     bool (*found)(void *user, const struct journal *journal, uint32_t first_build, uint32_t origin,
                   enum rule rule, const struct location *location, const struct finding *finding);
     /* Receives each compacted size that the host reads, with the structure's handle; or NULL. */

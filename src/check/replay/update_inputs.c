@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "src/base/array.h"
-#include "src/check/replay/judge.h"
+#include "src/check/replay/entry_rules.h"
 #include "src/snapshots/recording.h"
 
 void input_notes_release(struct input_notes *notes)
@@ -129,16 +129,16 @@ void replay_judge_inputs(struct replay *replay, const struct input_note *note)
         return;
     struct built now = note->entry->built;
     now.inputs = note->inputs;
-    struct judge judge;
-    judge_begin_entry(&judge, replay, note->journal, note->entry);
+    struct entry_rules rules;
+    entry_rules_begin_entry(&rules, replay, note->journal, note->entry);
     for (int rule = 0; rule < RULE_COUNT; rule++)
         if (rule == RULE_primitive_count_matches_source
                 ? counts_are_known(asked) && counts_are_known(source)
                 : rule_infos[rule].level != LEVEL_CONTENT)
-            walk_stop_rule(&judge.walk, (enum rule)rule);
-    const struct update_view update = {.command = judge.location.command,
+            walk_stop_rule(&rules.walk, (enum rule)rule);
+    const struct update_view update = {.command = rules.location.command,
                                        .src = note->entry->src,
                                        .asked = &now,
                                        .source = &note->source};
-    judge_updated_geometries(&judge, &update);
+    judge_updated_geometries(&rules, &update);
 }

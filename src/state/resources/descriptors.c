@@ -390,7 +390,7 @@ void descriptor_sets_copy(struct descriptor_sets *sets, const VkCopyDescriptorSe
     reader_lock_write_done(&sets->lock);
 }
 
-void descriptor_sets_lose(struct descriptor_sets *sets, VkDescriptorSet set)
+void descriptor_sets_forget_contents(struct descriptor_sets *sets, VkDescriptorSet set)
 {
     reader_lock_write(&sets->lock);
     struct held_set *held = handle_table_find(&sets->sets, handle_number(set));

@@ -63,7 +63,7 @@ void descriptor_sets_end_pool(struct descriptor_sets *sets, VkDescriptorPool poo
 void descriptor_sets_write(struct descriptor_sets *sets, const VkWriteDescriptorSet *write);
 void descriptor_sets_copy(struct descriptor_sets *sets, const VkCopyDescriptorSet *copy);
 /* What the set holds is unknown from now on. */
-void descriptor_sets_lose(struct descriptor_sets *sets, VkDescriptorSet set);
+void descriptor_sets_forget_contents(struct descriptor_sets *sets, VkDescriptorSet set);
 
 /* Finds the descriptors of a binding, `count` at most. Returns how many there are; UINT32_MAX: that
  * is unknown. */

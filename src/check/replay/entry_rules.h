@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The judge of a replay: validates one build that a journal holds and reports findings with the
- * command buffer and the build that they are about. All findings of a replay are reported by it:
- * those about updates, micromaps, copies, queries, sparse buffers and destroyed objects. */
-#ifndef ASSAY_CHECK_REPLAY_JUDGE_H
-#define ASSAY_CHECK_REPLAY_JUDGE_H
+/* The rules about one entry of a journal, evaluated when a batch is replayed. All findings of a
+ * replay go through them, which say to which command buffer and build a finding belongs: findings
+ * about updates, micromaps, copies, queries, sparse buffers and destroyed objects. */
+#ifndef ASSAY_CHECK_REPLAY_ENTRY_RULES_H
+#define ASSAY_CHECK_REPLAY_ENTRY_RULES_H
 
 #include "src/check/replay/states.h"
 #include "src/check/walk/walk.h"
 
-/* A judge is on its caller's stack and must not be moved or copied, because `walk` points into it.
- * It takes no lock and allocates no memory. */
-struct judge {
+/* Lives on its caller's stack, and must not be moved or copied, because `walk` points into it.
+ * Takes no lock and allocates no memory. */
+struct entry_rules {
     struct replay *replay;
     const struct journal *journal;
     uint32_t first_build;     /* the position of the call's first build in the command buffer */
@@ -20,26 +20,27 @@ struct judge {
     struct walk walk; /* evaluates all active rules of the command */
 };
 
-/* Begins to judge the build at `location` of a call and at `position` in the command buffer of
+/* Begins with the build at `location` of a call and at `position` in the command buffer of
  * `journal`. Nothing has to be released. */
-void judge_begin(struct judge *judge, struct replay *replay, const struct journal *journal,
-                 uint32_t position, const struct location *location);
+void entry_rules_begin(struct entry_rules *rules, struct replay *replay,
+                       const struct journal *journal, uint32_t position,
+                       const struct location *location);
 
-/* Begins to judge the entry of a build or update, or of the use of a micromap. */
-void judge_begin_entry(struct judge *judge, struct replay *replay, const struct journal *journal,
-                       const struct journal_entry *entry);
+/* Begins with the entry of a build or update, or of the use of a micromap. */
+void entry_rules_begin_entry(struct entry_rules *rules, struct replay *replay,
+                             const struct journal *journal, const struct journal_entry *entry);
 
-/* Begins to judge the entry of a copy, of another read or of a write from memory. */
-void judge_begin_read(struct judge *judge, struct replay *replay, const struct journal *journal,
-                      const struct journal_entry *entry);
+/* Begins with the entry of a copy, of another read or of a write from memory. */
+void entry_rules_begin_read(struct entry_rules *rules, struct replay *replay,
+                            const struct journal *journal, const struct journal_entry *entry);
 
-/* Begins to judge the query that a read writes. */
-void judge_begin_query(struct judge *judge, struct replay *replay, const struct journal *journal,
-                       const struct journal_entry *entry);
+/* Begins with the query that a read writes. */
+void entry_rules_begin_query(struct entry_rules *rules, struct replay *replay,
+                             const struct journal *journal, const struct journal_entry *entry);
 
-/* Reports a finding about the judge's location if `rule` is active, and the message of no other
+/* Reports a finding about `rules->location` if `rule` is active, and the message of no other
  * active rule names it. */
-void judge_report(struct judge *judge, enum rule rule, const struct finding *finding);
+void entry_rules_report(struct entry_rules *rules, enum rule rule, const struct finding *finding);
 
 /* ---- updates */
 
@@ -49,7 +50,7 @@ void judge_update(struct replay *replay, const struct journal *journal,
 
 /* Validates only the geometries of an update. Does nothing if their number differs from the
  * source's, because that is a finding about the update. */
-void judge_updated_geometries(struct judge *judge, const struct update_view *update);
+void judge_updated_geometries(struct entry_rules *rules, const struct update_view *update);
 
 /* ---- commands that read a structure and are no builds: copies, queries, serializations */
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Locates builds of a replay, evaluates the rules about updates, reads and micromaps, and reports
  * all findings of the replay. */
-#include "src/check/replay/judge.h"
+#include "src/check/replay/entry_rules.h"
 
 #include "src/check/replay/object_states.h"
 #include "src/check/walk/rows.h"
@@ -10,30 +10,31 @@
 static bool report_judged(void *user, enum rule rule, const struct location *location,
                           const struct finding *finding)
 {
-    const struct judge *judge = user;
-    struct replay *replay = judge->replay;
+    const struct entry_rules *rules = user;
+    struct replay *replay = rules->replay;
     uint32_t origin = location->subject == SUBJECT_ARGUMENT
-                          ? judge->origin
-                          : journal_origin_at(judge->journal, judge->first_build + location->build);
-    return replay->found(replay->user, judge->journal, judge->first_build, origin, rule, location,
+                          ? rules->origin
+                          : journal_origin_at(rules->journal, rules->first_build + location->build);
+    return replay->found(replay->user, rules->journal, rules->first_build, origin, rule, location,
                          finding);
 }
 
 static const struct check_hooks hooks = {.found = report_judged};
 
-void judge_begin(struct judge *judge, struct replay *replay, const struct journal *journal,
-                 uint32_t position, const struct location *location)
+void entry_rules_begin(struct entry_rules *rules, struct replay *replay,
+                       const struct journal *journal, uint32_t position,
+                       const struct location *location)
 {
-    judge->replay = replay;
-    judge->journal = journal;
-    judge->first_build = position - location->build;
-    judge->origin = 0;
-    judge->location = *location;
-    judge->context = (struct check_context){.hooks = &hooks,
-                                            .user = judge,
+    rules->replay = replay;
+    rules->journal = journal;
+    rules->first_build = position - location->build;
+    rules->origin = 0;
+    rules->location = *location;
+    rules->context = (struct check_context){.hooks = &hooks,
+                                            .user = rules,
                                             .level = LEVEL_EXECUTION,
                                             .active = replay->active[location->command]};
-    walk_start(&judge->walk, &judge->context);
+    walk_start(&rules->walk, &rules->context);
 }
 
 static struct location location_of_read(const struct journal_entry *entry)
@@ -72,48 +73,48 @@ static struct location location_of(const struct journal_entry *entry)
     return location;
 }
 
-void judge_begin_entry(struct judge *judge, struct replay *replay, const struct journal *journal,
-                       const struct journal_entry *entry)
+void entry_rules_begin_entry(struct entry_rules *rules, struct replay *replay,
+                             const struct journal *journal, const struct journal_entry *entry)
 {
     uint32_t position =
         journal_is_use_micromap(entry) ? entry->micromap.position : entry->built.position;
     const struct location location = location_of(entry);
-    judge_begin(judge, replay, journal, position, &location);
+    entry_rules_begin(rules, replay, journal, position, &location);
 }
 
-void judge_begin_read(struct judge *judge, struct replay *replay, const struct journal *journal,
-                      const struct journal_entry *entry)
+void entry_rules_begin_read(struct entry_rules *rules, struct replay *replay,
+                            const struct journal *journal, const struct journal_entry *entry)
 {
     const struct location location = location_of_read(entry);
-    judge_begin(judge, replay, journal, location.build, &location);
-    judge->origin = entry->origin;
+    entry_rules_begin(rules, replay, journal, location.build, &location);
+    rules->origin = entry->origin;
 }
 
-void judge_begin_query(struct judge *judge, struct replay *replay, const struct journal *journal,
-                       const struct journal_entry *entry)
+void entry_rules_begin_query(struct entry_rules *rules, struct replay *replay,
+                             const struct journal *journal, const struct journal_entry *entry)
 {
     const struct location location = {.command = (enum build_command)entry->command,
                                       .subject = SUBJECT_ARGUMENT};
-    judge_begin(judge, replay, journal, 0, &location);
-    judge->origin = entry->origin;
+    entry_rules_begin(rules, replay, journal, 0, &location);
+    rules->origin = entry->origin;
 }
 
-void judge_report(struct judge *judge, enum rule rule, const struct finding *finding)
+void entry_rules_report(struct entry_rules *rules, enum rule rule, const struct finding *finding)
 {
     enum rule other = finding->reported_with;
-    bool is_named = other != RULE_COUNT && judge->context.active[other];
-    if (judge->walk.active[rule] && !is_named)
-        report_judged(judge, rule, &judge->location, finding);
+    bool is_named = other != RULE_COUNT && rules->context.active[other];
+    if (rules->walk.active[rule] && !is_named)
+        report_judged(rules, rule, &rules->location, finding);
 }
 
 /* ---- updates, their geometries and their extensions */
 
-void judge_updated_geometries(struct judge *judge, const struct update_view *update)
+void judge_updated_geometries(struct entry_rules *rules, const struct update_view *update)
 {
     const struct geometry_shapes *asked = update->asked->shapes, *source = update->source->shapes;
     if (!asked || !source || asked->count != source->count)
         return;
-    struct location location = judge->location;
+    struct location location = rules->location;
     for (uint32_t i = 0; i < asked->count; i++) {
         struct updated_geometry_view geometry = {
             .update = update, .index = i, .asked = &asked->items[i], .source = &source->items[i]};
@@ -121,17 +122,17 @@ void judge_updated_geometries(struct judge *judge, const struct update_view *upd
         location.subject = location.command == COMMAND_NV && type_is_instances(asked->items[i].type)
                                ? SUBJECT_PARAMETER
                                : SUBJECT_GEOMETRY;
-        walk_updated_geometry(&judge->walk, &geometry, &location);
-        judge_updated_micromap(&judge->walk, &geometry, &location);
+        walk_updated_geometry(&rules->walk, &geometry, &location);
+        judge_updated_micromap(&rules->walk, &geometry, &location);
     }
 }
 
-static void judge_dense(struct judge *judge, const struct update_view *update)
+static void judge_dense(struct entry_rules *rules, const struct update_view *update)
 {
     const struct geometry_shapes *asked = update->asked->shapes, *source = update->source->shapes;
     if (!asked || !source || asked->count != source->count)
         return;
-    struct location location = judge->location;
+    struct location location = rules->location;
     location.subject = SUBJECT_GEOMETRY;
     const struct dense_shape *now = built_dense_shapes(asked), *then = built_dense_shapes(source);
     const struct dense_shape *end = then + source->dense_count;
@@ -142,7 +143,7 @@ static void judge_dense(struct judge *judge, const struct update_view *update)
             continue;
         struct updated_dense_view dense = {.update = update, .asked = now, .source = then};
         location.geometry = now->geometry;
-        walk_updated_dense(&judge->walk, &dense, &location);
+        walk_updated_dense(&rules->walk, &dense, &location);
     }
 }
 
@@ -154,7 +155,7 @@ static VkDeviceSize size_needed(VkDeviceSize asked, const struct built *source)
     return source->compacted && compacted < asked ? compacted : asked;
 }
 
-static void judge_size(struct judge *judge, const struct journal_entry *entry,
+static void judge_size(struct entry_rules *rules, const struct journal_entry *entry,
                        const struct built *source)
 {
     const struct geometry_shapes *asked = entry->built.shapes;
@@ -175,7 +176,7 @@ static void judge_size(struct judge *judge, const struct journal_entry *entry,
             "{} was created with size {}, less than accelerationStructureSize ({}), and its "
             "source is not compacted",
             dst, number(asked->dst_size), number(needed));
-    judge_report(judge, RULE_dst_is_large_enough, &finding);
+    entry_rules_report(rules, RULE_dst_is_large_enough, &finding);
 }
 
 void judge_update(struct replay *replay, const struct journal *journal,
@@ -184,16 +185,16 @@ void judge_update(struct replay *replay, const struct journal *journal,
     if (source->state == BUILT_UNKNOWN || source->state == BUILT_FILLED ||
         entry->built.state == BUILT_UNKNOWN)
         return;
-    struct judge judge;
-    judge_begin_entry(&judge, replay, journal, entry);
-    const struct update_view update = {.command = judge.location.command,
+    struct entry_rules rules;
+    entry_rules_begin_entry(&rules, replay, journal, entry);
+    const struct update_view update = {.command = rules.location.command,
                                        .src = entry->src,
                                        .asked = &entry->built,
                                        .source = source};
-    walk_update(&judge.walk, &update, &judge.location);
-    judge_updated_geometries(&judge, &update);
-    judge_dense(&judge, &update);
-    judge_size(&judge, entry, source);
+    walk_update(&rules.walk, &update, &rules.location);
+    judge_updated_geometries(&rules, &update);
+    judge_dense(&rules, &update);
+    judge_size(&rules, entry, source);
 }
 
 /* ---- copies, queries and serializations, when they execute */
@@ -220,8 +221,8 @@ void judge_read(struct replay *replay, const struct journal *journal,
 {
     if (source->state == BUILT_UNKNOWN)
         return;
-    struct judge judge;
-    judge_begin_read(&judge, replay, journal, entry);
+    struct entry_rules rules;
+    entry_rules_begin_read(&rules, replay, journal, entry);
     const struct used_source_view view = {
         .object_type = journal_entry_type(entry),
         .handle = entry->src,
@@ -229,7 +230,7 @@ void judge_read(struct replay *replay, const struct journal *journal,
         .built = source,
         .micromap = undeserialized_micromap(replay, source),
     };
-    walk_used_source(&judge.walk, &view, &judge.location);
+    walk_used_source(&rules.walk, &view, &rules.location);
 }
 
 static bool is_clone(const struct journal_entry *entry)
@@ -284,7 +285,7 @@ static VkDeviceSize cloned_size(const struct replay *replay, const struct journa
 }
 
 /* Structures that begin at the same byte are reported at the call. */
-static void judge_copied_bytes(struct judge *judge, const struct sized_copy_view *copy,
+static void judge_copied_bytes(struct entry_rules *rules, const struct sized_copy_view *copy,
                                const struct memory_span *src, const struct memory_span *dst)
 {
     struct finding finding;
@@ -298,7 +299,7 @@ static void judge_copied_bytes(struct judge *judge, const struct sized_copy_view
                  object(VK_OBJECT_TYPE_DEVICE_MEMORY, handle_number(dst->memory)),
                  object(copy->object_type, copy->src), hex(src->begin),
                  count_of(copy->queried_size, "byte"));
-    judge_report(judge, RULE_copied_memory_does_not_overlap, &finding);
+    entry_rules_report(rules, RULE_copied_memory_does_not_overlap, &finding);
 }
 
 /* Returns the bytes for dst. The application may have placed another buffer at the address of a
@@ -318,7 +319,7 @@ void judge_copy_size(struct replay *replay, const struct journal *journal,
                      const struct journal_entry *entry, const struct built *source)
 {
     struct object_facts src = {0}, dst = {0};
-    struct judge judge;
+    struct entry_rules rules;
     if (!entry->read.dst_size)
         return;
     if (!journal_is_read(entry)) {
@@ -336,9 +337,9 @@ void judge_copy_size(struct replay *replay, const struct journal *journal,
         .is_full = knows_full_size(entry, source),
         .needed_size = cloned_size(replay, entry, source, &src),
     };
-    judge_begin_read(&judge, replay, journal, entry);
-    walk_sized_copy(&judge.walk, &view, &judge.location);
-    judge_copied_bytes(&judge, &view, &src.span, &dst.span);
+    entry_rules_begin_read(&rules, replay, journal, entry);
+    walk_sized_copy(&rules.walk, &view, &rules.location);
+    judge_copied_bytes(&rules, &view, &src.span, &dst.span);
 }
 
 /* ---- micromaps that recorded builds use */
@@ -360,14 +361,14 @@ static void judge_use(struct replay *replay, const struct journal *journal,
                       const struct journal_entry *entry, const struct built *built,
                       const struct built *source)
 {
-    struct judge judge;
-    judge_begin_entry(&judge, replay, journal, entry);
+    struct entry_rules rules;
+    entry_rules_begin_entry(&rules, replay, journal, entry);
     const struct used_micromap_view view = {.command = (enum build_command)entry->command,
                                             .handle = entry->src,
                                             .use = &entry->micromap,
                                             .built = built,
                                             .source = source};
-    walk_used_micromap(&judge.walk, &view, &judge.location);
+    walk_used_micromap(&rules.walk, &view, &rules.location);
 }
 
 void replay_record_micromap(struct replay *replay, const struct structures *known,
@@ -403,15 +404,15 @@ void replay_destroyed_micromap(struct journal_walk *walk, const struct journal_e
     bool is_ext = entry->micromap.is_ext;
     if (resources_find_id(replay->resources, kind_of(entry), entry->src) == entry->src_id)
         return;
-    struct judge judge;
+    struct entry_rules rules;
     struct finding finding;
-    judge_begin_entry(&judge, replay, walk->journal, entry);
+    entry_rules_begin_entry(&rules, replay, walk->journal, entry);
     finding_says(&finding, is_ext ? OPACITY_EXT_DATA "micromap" : OPACITY_DATA "micromap",
                  "{} was destroyed after the build was recorded",
                  destroyed_object(is_ext ? VK_OBJECT_TYPE_MICROMAP_EXT
                                          : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                                   entry->src, entry->src_id));
-    judge_report(&judge,
-                 is_ext ? RULE_ext_opacity_micromap_is_valid : RULE_opacity_micromap_is_valid,
-                 &finding);
+    entry_rules_report(&rules,
+                       is_ext ? RULE_ext_opacity_micromap_is_valid : RULE_opacity_micromap_is_valid,
+                       &finding);
 }
