@@ -82,6 +82,7 @@ static struct replay replay_of(struct batch_check *check, const struct order_bat
         .active = submissions->device->active_rules,
         .resources = submissions->device->resources,
         .query_pools = submissions->device->query_pools,
+        .places = submissions->device->places,
         .structures = submissions->device->structures,
         .now = batch->timestamp,
         .follows = &batch->clock,

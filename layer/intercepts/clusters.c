@@ -47,8 +47,20 @@ static void find_sizes(const struct layer_device *device, const void *input,
     build->scratch_size = sizes.buildScratchSize;
 }
 
+static void add_place(const struct layer_device *device, VkCommandBuffer handle,
+                      enum place_kind kind, VkDeviceAddress address, VkDeviceSize size)
+{
+    const struct command_buffer *recording = layer_find_recording(device, handle);
+    places_add(device->places, kind, address, size);
+    if (recording)
+        journal_add_build_at(
+            recording->journal,
+            (struct journal_entry){.dst = address, .number = size, .info = (uint32_t)kind});
+}
+
 /* Notes where a build may place structures. */
-static void note_places(const struct layer_device *device, const struct addressed_build *build)
+static void note_places(const struct layer_device *device, VkCommandBuffer handle,
+                        const struct addressed_build *build)
 {
     const VkClusterAccelerationStructureCommandsInfoNV *info = &build->clusters.info;
     const bool is_indirect =
@@ -78,7 +90,7 @@ static void note_places(const struct layer_device *device, const struct addresse
     } else if (build->structure_size && !is_indirect &&
                info->input.opMode ==
                    VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_IMPLICIT_DESTINATIONS_NV) {
-        places_add(device->places, kind, info->dstImplicitData, build->structure_size);
+        add_place(device, handle, kind, info->dstImplicitData, build->structure_size);
     } else {
         places_add_unknown(device->places, kind);
     }
@@ -112,7 +124,7 @@ void record_cluster_build(struct layer_device *device, VkCommandBuffer handle,
         !check_has_found() && device->facts.clusters.feature && keep_input(&info->input, &build);
     if (build.is_valid)
         find_sizes(device, &info->input, &build);
-    note_places(device, &build);
+    note_places(device, handle, &build);
     snapshots_build_addressed(device, handle, &build);
 }
 
@@ -127,6 +139,6 @@ void record_partition_build(struct layer_device *device, VkCommandBuffer handle,
     build.is_valid = !check_has_found() && device->facts.partitions.feature;
     if (build.is_valid)
         find_sizes(device, &info->input, &build);
-    places_add(device->places, PLACE_PARTITIONED, info->dstAccelerationStructureData, 1);
+    add_place(device, handle, PLACE_PARTITIONED, info->dstAccelerationStructureData, 1);
     snapshots_build_addressed(device, handle, &build);
 }

@@ -191,6 +191,14 @@ static void check_any_input(struct journal_walk *walk, const struct journal_inpu
         check_input(walk->user, walk->journal, input);
 }
 
+/* ---- structures without a handle: they are built in the memory that their address leads to now */
+
+static void renew_place(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    const struct replay *replay = walk->user;
+    places_add(replay->places, (enum place_kind)entry->info, entry->dst, entry->number);
+}
+
 /* ---- the journal */
 
 static void check_use(struct journal_walk *walk, const struct journal_entry *entry)
@@ -212,7 +220,8 @@ static void check_secondary(struct journal_walk *walk, const struct journal_entr
 void replay_destroyed(struct replay *replay, const struct journal *journal)
 {
     static const struct journal_events uses = {ON_USES(check_use), .execute = check_secondary};
-    static const struct journal_events inputs = {.use_buffer = check_any_input};
+    static const struct journal_events inputs = {.use_buffer = check_any_input,
+                                                 .build_at = renew_place};
     if (journal->destroy_count != resources_destroy_count(replay->resources)) {
         journal_walk(journal, &uses, replay);
         journal_walk(journal, &inputs, replay);

@@ -2,8 +2,8 @@
 /* Places where builds that were recorded put structures without a handle: clusters, their
  * templates, bottom-level structures of them, and partitioned structures. They count from then on,
  * whether or not the command is submitted: so a place that is not among them is certain to have
- * none. A place is an address, and the bytes of memory there, which may have other addresses, too.
- */
+ * none. A place is an address, and the bytes of memory there, which may have other addresses, too;
+ * if the address leads to other bytes when the command is submitted, these are added. */
 #ifndef ASSAY_STATE_BUILDS_PLACES_H
 #define ASSAY_STATE_BUILDS_PLACES_H
 

@@ -393,6 +393,7 @@ ADDS(reset_queries, JOURNAL_RESET_QUERIES)
 ADDS(write_queries, JOURNAL_WRITE_QUERIES)
 ADDS(answer, JOURNAL_ANSWER)
 ADDS(use_event, JOURNAL_USE_EVENT)
+ADDS(build_at, JOURNAL_BUILD_AT)
 #undef ADDS
 
 /* Adds the place of copies of a build that writes no structure that is known. The caller may set
