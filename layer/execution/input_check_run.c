@@ -47,7 +47,7 @@ struct read_call {
 struct reading {
     const struct ran_execution *ran;
     struct replay replay;
-    uint32_t next_note, next_used, next_point; /* of ran->notes */
+    uint32_t next_note, next_used, next_point, next_place; /* of ran->notes */
     struct read_call *open_calls;
     struct pending_finding *findings, **findings_last;
     struct guard_results guarded;
@@ -313,6 +313,7 @@ struct read_buffer {
     bool is_known; /* its copies can be read */
     const struct journal *journal;
     uint32_t used_count; /* micromaps that the next build uses */
+    uint64_t place;      /* the number of the next build, if it has one */
     uint32_t child;      /* index of the next execution of a secondary */
     struct read_call *call;
 };
@@ -388,6 +389,7 @@ static void read_copies(struct read_buffer *buffer, const struct journal_entry *
         .point = notes->point,
         .used = notes->used,
         .used_count = notes->used_count,
+        .place = buffer->place,
     };
     buffer->call->geometry_by_pointer = build->place.geometry_by_pointer;
     buffer->call->dst = recorded_build_given(build)->info.dstAccelerationStructure;
@@ -468,6 +470,16 @@ static void count_micromap(struct journal_walk *walk, const struct journal_entry
     buffer->used_count += !entry->micromap.is_ext;
 }
 
+static void read_place(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    struct read_buffer *buffer = walk->user;
+    struct reading *reading = buffer->reading;
+    const struct input_notes *notes = &reading->ran->notes;
+    (void)entry;
+    buffer->place = reading->next_place < notes->place_count ? notes->places[reading->next_place++]
+                                                             : PLACE_UNNUMBERED;
+}
+
 static void read_child(struct journal_walk *walk, const struct journal_entry *entry)
 {
     struct read_buffer *buffer = walk->user;
@@ -493,6 +505,7 @@ static void read_execution(struct reading *reading, struct execution *execution)
     static const struct journal_events reads_builds = {.use_micromap = count_micromap,
                                                        .execute = read_child,
                                                        ON_BUILDS(read_build),
+                                                       .place = read_place,
                                                        .inputs = read_unknown_build};
     struct read_buffer buffer = {
         .reading = reading, .execution = execution, .journal = execution->recording->journal};

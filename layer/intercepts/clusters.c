@@ -47,53 +47,34 @@ static void find_sizes(const struct layer_device *device, const void *input,
     build->scratch_size = sizes.buildScratchSize;
 }
 
-static void add_place(const struct layer_device *device, VkCommandBuffer handle,
-                      enum place_kind kind, VkDeviceAddress address, VkDeviceSize size)
+static bool moves_structures(const struct addressed_build *build)
 {
-    const struct command_buffer *recording = layer_find_recording(device, handle);
-    places_add(device->places, kind, address, size);
-    if (recording)
-        journal_add_build_at(
-            recording->journal,
-            (struct journal_entry){.dst = address, .number = size, .info = (uint32_t)kind});
+    const VkClusterAccelerationStructureInputInfoNV *input = &build->clusters.info.input;
+    return !build->is_partitioned &&
+           input->opType == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_MOVE_OBJECTS_NV &&
+           input->opMode != VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_COMPUTE_SIZES_NV;
 }
 
 /* Notes where a build may place structures. */
 static void note_places(const struct layer_device *device, VkCommandBuffer handle,
                         const struct addressed_build *build)
 {
-    const VkClusterAccelerationStructureCommandsInfoNV *info = &build->clusters.info;
-    const bool is_indirect =
-        info->addressResolutionFlags &
-        VK_CLUSTER_ACCELERATION_STRUCTURE_ADDRESS_RESOLUTION_INDIRECTED_DST_IMPLICIT_DATA_BIT_NV;
-    enum place_kind kind = PLACE_KINDS;
-    switch ((int)info->input.opType) {
-    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_GET_CLUSTER_TEMPLATE_INDICES_NV:
-        return;
-    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_CLUSTERS_BOTTOM_LEVEL_NV:
-        kind = PLACE_BOTTOM_LEVEL;
-        break;
-    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_TEMPLATE_NV:
-        kind = PLACE_TEMPLATE;
-        break;
-    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_NV:
-    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_INSTANTIATE_TRIANGLE_CLUSTER_NV:
-        kind = PLACE_CLUSTER;
-        break;
-    default:
-        break;
-    }
-    if (info->input.opMode == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_COMPUTE_SIZES_NV)
-        return;
-    if (kind == PLACE_KINDS) {
+    const struct command_buffer *recording = layer_find_recording(device, handle);
+    struct placed placed = {.kind = place_kind_of(build),
+                            .address = addressed_build_dst(build),
+                            .size = build->is_partitioned ? 1 : build->structure_size};
+    if (placed.kind == PLACE_TEMPLATE)
+        placed.format = build->clusters.triangles.vertexFormat;
+    if (!placed.size || placed.kind == PLACE_KINDS)
+        placed.address = 0;
+    if (moves_structures(build))
         places_add_moves(device->places);
-    } else if (build->structure_size && !is_indirect &&
-               info->input.opMode ==
-                   VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_IMPLICIT_DESTINATIONS_NV) {
-        add_place(device, handle, kind, info->dstImplicitData, build->structure_size);
-    } else {
-        places_add_unknown(device->places, kind);
-    }
+    if (placed.address)
+        places_add(device->places, &placed);
+    else if (placed.kind < PLACE_KINDS)
+        places_add_unknown(device->places, placed.kind);
+    if (recording)
+        journal_add_place(recording->journal, (struct journal_entry){.placed = placed});
 }
 
 /* Returns false if the structure that the operation takes is not readable. */
@@ -139,6 +120,6 @@ void record_partition_build(struct layer_device *device, VkCommandBuffer handle,
     build.is_valid = !check_has_found() && device->facts.partitions.feature;
     if (build.is_valid)
         find_sizes(device, &info->input, &build);
-    add_place(device, handle, PLACE_PARTITIONED, info->dstAccelerationStructureData, 1);
+    note_places(device, handle, &build);
     snapshots_build_addressed(device, handle, &build);
 }

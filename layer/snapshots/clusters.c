@@ -77,9 +77,8 @@ static void copy_partitions(struct recorder *recorder, struct recorded_build *bu
     const VkBuildPartitionedAccelerationStructureInfoNV *info = &build->addressed->partitions.info;
     const uint64_t size = sizeof(VkBuildPartitionedAccelerationStructureIndirectCommandNV);
     copy_array(recorder, build, info->srcInfosCount, sizeof(uint32_t));
-    /* One more than are valid. */
     const struct snapshot *copied =
-        copy_array(recorder, build, info->srcInfos, (PARTITION_OPERATIONS + 1) * size);
+        copy_array(recorder, build, info->srcInfos, PARTITION_OPERATIONS_READ * size);
     gather_arrays(recorder, build, copied, size,
                   offsetof(VkBuildPartitionedAccelerationStructureIndirectCommandNV, argData),
                   info->input.instanceCount *

@@ -53,8 +53,24 @@ struct addressed_build {
     };
 };
 
-/* The most operations that a build of a partitioned structure can have: each has its opType. */
-enum { PARTITION_OPERATIONS = 3 };
+/* Returns where a build puts all structures that it builds or moves; 0: at several addresses, or at
+ * one that is in device memory, or nowhere. */
+static inline VkDeviceAddress addressed_build_dst(const struct addressed_build *build)
+{
+    const VkClusterAccelerationStructureCommandsInfoNV *info = &build->clusters.info;
+    if (build->is_partitioned)
+        return build->partitions.info.dstAccelerationStructureData;
+    return info->input.opMode ==
+                       VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_IMPLICIT_DESTINATIONS_NV &&
+                   !(info->addressResolutionFlags &
+                     VK_CLUSTER_ACCELERATION_STRUCTURE_ADDRESS_RESOLUTION_INDIRECTED_DST_IMPLICIT_DATA_BIT_NV)
+               ? info->dstImplicitData
+               : 0;
+}
+
+/* The most operations that a build of a partitioned structure can have: each has its opType. One
+ * more shows that there are too many. */
+enum { PARTITION_OPERATIONS = 3, PARTITION_OPERATIONS_READ };
 
 /* Returns the size of one element of the array that an operation leads to; 0: unknown. */
 static inline size_t partition_argument_size(VkPartitionedAccelerationStructureOpTypeNV type)

@@ -6,6 +6,7 @@
 #define ASSAY_VIEW_CLUSTER_VIEW_H
 
 #include "src/model/clusters.h"
+#include "src/state/builds/places.h"
 #include "src/view/finding.h"
 #include "src/view/view.h"
 
@@ -80,6 +81,7 @@ struct cluster_read_view {
     /* How many references all bottom-level structures have, and the structure that has most. */
     uint64_t references;
     uint32_t most_references, most_index;
+    bool has_vertices; /* a template has */
     /* The first address of dstAddressesArray that is wrong; NULL: none. */
     const struct cluster_dst {
         uint32_t index, same; /* `same`: the index of an earlier one that is equal; or `index` */
@@ -95,6 +97,7 @@ struct cluster_info_view {
     const struct addressed_build *build;
     const VkClusterAccelerationStructureBuildTriangleClusterTemplateInfoNV *triangles;
     const VkClusterAccelerationStructureInstantiateClusterInfoNV *instance;
+    struct template_facts template; /* of the instance */
     const VkClusterAccelerationStructureBuildClustersBottomLevelInfoNV *bottom_level;
     struct address_facts references; /* of bottom_level; unknown if a buffer was destroyed since */
     /* Two references that are equal; the same index: there are none. */
@@ -121,6 +124,7 @@ struct partition_operation_view {
     const struct addressed_build *build;
     const VkPartitionedAccelerationStructureWriteInstanceDataNV *write;
     const VkPartitionedAccelerationStructureUpdateInstanceDataNV *update;
+    bool updates_fixed_instance; /* certainly */
     const VkPartitionedAccelerationStructureWritePartitionTranslationDataNV *translation;
 };
 

@@ -2,9 +2,9 @@
 /* Builds of clusters and of partitioned structures:
  *
  *     clusters OPERATION [explicit | sizes] [of COUNT] [count COUNT] [room BYTES] [flags FLAGS]
- *         [dst ADDRESS]... [indirect FLAGS] [into PLACE] [FIELD VALUE]... [and [FIELD VALUE]...]
- *     partitions [src PLACE] [into PLACE] [translates] [count COUNT] OPERATION [FIELD VALUE]...
- *         [again [FIELD VALUE]...] [then OPERATION [FIELD VALUE]...]
+ *         [format FORMAT] [dst ADDRESS]... [indirect FLAGS] [into PLACE] [FIELD VALUE]... [and
+ * [FIELD VALUE]...] partitions [src PLACE] [into PLACE] [translates] [count COUNT] OPERATION [FIELD
+ * VALUE]... [again [FIELD VALUE]...] [then OPERATION [FIELD VALUE]...]
  *
  * The operations are move, bottom, build, template, instantiate and indices; and write, update and
  * translate. What the device reads is in buffer C0, which the host writes when the command is
@@ -64,6 +64,7 @@ static const struct field {
               {"i", "geometryIndexOffset", 32, 24},
               {"i", "reserved", 56, 8},
               {"i", "clusterTemplateAddress", 64, 64},
+              {"i", "vertexBuffer", 128, 64},
               {"m", "srcAccelerationStructure", 0, 64},
               {"g", "clusterTemplateAddress", 0, 64},
               {"W", "minX", 384, 32},
@@ -148,7 +149,8 @@ static void fill(struct play *play, unsigned char *element, char operation)
     set_number(play, element, operation, "vertexCount", 4);
     set_number(play, element, operation, "indexType", 4);
     set_number(play, element, operation, "indexBuffer", input);
-    set_number(play, element, operation, "vertexBuffer", input);
+    if (operation != 'i') /* an instance has the vertices of its template */
+        set_number(play, element, operation, "vertexBuffer", input);
     set_number(play, element, operation, "clusterReferencesStride", 8);
     set_number(play, element, operation, "clusterReferences", input + REFERENCES_AT);
     set_number(play, element, operation, "clusterTemplateAddress", built);
@@ -204,6 +206,8 @@ static bool read_option(struct play *play, struct cluster_line *line, unsigned c
         line->info.srcInfosArray.size = value;
     else if (play_is(words[0], "flags"))
         line->info.input.flags = (VkBuildAccelerationStructureFlagsKHR)value;
+    else if (play_is(words[0], "format"))
+        line->triangles.vertexFormat = (VkFormat)value;
     else if (play_is(words[0], "bits"))
         line->triangles.minPositionTruncateBitCount = (uint32_t)value;
     else if (play_is(words[0], "indirect"))

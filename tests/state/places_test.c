@@ -37,14 +37,20 @@ static bool may_hold(struct places *places, VkDeviceAddress address)
     return places_may_hold(places, PLACE_CLUSTER, address, resources_destroy_count(resources));
 }
 
+static void add(struct places *places, enum place_kind kind, VkDeviceAddress address,
+                VkDeviceSize size)
+{
+    places_add(places, &(struct placed){.kind = kind, .address = address, .size = size});
+}
+
 #define PLACES_TEST(name) TEST_WITH(name, struct places *places, make, end)
 
 PLACES_TEST(bytes_have_several_addresses)
 {
     assert_false(places_are_used(places, PLACE_CLUSTER));
     assert_false(may_hold(places, FIRST + BUILT));
-    places_add(places, PLACE_CLUSTER, FIRST + BUILT, BUILT_SIZE);
-    places_add(places, PLACE_CLUSTER, FIRST + BUILT + 0x40, 1);
+    add(places, PLACE_CLUSTER, FIRST + BUILT, BUILT_SIZE);
+    add(places, PLACE_CLUSTER, FIRST + BUILT + 0x40, 1);
     assert_true(places_are_used(places, PLACE_CLUSTER));
     for (unsigned i = 0; i < 2; i++) {
         assert_false(may_hold(places, SECOND - 1)); /* nowhere */
@@ -62,13 +68,13 @@ PLACES_TEST(bytes_have_several_addresses)
 
 PLACES_TEST(an_address_has_other_bytes)
 {
-    places_add(places, PLACE_CLUSTER, FIRST + BUILT, BUILT_SIZE);
+    add(places, PLACE_CLUSTER, FIRST + BUILT, BUILT_SIZE);
     resources_remove_buffer(resources, buffer(1));
     have_address(1, 0x200, FIRST);
     assert_true(may_hold(places, FIRST + BUILT)); /* a command writes to the address */
     assert_true(may_hold(places, SECOND));
     assert_false(may_hold(places, SECOND + 0x200));
-    places_add(places, PLACE_CLUSTER, FIRST + BUILT, BUILT_SIZE);
+    add(places, PLACE_CLUSTER, FIRST + BUILT, BUILT_SIZE);
     assert_true(may_hold(places, SECOND + 0x200));
 }
 
@@ -94,9 +100,71 @@ PLACES_TEST(bytes_that_are_unknown_are_anywhere)
     resources_set_address(resources, buffer(3), 0x300000);
     assert_true(may_hold(places, 0x300000));
     assert_false(may_hold(places, FIRST));
-    places_add(places, PLACE_CLUSTER, 0x300000, 1);
+    add(places, PLACE_CLUSTER, 0x300000, 1);
     assert_true(may_hold(places, FIRST));
     assert_false(places_may_hold(places, PLACE_TEMPLATE, FIRST, 0));
+}
+
+/* Two templates at one place, and a build of vertices of two formats. */
+PLACES_TEST(templates_agree)
+{
+    const struct placed placed = {PLACE_TEMPLATE, VK_FORMAT_R32G32B32_SFLOAT, FIRST, 0x40};
+    const struct placed other = {PLACE_TEMPLATE, VK_FORMAT_R32G32_SFLOAT, FIRST, 0x40};
+    const uint64_t destroyed = resources_destroy_count(resources);
+    places_add(places, &placed);
+    assert_false(places_find_template(places, FIRST, destroyed).has_no_vertices);
+    places_set_templates_read(places, FIRST, placed.format, false);
+    assert_true(places_find_template(places, FIRST, destroyed).has_no_vertices);
+    assert_int_equal(places_find_template(places, FIRST, destroyed).format, placed.format);
+    assert_false(places_find_template(places, SECOND, destroyed).has_no_vertices);
+    assert_false(places_find_template(places, FIRST, destroyed + 1).has_no_vertices);
+    places_add(places, &other);
+    assert_int_equal(places_find_template(places, FIRST, destroyed).format, placed.format);
+    places_set_templates_read(places, FIRST, other.format, false);
+    assert_int_equal(places_find_template(places, FIRST, destroyed).format, VK_FORMAT_UNDEFINED);
+    assert_true(places_find_template(places, FIRST, destroyed).has_no_vertices);
+    places_set_templates_read(places, FIRST, other.format, true);
+    assert_false(places_find_template(places, FIRST, destroyed).has_no_vertices);
+}
+
+PLACES_TEST(builds_are_read_in_order)
+{
+    assert_int_equal(places_execute(places, PLACE_TEMPLATE), 0);
+    assert_int_equal(places_execute(places, PLACE_CLUSTER), 1);
+    assert_int_equal(places_execute(places, PLACE_PARTITIONED), 1);
+    assert_int_equal(places_execute(places, PLACE_CLUSTER), 2);
+    assert_true(places_are_read(places, 0));
+    assert_false(places_are_read(places, 1));
+    places_set_read(places, 0);
+    assert_true(places_are_read(places, 1));
+    places_set_read(places, 0); /* not again */
+    assert_true(places_are_read(places, 1));
+    places_set_read(places, 1);
+    assert_true(places_are_read(places, 2));
+}
+
+PLACES_TEST(each_new_structure_has_an_instance)
+{
+    places_begin_instances(places);
+    places_add_instance(places, 0, true, false);
+    places_add_instance(places, 1, true, true);
+    places_add_instance(places, 2, false, false);
+    assert_true(places_instance_is_fixed(places, 0));
+    assert_false(places_instance_is_fixed(places, 1));
+    assert_false(places_instance_is_fixed(places, 2));
+    places_begin_instances(places);
+    assert_false(places_instance_is_fixed(places, 0));
+    places_add_instance(places, 0, true, false);
+    places_add_instance(places, 0, true, false);
+    places_add_instance(places, 2, true, false);
+    assert_true(places_instance_is_fixed(places, 0));
+    assert_false(places_instance_is_fixed(places, 2));
+    places_add_instance(places, 0, false, true);
+    places_add_instance(places, 0, true, false);
+    assert_false(places_instance_is_fixed(places, 0));
+    assert_true(places_are_own(places, FIRST, resources_destroy_count(resources)));
+    resources_share_memory(resources, memory(1));
+    assert_false(places_are_own(places, FIRST, resources_destroy_count(resources)));
 }
 
 PLACES_TEST(devices_without_such_builds_have_none)

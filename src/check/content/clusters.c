@@ -15,7 +15,9 @@ struct copied {
     const struct call_view *call;
     const struct addressed_build *build;
     const struct input_memory *memory;
+    uint64_t place;       /* see struct executed_build */
     bool knows_addresses; /* no buffer was destroyed since the submission */
+    bool knows_earlier;   /* all builds of places before this one were read */
 };
 
 /* Reads one element; missing bytes become zeros. Returns how many bytes are known. */
@@ -184,6 +186,15 @@ static bool is_unbuilt(const struct copied *copied, uint64_t address, enum place
     return true;
 }
 
+/* The template that is instantiated. */
+static struct template_facts find_template(const struct copied *copied, VkDeviceAddress address)
+{
+    const struct check_context *context = copied->walk->context;
+    return copied->knows_earlier
+               ? places_find_template(context->places, address, context->destroy_count)
+               : (struct template_facts){.format = VK_FORMAT_UNDEFINED};
+}
+
 static void view_info(const struct copied *copied, const union cluster_info *info,
                       struct cluster_info_view *view)
 {
@@ -194,6 +205,7 @@ static void view_info(const struct copied *copied, const union cluster_info *inf
         break;
     case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_INSTANTIATE_TRIANGLE_CLUSTER_NV:
         view->instance = &info->instance;
+        view->template = find_template(copied, info->instance.clusterTemplateAddress);
         break;
     case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_CLUSTERS_BOTTOM_LEVEL_NV:
         view->bottom_level = &info->bottom_level;
@@ -230,28 +242,44 @@ static WALK_ALL(cluster_info)
     return copied->walk->findings == findings;
 }
 
-static void read_infos(const struct copied *copied, struct cluster_read_view *view)
+/* Returns false if one of them was not copied, or violates a rule. */
+static bool read_infos(const struct copied *copied, struct cluster_read_view *view)
 {
     const VkClusterAccelerationStructureCommandsInfoNV *info = &copied->build->clusters.info;
-    const struct cluster_op *op = cluster_op(info->input.opType);
-    const bool has_references =
-        info->input.opType ==
-        VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_CLUSTERS_BOTTOM_LEVEL_NV;
+    const VkClusterAccelerationStructureOpTypeNV type = info->input.opType;
+    const struct cluster_op *op = cluster_op(type);
     bool is_valid = true;
     for (uint32_t i = 0; op && i < view->infos; i++) {
         union cluster_info element = {0};
         if (!read_whole(copied, info->srcInfosArray.deviceAddress + i * info->srcInfosArray.stride,
                         &element, op->size))
-            return;
+            return false;
         const uint32_t references =
-            has_references ? element.bottom_level.clusterReferencesCount : 0;
+            type == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_CLUSTERS_BOTTOM_LEVEL_NV
+                ? element.bottom_level.clusterReferencesCount
+                : 0;
         view->references += references;
         if (references > view->most_references) {
             view->most_references = references;
             view->most_index = i;
         }
+        view->has_vertices |=
+            type == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_TEMPLATE_NV &&
+            element.triangles.vertexBuffer;
         is_valid = is_valid && check_info(copied, op, i, &element);
     }
+    return is_valid;
+}
+
+/* Keeps what later builds may depend on. */
+static void keep_templates(const struct copied *copied, const struct cluster_read_view *view)
+{
+    struct places *places = copied->walk->context->places;
+    if (place_kind_of(copied->build) != PLACE_TEMPLATE)
+        return;
+    places_set_read(places, copied->place);
+    places_set_templates_read(places, addressed_build_dst(copied->build),
+                              copied->build->clusters.triangles.vertexFormat, view->has_vertices);
 }
 
 static WALK_ALL(cluster_read)
@@ -267,7 +295,8 @@ static WALK_ALL(cluster_read)
         view.has_count = read_whole(copied, info->srcInfosCount, &view.count, sizeof(view.count));
         view.infos = !view.has_count ? 0 : view.count < most ? view.count : most;
     }
-    read_infos(copied, &view);
+    if (read_infos(copied, &view) && (view.has_count || !info->srcInfosCount) && view.count <= most)
+        keep_templates(copied, &view);
     if (info->input.opMode == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_EXPLICIT_DESTINATIONS_NV)
         read_dsts(copied, &view, &wrong);
     walk_cluster_read(copied->walk, &view, &location);
@@ -280,13 +309,52 @@ static uint32_t instance_of(const struct partition_operation_view *view)
     return view->write ? view->write->instanceIndex : view->update->instanceIndex;
 }
 
+typedef VkBuildPartitionedAccelerationStructureIndirectCommandNV indirect_command;
+
+/* An element of the array of an operation. */
+union partition_element {
+    VkPartitionedAccelerationStructureWriteInstanceDataNV write;
+    VkPartitionedAccelerationStructureUpdateInstanceDataNV update;
+    VkPartitionedAccelerationStructureWritePartitionTranslationDataNV translation;
+};
+
+static bool read_element_of(const struct copied *copied, const indirect_command *operation,
+                            uint32_t index, union partition_element *element)
+{
+    return read_whole(copied,
+                      operation->argData.startAddress + index * operation->argData.strideInBytes,
+                      element, partition_argument_size(operation->opType));
+}
+
+/* Keeps what later builds may depend on. */
+static void keep_instances(const struct copied *copied, const indirect_command *operation)
+{
+    const uint32_t count = elements_of(operation->argCount, operation->argData.strideInBytes);
+    const bool is_new = !copied->build->partitions.info.srcAccelerationStructureData;
+    union partition_element element;
+    for (uint32_t i = 0; i < count && read_element_of(copied, operation, i, &element); i++)
+        places_add_instance(
+            copied->walk->context->places, element.write.instanceIndex, is_new,
+            !element.write.accelerationStructure ||
+                element.write.instanceFlags &
+                    VK_PARTITIONED_ACCELERATION_STRUCTURE_INSTANCE_FLAG_ENABLE_EXPLICIT_BOUNDING_BOX_NV);
+}
+
+/* Whether an update changes an instance that may not be updated. */
+static bool updates_fixed_instance(const struct copied *copied, uint32_t index)
+{
+    const struct check_context *context = copied->walk->context;
+    const VkDeviceAddress src = copied->build->partitions.info.srcAccelerationStructureData;
+    return src && copied->knows_earlier &&
+           places_are_own(context->places, src, context->destroy_count) &&
+           places_instance_is_fixed(context->places, index);
+}
+
 static WALK_ALL(partition_operation)
 
-    /* The elements of one operation. */
-    static void read_operation(
-        const struct copied *copied, uint32_t index,
-        const VkBuildPartitionedAccelerationStructureIndirectCommandNV *operation,
-        struct partition_read_view *whole)
+    /* The elements of one operation. Returns false if one of them was not copied. */
+    static bool read_operation(const struct copied *copied, uint32_t index,
+                               const indirect_command *operation, struct partition_read_view *whole)
 {
     const size_t size = partition_argument_size(operation->opType);
     const char *const name =
@@ -298,19 +366,14 @@ static WALK_ALL(partition_operation)
         operation->opType ==
         VK_PARTITIONED_ACCELERATION_STRUCTURE_OP_TYPE_WRITE_PARTITION_TRANSLATION_NV;
     struct handle_table known = {0};
-    bool is_valid = true;
+    bool is_valid = true, is_whole = size;
     const uint32_t count = elements_of(operation->argCount, operation->argData.strideInBytes);
-    for (uint32_t i = 0; size && i < count; i++) {
-        union {
-            VkPartitionedAccelerationStructureWriteInstanceDataNV write;
-            VkPartitionedAccelerationStructureUpdateInstanceDataNV update;
-            VkPartitionedAccelerationStructureWritePartitionTranslationDataNV translation;
-        } element;
+    for (uint32_t i = 0; is_whole && i < count; i++) {
+        union partition_element element;
         struct partition_operation_view view = {.call = copied->call, .build = copied->build};
         const uint32_t findings = copied->walk->findings;
-        if (!read_whole(copied,
-                        operation->argData.startAddress + i * operation->argData.strideInBytes,
-                        &element, size))
+        is_whole = read_element_of(copied, operation, i, &element);
+        if (!is_whole)
             break;
         if (translates)
             view.translation = &element.translation;
@@ -318,6 +381,8 @@ static WALK_ALL(partition_operation)
             view.write = &element.write;
         else
             view.update = &element.update;
+        view.updates_fixed_instance =
+            view.update && updates_fixed_instance(copied, element.update.instanceIndex);
         if (!translates && note_value(&known, 1 + (uint64_t)instance_of(&view), i) != i &&
             !whole->repeats_instance) {
             whole->repeats_instance = true;
@@ -329,55 +394,76 @@ static WALK_ALL(partition_operation)
                                 copied->knows_addresses);
         if (is_valid)
             walk_partition_operation(copied->walk, &view, &location);
-        is_valid = copied->walk->findings == findings;
+        is_valid = is_valid && copied->walk->findings == findings;
     }
     handle_table_release(&known);
+    return is_whole;
 }
 
 static WALK_ALL(partition_read)
 
-    static void check_partitions(const struct copied *copied)
+    /* Returns false if an operation was not copied. */
+    static bool read_operations(const struct copied *copied, struct partition_read_view *view)
+{
+    const VkBuildPartitionedAccelerationStructureInfoNV *info = &copied->build->partitions.info;
+    indirect_command operations[PARTITION_OPERATIONS_READ];
+    uint32_t types = 0, count = 0;
+    bool is_whole = true;
+    while (count < view->count && count < PARTITION_OPERATIONS_READ &&
+           read_whole(copied, info->srcInfos + count * sizeof(*operations), &operations[count],
+                      sizeof(*operations)))
+        count++;
+    if (copied->knows_earlier && !info->srcAccelerationStructureData)
+        places_begin_instances(copied->walk->context->places);
+    for (uint32_t i = 0; copied->knows_earlier && i < count; i++)
+        if (operations[i].opType == VK_PARTITIONED_ACCELERATION_STRUCTURE_OP_TYPE_WRITE_INSTANCE_NV)
+            keep_instances(copied, &operations[i]);
+    for (uint32_t i = 0; i < count; i++) {
+        const struct location element = element_of(copied, "pBuildInfo->srcInfos", i);
+        const uint32_t op_type = operations[i].opType;
+        const uint32_t type = op_type < PARTITION_OPERATIONS ? 1u << op_type : 0;
+        if (types & type && !view->repeats_operation) {
+            view->repeats_operation = true;
+            view->operation = op_type;
+        }
+        types |= type;
+        check_implicit_read(copied->walk, copied->call, &element,
+                            "VkBuildPartitionedAccelerationStructureIndirectCommandNV",
+                            &operations[i], copied->knows_addresses);
+        is_whole = read_operation(copied, i, &operations[i], view) && is_whole;
+    }
+    return is_whole && count == view->count;
+}
+
+static void check_partitions(const struct copied *copied)
 {
     const VkBuildPartitionedAccelerationStructureInfoNV *info = &copied->build->partitions.info;
     const struct location location = check_argument(copied->call, "pBuildInfo");
     const VkDeviceAddress src = info->srcAccelerationStructureData;
+    struct places *places = copied->walk->context->places;
     struct partition_read_view view = {.call = copied->call,
                                        .build = copied->build,
                                        .infos = look_up(copied, info->srcInfos),
                                        .src_is_unbuilt =
                                            src && !may_hold(copied, PLACE_PARTITIONED, src)};
-    uint32_t types = 0;
     if (!read_whole(copied, info->srcInfosCount, &view.count, sizeof(view.count)))
         view.count = 0;
-    for (uint32_t i = 0; i < view.count; i++) {
-        VkBuildPartitionedAccelerationStructureIndirectCommandNV operation;
-        const struct location element = element_of(copied, "pBuildInfo->srcInfos", i);
-        if (!read_whole(copied, info->srcInfos + i * sizeof(operation), &operation,
-                        sizeof(operation)))
-            break;
-        const uint32_t op_type = operation.opType;
-        const uint32_t type = op_type < PARTITION_OPERATIONS ? 1u << op_type : 0;
-        if (types & type && !view.repeats_operation) {
-            view.repeats_operation = true;
-            view.operation = operation.opType;
-        }
-        types |= type;
-        check_implicit_read(copied->walk, copied->call, &element,
-                            "VkBuildPartitionedAccelerationStructureIndirectCommandNV", &operation,
-                            copied->knows_addresses);
-        read_operation(copied, i, &operation, &view);
-    }
+    else if (read_operations(copied, &view))
+        places_set_read(places, copied->place);
     walk_partition_read(copied->walk, &view, &location);
 }
 
 void content_check_addressed(struct walk *walk, const struct call_view *call,
-                             const struct addressed_build *build, const struct input_memory *memory)
+                             const struct addressed_read *read)
 {
     const struct check_context *context = walk->context;
+    const struct addressed_build *build = read->build;
     const struct copied copied = {.walk = walk,
                                   .call = call,
                                   .build = build,
-                                  .memory = memory,
+                                  .memory = read->memory,
+                                  .place = read->place,
+                                  .knows_earlier = places_are_read(context->places, read->place),
                                   .knows_addresses = resources_destroy_count(context->resources) ==
                                                      context->destroy_count};
     if (build->is_partitioned)

@@ -7,10 +7,16 @@
 #include "src/model/clusters.h"
 #include "src/snapshots/memory.h"
 
-/* Evaluates the rules of level CONTENT about a build of a command buffer. `memory` has the copies
- * of its arrays; what is missing is not validated. */
+/* What a build of a command buffer has read. */
+struct addressed_read {
+    const struct addressed_build *build;
+    const struct input_memory
+        *memory;    /* the copies of its arrays; what is missing is not validated */
+    uint64_t place; /* see places_execute() */
+};
+
+/* Evaluates the rules of level CONTENT about a build. */
 void content_check_addressed(struct walk *walk, const struct call_view *call,
-                             const struct addressed_build *build,
-                             const struct input_memory *memory);
+                             const struct addressed_read *read);
 
 #endif

@@ -196,7 +196,8 @@ static void check_any_input(struct journal_walk *walk, const struct journal_inpu
 static void renew_place(struct journal_walk *walk, const struct journal_entry *entry)
 {
     const struct replay *replay = walk->user;
-    places_add(replay->places, (enum place_kind)entry->info, entry->dst, entry->number);
+    if (entry->placed.address)
+        places_add(replay->places, &entry->placed);
 }
 
 /* ---- the journal */
@@ -221,7 +222,7 @@ void replay_destroyed(struct replay *replay, const struct journal *journal)
 {
     static const struct journal_events uses = {ON_USES(check_use), .execute = check_secondary};
     static const struct journal_events inputs = {.use_buffer = check_any_input,
-                                                 .build_at = renew_place};
+                                                 .place = renew_place};
     if (journal->destroy_count != resources_destroy_count(replay->resources)) {
         journal_walk(journal, &uses, replay);
         journal_walk(journal, &inputs, replay);

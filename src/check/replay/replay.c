@@ -238,7 +238,8 @@ static void submit_entry(struct journal_walk *walk, const struct journal_entry *
     ON(bind, NULL, replay_bind)                                                                    \
     ON(execute, NULL, submit_secondary)                                                            \
     ON(reset_queries, NULL, replay_reset_queries)                                                  \
-    ON(answer, NULL, replay_answer)
+    ON(answer, NULL, replay_answer)                                                                \
+    ON(place, NULL, replay_note_place)
 #define ON_JUDGED(event, judge, write) .event = (judge),
 #define ON_WRITTEN(event, judge, write) .event = (write),
 #define ON_SUBMITTED(event, judge, write) .event = submit_entry,

@@ -14,7 +14,7 @@ struct replay {
     struct query_pools *query_pools; /* used at submission only */
 
     /* Used at submission only. */
-    struct places *places; /* NULL: the device has no builds that note places */
+    struct places *places;                 /* NULL: the device has no builds that note places */
     struct structures *structures;         /* the table of the device */
     struct timestamp now;                  /* when the batch executes */
     const struct execution_clock *follows; /* what certainly executes before the batch */

@@ -22,6 +22,7 @@ void input_notes_release(struct input_notes *notes)
     free(notes->items);
     free(notes->used);
     free(notes->points);
+    free(notes->places);
     *notes = (struct input_notes){0};
 }
 
@@ -32,6 +33,17 @@ void input_notes_add_copy(struct input_notes *notes, const struct journal *journ
     if (ARRAY_HAS_ROOM(notes->copies, notes->copy_count, notes->copy_capacity))
         notes->copies[notes->copy_count++] =
             (struct input_note){.journal = journal, .entry = entry, .source = built_share(&source)};
+}
+
+void replay_note_place(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    const struct replay *replay = walk->user;
+    struct input_notes *notes = replay->notes;
+    const uint64_t number = places_execute(replay->places, entry->placed.kind);
+    if (!notes)
+        return;
+    if (ARRAY_HAS_ROOM(notes->places, notes->place_count, notes->place_capacity))
+        notes->places[notes->place_count++] = number;
 }
 
 static bool reserved(struct input_notes *notes, bool has_room)

@@ -33,6 +33,9 @@ struct input_notes {
     /* Of builds of instances, needed to look up the structures that the instances refer to. */
     struct execution_point *points;
     uint32_t point_count, point_capacity;
+    /* The numbers of JOURNAL_PLACE entries (places_execute()). */
+    uint64_t *places;
+    uint32_t place_count, place_capacity;
     struct unknown unknown; /* some notes are missing: the others cannot be paired with builds */
 };
 /* Frees all notes and makes them empty. */
@@ -43,12 +46,14 @@ void input_notes_add_copy(struct input_notes *notes, const struct journal *journ
                           const struct journal_entry *entry, struct compacted_size *sizes);
 
 /* Note a build, and attach the note's inputs to `built`; note an update, before its source changes;
- * note the use of a micromap, as an event of the journal (states.h). */
+ * note the use of a micromap, and the number of a build at a place, as events of the journal
+ * (states.h). */
 void replay_note_build(struct replay *replay, const struct journal *journal,
                        const struct journal_entry *entry, struct built *built);
 void replay_note_update(struct replay *replay, const struct journal *journal,
                         const struct journal_entry *entry);
 void replay_note_micromap(struct journal_walk *walk, const struct journal_entry *entry);
+void replay_note_place(struct journal_walk *walk, const struct journal_entry *entry);
 
 /* Validates an update whose inputs, and those of its source, have been read as far as possible. */
 void replay_judge_inputs(struct replay *replay, const struct input_note *note);

@@ -318,6 +318,32 @@ bool cluster_instance_geometry_index_is_within_limit(const struct cluster_info_v
                                 "maxClusterGeometryIndex");
 }
 
+bool cluster_instance_has_vertices(const struct cluster_info_view *cluster_info,
+                                   struct finding *finding)
+{
+    const VkClusterAccelerationStructureInstantiateClusterInfoNV *instance = cluster_info->instance;
+    return !instance || instance->vertexBuffer.startAddress ||
+           !cluster_info->template.has_no_vertices ||
+           violated(finding, "vertexBuffer",
+                    "is 0, but the template at clusterTemplateAddress {} was built without "
+                    "vertices",
+                    hex(instance->clusterTemplateAddress));
+}
+
+bool cluster_instance_has_the_format_of_its_template(const struct cluster_info_view *cluster_info,
+                                                     struct finding *finding)
+{
+    const VkClusterAccelerationStructureInstantiateClusterInfoNV *instance = cluster_info->instance;
+    const VkFormat built = cluster_info->template.format,
+                   given = cluster_info->build->clusters.triangles.vertexFormat;
+    return !instance || !instance->vertexBuffer.startAddress || built == VK_FORMAT_UNDEFINED ||
+           built == given ||
+           violated(finding, "vertexBuffer",
+                    "is of vertexFormat {}, but the template at clusterTemplateAddress {} was "
+                    "built for {}",
+                    format(given), hex(instance->clusterTemplateAddress), format(built));
+}
+
 bool cluster_references_have_a_stride(const struct cluster_info_view *cluster_info,
                                       struct finding *finding)
 {
@@ -453,6 +479,15 @@ bool written_instance_is_within_the_count(
     return !partition_operation->write ||
            is_less(finding, "argData[].instanceIndex", partition_operation->write->instanceIndex,
                    input_of(partition_operation)->instanceCount, "input.instanceCount");
+}
+
+bool updated_instance_may_be_updated(const struct partition_operation_view *partition_operation,
+                                     struct finding *finding)
+{
+    return !partition_operation->updates_fixed_instance ||
+           violated(finding, "argData[].instanceIndex",
+                    "{} was written with an acceleration structure, and without explicit bounds",
+                    number(partition_operation->update->instanceIndex));
 }
 
 bool updated_instance_is_within_the_count(

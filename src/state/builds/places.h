@@ -9,7 +9,8 @@
 
 #include <stdbool.h>
 #include <stdint.h>
-#include <vulkan/vulkan_core.h>
+
+#include "src/model/clusters.h"
 
 struct resources;
 struct places; /* one for a device whose extensions have such builds; has its own lock */
@@ -23,13 +24,22 @@ enum place_kind {
     PLACE_CLUSTER,
     PLACE_TEMPLATE,
     PLACE_PARTITIONED,
-    PLACE_KINDS
+    PLACE_KINDS /* none of these */
 };
 
-/* `size`: of the memory in which structures are built; 1: the address is that of the only one. If
- * the bytes there are not known, or memory runs out, structures may be anywhere. */
-void places_add(struct places *places, enum place_kind kind, VkDeviceAddress address,
-                VkDeviceSize size);
+enum place_kind place_kind_of(const struct addressed_build *build);
+
+/* What a build puts somewhere. */
+struct placed {
+    enum place_kind kind;
+    VkFormat format; /* of the vertices that templates are built for; else VK_FORMAT_UNDEFINED */
+    VkDeviceAddress address;
+    VkDeviceSize
+        size; /* of the memory that the structures are in; 1: only one is, at the address */
+};
+
+/* If the bytes there are not known, or memory runs out, structures may be anywhere. */
+void places_add(struct places *places, const struct placed *placed);
 /* Structures are built at addresses that are in device memory. */
 void places_add_unknown(struct places *places, enum place_kind kind);
 /* Structures that were built, other than partitioned ones, are moved to unknown addresses. */
@@ -42,5 +52,37 @@ bool places_are_used(struct places *places, enum place_kind kind);
  * `destroy_count`. */
 bool places_may_hold(struct places *places, enum place_kind kind, VkDeviceAddress address,
                      uint64_t destroy_count);
+
+/* ---- What level CONTENT has read of the builds of templates and partitioned structures, in
+ * execution order. It says something of a build only if all such builds before it were read as a
+ * whole. */
+
+/* A build executes. Returns how many such builds have executed before. */
+#define PLACE_UNNUMBERED UINT64_MAX /* it is not known */
+uint64_t places_execute(struct places *places, enum place_kind kind);
+bool places_are_read(struct places *places, uint64_t before);
+/* Notes that such a build was read as a whole; and of templates where they are, for which vertices
+ * they were built, and whether one has some. */
+void places_set_read(struct places *places, uint64_t before);
+void places_set_templates_read(struct places *places, VkDeviceAddress address, VkFormat format,
+                               bool has_vertices);
+
+/* What is certain of a template at an address. */
+struct template_facts {
+    bool has_no_vertices;
+    VkFormat format; /* that it was built for; VK_FORMAT_UNDEFINED: unknown */
+};
+struct template_facts places_find_template(struct places *places, VkDeviceAddress address,
+                                           uint64_t destroy_count);
+
+/* Instances of partitioned structures. A build puts one there, or changes it, in a structure that
+ * it begins (`is_new`) or that was built. `may_be_updated`: it has explicit bounds, or no
+ * acceleration structure. */
+void places_begin_instances(struct places *places);
+void places_add_instance(struct places *places, uint32_t index, bool is_new, bool may_be_updated);
+/* Whether each structure of this device certainly has an instance of that index, which may not be
+ * updated; and whether only this device can have put a structure at an address. */
+bool places_instance_is_fixed(struct places *places, uint32_t index);
+bool places_are_own(struct places *places, VkDeviceAddress address, uint64_t destroy_count);
 
 #endif

@@ -19,6 +19,7 @@
 #include "src/base/array.h"
 #include "src/model/inputs.h"
 #include "src/state/builds/built.h"
+#include "src/state/builds/places.h"
 #include "src/state/commands/label_stack.h"
 #include "src/state/commands/used_range.h"
 #include "src/state/order/clock.h"
@@ -121,6 +122,7 @@ struct journal_entry {
         } binding;
         struct journal_micromap micromap;
         struct journal_read read;
+        struct placed placed;
         VkDeviceSize number;
     };
 };
@@ -393,7 +395,7 @@ ADDS(reset_queries, JOURNAL_RESET_QUERIES)
 ADDS(write_queries, JOURNAL_WRITE_QUERIES)
 ADDS(answer, JOURNAL_ANSWER)
 ADDS(use_event, JOURNAL_USE_EVENT)
-ADDS(build_at, JOURNAL_BUILD_AT)
+ADDS(place, JOURNAL_PLACE)
 #undef ADDS
 
 /* Adds the place of copies of a build that writes no structure that is known. The caller may set
