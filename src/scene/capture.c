@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include <jansson.h>
+#include <vulkan/vulkan_core.h>
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -346,27 +347,22 @@ enum field_kind {
 };
 
 struct field {
-    const char *key; /* NULL: behind the last */
+    const char *key; /* "a.b" is b of the object a; NULL: behind the last */
     enum field_kind kind;
     bool is_required;
     size_t offset; /* of the member */
 };
 
+/* What the values of keys are: texts, if nothing else is said. */
 static const char *const value_names[KINDS] = {
     [NUMBER] = "a number from 0 to 2^63 - 1",
     [NUMBER32] = "a number from 0 to 4294967295",
     [HEX] = "a text such as 0x1f",
     [HEX32] = "a text such as 0x1f of up to 32 bits",
-    [TEXT] = "a text",
     [FLAG] = "true or false",
-    [LEVEL] = "a text",
-    [GEOMETRY] = "a text",
-    [ROLE] = "a text",
-    [MODE] = "a text",
     [MEMORY] = "the id of a memory that an earlier line introduces",
     [BUFFER] = "the id of a buffer that an earlier line introduces",
     [STRUCTURE] = "the id of a structure that an earlier line introduces",
-    [DATA] = "a text",
 };
 
 enum { NAMES_MOST = 12 };
@@ -438,13 +434,10 @@ static const struct field device_fields[] = {
     FIELD(device, "DeviceName", TEXT, name),
     FIELD(device, "Driver", TEXT, driver),
     FIELD(device, "DriverInfo", TEXT, driver_info),
-    {.key = NULL},
-};
-static const struct field limit_fields[] = {
-    FIELD(device, "scratch_alignment", NUMBER32, scratch_alignment),
-    FIELD(device, "max_geometries", NUMBER32, max_geometries),
-    FIELD(device, "max_instances", NUMBER32, max_instances),
-    FIELD(device, "max_primitives", NUMBER32, max_primitives),
+    FIELD(device, "limits.scratch_alignment", NUMBER32, scratch_alignment),
+    FIELD(device, "limits.max_geometries", NUMBER32, max_geometries),
+    FIELD(device, "limits.max_instances", NUMBER32, max_instances),
+    FIELD(device, "limits.max_primitives", NUMBER32, max_primitives),
     {.key = NULL},
 };
 static const struct field memory_fields[] = {
@@ -488,12 +481,9 @@ static const struct field command_fields[] = {
     FIELD(command, "compacted_size", NUMBER, compacted_size),
     FIELD(command, "flags", HEX32, flags),
     FIELD(command, "missing", TEXT, missing),
-    {.key = NULL},
-};
-static const struct field scratch_fields[] = {
-    FIELD(command, "address", HEX, scratch_address),
-    FIELD(command, "buffer", BUFFER, scratch_buffer),
-    FIELD(command, "offset", NUMBER, scratch_offset),
+    FIELD(command, "scratch.address", HEX, scratch_address),
+    FIELD(command, "scratch.buffer", BUFFER, scratch_buffer),
+    FIELD(command, "scratch.offset", NUMBER, scratch_offset),
     {.key = NULL},
 };
 static const struct field geometry_fields[] = {
@@ -530,6 +520,46 @@ static const struct field reference_fields[] = {
     FIELD(reference, "is_dead", FLAG, is_dead),
     {.key = NULL},
 };
+
+/* The lines that become elements of arrays of the capture. */
+#define RECORD(record_fields, array, item)                                                         \
+    {                                                                                              \
+        record_fields, sizeof(*((struct capture *)NULL)->array), offsetof(struct capture, array),  \
+            offsetof(struct capture, item##_count), offsetof(struct capture, item##_capacity)      \
+    }
+static const struct record {
+    const struct field *fields; /* NULL: it becomes none */
+    size_t size, array, count, capacity;
+} records[NAMES_MOST] = {
+    [CAPTURE_DEVICE] = RECORD(device_fields, devices, device),
+    [CAPTURE_MEMORY] = RECORD(memory_fields, memories, memory),
+    [CAPTURE_BUFFER] = RECORD(buffer_fields, buffers, buffer),
+    [CAPTURE_STRUCTURE] = RECORD(structure_fields, structures, structure),
+    [CAPTURE_COMMAND_BUILD] = RECORD(command_fields, commands, command),
+    [CAPTURE_COMMAND_COPY] = RECORD(command_fields, commands, command),
+    [CAPTURE_COMMAND_QUERY] = RECORD(command_fields, commands, command),
+    [CAPTURE_COMPACTED_SIZE] = RECORD(command_fields, commands, command),
+    [CAPTURE_DESTROYED] = RECORD(command_fields, commands, command),
+};
+
+/* Returns the element of a line. */
+static void *record_of(const struct capture *capture, const struct captured_line *line)
+{
+    const struct record *record = &records[line->kind];
+    return *(char *const *)((const char *)capture + record->array) + line->index * record->size;
+}
+
+/* Returns the object that has the last part of a key, or NULL, and that part. */
+static json_t *holder_of(json_t *object, const char **key)
+{
+    char outer[16];
+    const char *dot = strchr(*key, '.');
+    if (!dot)
+        return object;
+    snprintf(outer, sizeof(outer), "%.*s", (int)(dot - *key), *key);
+    *key = dot + 1;
+    return json_object_get(object, outer);
+}
 
 static struct handle_table *ids_of(struct capture *capture, enum field_kind kind)
 {
@@ -600,7 +630,7 @@ static bool read_value(struct reader *reader, const json_t *value, const struct 
 
 /* Reads the members of an object that are in the table; those that are absent stay 0, or
  * CAPTURE_NONE. */
-static void read_fields(struct reader *reader, const json_t *object, const struct field *fields,
+static void read_fields(struct reader *reader, json_t *object, const struct field *fields,
                         void *structure)
 {
     if (!json_is_object(object))
@@ -609,11 +639,16 @@ static void read_fields(struct reader *reader, const json_t *object, const struc
         void *to = (char *)structure + field->offset;
         if (field->kind >= MEMORY)
             *(uint32_t *)to = CAPTURE_NONE;
-        const json_t *value = json_object_get(object, field->key);
-        if (!value && field->is_required)
+        const char *key = field->key;
+        json_t *holder = holder_of(object, &key);
+        const json_t *value = json_object_get(holder, key);
+        if (holder && !json_is_object(holder))
+            fail(reader, "%s is of no object", field->key);
+        else if (!value && field->is_required)
             fail(reader, "lacks %s", field->key);
         else if (value && !read_value(reader, value, field, to))
-            fail(reader, "%s is not %s", field->key, value_names[field->kind]);
+            fail(reader, "%s is not %s", field->key,
+                 value_names[field->kind] ? value_names[field->kind] : "a text");
     }
 }
 
@@ -628,34 +663,28 @@ static const json_t *read_array(struct reader *reader, const json_t *object, con
     return array;
 }
 
-/* Whether the rows of an array are what an input of that role has. */
+/* What the rows of an array of that role can be. */
+static const struct {
+    uint32_t elements; /* bits */
+    uint32_t columns;
+} rows_of_roles[NAMES_MOST] = {
+    [CAPTURE_VERTICES] = {~(1u << CAPTURE_INSTANCE), 0},
+    [CAPTURE_INDICES] = {1 << CAPTURE_U1 | 1 << CAPTURE_U2 | 1 << CAPTURE_U4, 1},
+    [CAPTURE_TRANSFORM] = {1 << CAPTURE_F4, 12},
+    [CAPTURE_BOXES] = {1 << CAPTURE_F4, 6},
+    [CAPTURE_INSTANCE_ROWS] = {1 << CAPTURE_INSTANCE, 1},
+};
+
 static bool is_of_role(const struct captured_data *data, enum capture_role role)
 {
-    switch (role) {
-    case CAPTURE_VERTICES:
-    case CAPTURE_MOTION_VERTICES:
-        return data->element != CAPTURE_INSTANCE;
-    case CAPTURE_INDICES:
-        return (data->element == CAPTURE_U1 || data->element == CAPTURE_U2 ||
-                data->element == CAPTURE_U4) &&
-               data->columns == 1;
-    case CAPTURE_TRANSFORM:
-        return data->element == CAPTURE_F4 && data->columns == 12;
-    case CAPTURE_BOXES:
-        return data->element == CAPTURE_F4 && data->columns == 6;
-    case CAPTURE_INSTANCE_ROWS:
-        return data->element == CAPTURE_INSTANCE
-                   ? data->columns == 1
-                   : data->element == CAPTURE_U1 && data->columns == 160;
-    case CAPTURE_OPACITY_INDICES:
-    case CAPTURE_DISPLACEMENTS:
-    case CAPTURE_OTHER_ROLE:
-        break;
-    }
-    return true;
+    const uint32_t wanted = rows_of_roles[role].columns;
+    if (role == CAPTURE_INSTANCE_ROWS && data->element == CAPTURE_U1)
+        return data->columns == sizeof(VkAccelerationStructureMotionInstanceNV);
+    return !rows_of_roles[role].elements || ((rows_of_roles[role].elements >> data->element & 1) &&
+                                             (!wanted || data->columns == wanted));
 }
 
-static void read_input(struct reader *reader, const json_t *object, struct captured_input *input)
+static void read_input(struct reader *reader, json_t *object, struct captured_input *input)
 {
     read_fields(reader, object, input_fields, input);
     if (reader->has_failed || input->data == CAPTURE_NONE)
@@ -680,7 +709,7 @@ static void read_build(struct reader *reader, const json_t *object, struct captu
     build->geometries = allocate_zeroed(build->geometry_count, sizeof(*build->geometries));
     for (uint32_t i = 0; i < build->geometry_count; i++) {
         struct captured_geometry *geometry = &build->geometries[i];
-        const json_t *value = json_array_get(array, i);
+        json_t *value = json_array_get(array, i);
         read_fields(reader, value, geometry_fields, geometry);
         const json_t *inputs = read_array(reader, value, "inputs", &geometry->input_count);
         geometry->inputs = allocate_zeroed(geometry->input_count, sizeof(*geometry->inputs));
@@ -693,19 +722,13 @@ static void read_build(struct reader *reader, const json_t *object, struct captu
         read_fields(reader, json_array_get(array, i), reference_fields, &build->references[i]);
     qsort(build->references, build->reference_count, sizeof(*build->references),
           compare_references);
-    build->scratch_buffer = CAPTURE_NONE;
-    if (json_object_get(object, "scratch"))
-        read_fields(reader, json_object_get(object, "scratch"), scratch_fields, build);
 }
 
-static void read_command(struct reader *reader, const json_t *object, struct captured_line *line)
+static void read_command(struct reader *reader, const json_t *object, struct captured_line *line,
+                         struct captured_command *command)
 {
-    struct capture *capture = reader->capture;
-    struct captured_command *command = APPEND(capture, commands, command);
-    line->index = capture->command_count - 1;
     command->kind = line->kind;
-    command->line = capture->line_count - 1;
-    read_fields(reader, object, command_fields, command);
+    command->line = reader->capture->line_count - 1;
     if (line->index > 0 && command->n <= command[-1].n)
         fail(reader, "n is %" PRIu64 " behind %" PRIu64, command->n, command[-1].n);
     if (line->kind == CAPTURE_COMMAND_BUILD)
@@ -713,18 +736,15 @@ static void read_command(struct reader *reader, const json_t *object, struct cap
 }
 
 /* Numbers an object that a line introduces. */
-static uint32_t introduce(struct reader *reader, enum field_kind kind, uint64_t id, uint32_t index)
+static void introduce(struct reader *reader, enum field_kind kind, uint64_t id, uint32_t index)
 {
     struct handle_table *ids = ids_of(reader->capture, kind);
-    if (reader->has_failed)
-        return index;
     if (id == 0)
         fail(reader, "introduces id 0");
     else if (index_of(ids, id) != CAPTURE_NONE)
         fail(reader, "introduces id %" PRIu64 " again", id);
     else
         set_index(ids, id, index);
-    return index;
 }
 
 static const char *text_at(struct reader *reader, const json_t *object, const char *key)
@@ -746,56 +766,25 @@ static void read_header(struct reader *reader, const json_t *object)
     capture->executable = text_at(reader, application, "Executable");
 }
 
-static void read_object(struct reader *reader, const json_t *object, struct captured_line *line)
+/* Makes the element of a line. */
+static void read_record(struct reader *reader, json_t *object, struct captured_line *line)
 {
     struct capture *capture = reader->capture;
-    switch (line->kind) {
-    case CAPTURE_OTHER_LINE:
-        break;
-    case CAPTURE_HEADER:
-        read_header(reader, object);
-        break;
-    case CAPTURE_DEVICE: {
-        struct captured_device *device = APPEND(capture, devices, device);
-        line->index = capture->device_count - 1;
-        read_fields(reader, object, device_fields, device);
-        if (json_object_get(object, "limits"))
-            read_fields(reader, json_object_get(object, "limits"), limit_fields, device);
-        break;
-    }
-    case CAPTURE_MEMORY: {
-        struct captured_memory *memory = APPEND(capture, memories, memory);
-        read_fields(reader, object, memory_fields, memory);
-        line->index = introduce(reader, MEMORY, memory->id, capture->memory_count - 1);
-        break;
-    }
-    case CAPTURE_BUFFER: {
-        struct captured_buffer *buffer = APPEND(capture, buffers, buffer);
-        read_fields(reader, object, buffer_fields, buffer);
-        line->index = introduce(reader, BUFFER, buffer->id, capture->buffer_count - 1);
-        break;
-    }
-    case CAPTURE_STRUCTURE: {
-        struct captured_structure *structure = APPEND(capture, structures, structure);
-        read_fields(reader, object, structure_fields, structure);
-        line->index = introduce(reader, STRUCTURE, structure->id, capture->structure_count - 1);
-        break;
-    }
-    case CAPTURE_COMMAND_BUILD:
-    case CAPTURE_COMMAND_COPY:
-    case CAPTURE_COMMAND_QUERY:
-    case CAPTURE_COMPACTED_SIZE:
-    case CAPTURE_DESTROYED:
-        read_command(reader, object, line);
-        break;
-    case CAPTURE_END:
-        capture->end = text_at(reader, object, "why");
-        capture->end = capture->end ? capture->end : "unknown";
-        break;
-    }
+    const struct record *record = &records[line->kind];
+    uint32_t *count = (uint32_t *)((char *)capture + record->count);
+    require_memory(array_has_room((char *)capture + record->array, *count,
+                                  (uint32_t *)((char *)capture + record->capacity), record->size));
+    line->index = (*count)++;
+    void *element = memset(record_of(capture, line), 0, record->size);
+    read_fields(reader, object, record->fields, element);
+    if (line->kind >= CAPTURE_COMMAND_BUILD)
+        read_command(reader, object, line, element);
+    else if (line->kind > CAPTURE_DEVICE && !reader->has_failed) /* ids are their first members */
+        introduce(reader, (enum field_kind)(MEMORY + line->kind - CAPTURE_MEMORY),
+                  *(const uint64_t *)element, line->index);
 }
 
-static void read_line(struct reader *reader, const json_t *object, const char *text, size_t length)
+static void read_line(struct reader *reader, json_t *object, const char *text, size_t length)
 {
     struct capture *capture = reader->capture;
     struct captured_line *line = APPEND(capture, lines, line);
@@ -807,8 +796,12 @@ static void read_line(struct reader *reader, const json_t *object, const char *t
     line->kind = (enum capture_kind)find_name(line_kinds, type);
     if (!reader->has_failed && capture->line_count == 1 && line->kind != CAPTURE_HEADER)
         fail(reader, "the first line has another Type than Capture");
-    if (!reader->has_failed)
-        read_object(reader, object, line);
+    if (line->kind == CAPTURE_HEADER)
+        read_header(reader, object);
+    else if (line->kind == CAPTURE_END)
+        capture->end = text_at(reader, object, "why") ? text_at(reader, object, "why") : "unknown";
+    else if (records[line->kind].fields && !reader->has_failed)
+        read_record(reader, object, line);
 }
 
 /* ---- findings */
@@ -831,8 +824,7 @@ static uint32_t number_after(const char *text, const char *before)
     return number < CAPTURE_NONE ? (uint32_t)number : CAPTURE_NONE;
 }
 
-static void read_finding(struct reader *reader, const json_t *object,
-                         const struct handle_table *builds)
+static void read_finding(struct reader *reader, json_t *object, const struct handle_table *builds)
 {
     struct capture *capture = reader->capture;
     const char *type = json_string_value(json_object_get(object, "Type"));
@@ -1059,14 +1051,16 @@ static void write_fields(const struct capture *capture, json_t *object, const st
     for (const struct field *field = fields; field->key; field++) {
         const void *from = (const char *)structure + field->offset;
         json_t *value = value_of(capture, field, from);
-        const json_t *old = json_object_get(object, field->key);
+        const char *key = field->key;
+        json_t *holder = holder_of(object, &key);
+        const json_t *old = json_object_get(holder, key);
         const bool is_zero =
             json_is_false(value) || (json_is_integer(value) && json_integer_value(value) == 0) ||
             (json_is_string(value) && strcmp(json_string_value(value), "0x0") == 0);
         if (value && (old || !is_zero))
-            json_object_set(object, field->key, value);
+            json_object_set(holder, key, value);
         else if (!value && old && (field->kind < LEVEL || field->kind > MODE))
-            json_object_del(object, field->key);
+            json_object_del(holder, key);
         json_decref(value);
     }
 }
@@ -1087,43 +1081,16 @@ static void write_build(const struct capture *capture, json_t *object,
             write_fields(capture, json_array_get(json_object_get(value, "inputs"), j), input_fields,
                          &geometry->inputs[j]);
     }
-    if (json_object_get(object, "scratch"))
-        write_fields(capture, json_object_get(object, "scratch"), scratch_fields, build);
 }
 
 /* Returns a changed line as text, which the caller frees. */
 static char *write_line(const struct capture *capture, const struct captured_line *line)
 {
     json_t *object = json_loadb(line->text, line->length, 0, NULL);
-    switch (line->kind) {
-    case CAPTURE_OTHER_LINE:
-    case CAPTURE_HEADER:
-    case CAPTURE_END:
-        break;
-    case CAPTURE_DEVICE:
-        write_fields(capture, object, device_fields, &capture->devices[line->index]);
-        write_fields(capture, json_object_get(object, "limits"), limit_fields,
-                     &capture->devices[line->index]);
-        break;
-    case CAPTURE_MEMORY:
-        write_fields(capture, object, memory_fields, &capture->memories[line->index]);
-        break;
-    case CAPTURE_BUFFER:
-        write_fields(capture, object, buffer_fields, &capture->buffers[line->index]);
-        break;
-    case CAPTURE_STRUCTURE:
-        write_fields(capture, object, structure_fields, &capture->structures[line->index]);
-        break;
-    case CAPTURE_COMMAND_BUILD:
+    if (records[line->kind].fields)
+        write_fields(capture, object, records[line->kind].fields, record_of(capture, line));
+    if (line->kind == CAPTURE_COMMAND_BUILD)
         write_build(capture, object, &capture->commands[line->index]);
-        /* fall through */
-    case CAPTURE_COMMAND_COPY:
-    case CAPTURE_COMMAND_QUERY:
-    case CAPTURE_COMPACTED_SIZE:
-    case CAPTURE_DESTROYED:
-        write_fields(capture, object, command_fields, &capture->commands[line->index]);
-        break;
-    }
     char *text = json_dumps(object, JSON_COMPACT);
     require_memory(text);
     json_decref(object);

@@ -29,27 +29,19 @@ enum {
 };
 
 /* What the file lacks, and why. Counts are in `extras` of the scene. */
-enum left_out {
-    INACTIVE_PRIMITIVES,
-    NOT_FINITE,
-    NOT_IN_CAPTURE,
-    OTHER_GEOMETRIES,
-    LEFT_NULL_INSTANCES,
-    LEFT_UNKNOWN,
-    LEFT_DESTROYED,
-    LEFT_NOT_BUILT,
-    LEFT_OUT,
-};
-static const char *const left_out_names[LEFT_OUT] = {
-    [INACTIVE_PRIMITIVES] = "inactive primitives",
-    [NOT_FINITE] = "primitives and instances with infinite coordinates",
-    [NOT_IN_CAPTURE] = "primitives whose data is not in the capture",
-    [OTHER_GEOMETRIES] = "geometries of other types or formats",
-    [LEFT_NULL_INSTANCES] = "instances without a structure",
-    [LEFT_UNKNOWN] = "instances that refer to no known structure",
-    [LEFT_DESTROYED] = "instances that refer to a destroyed structure",
-    [LEFT_NOT_BUILT] = "instances of structures whose build is not in the capture",
-};
+#define LEFT_OUT_LIST(X)                                                                           \
+    X(INACTIVE_PRIMITIVES, "inactive primitives")                                                  \
+    X(NOT_FINITE, "primitives and instances with infinite coordinates")                            \
+    X(NOT_IN_CAPTURE, "primitives whose data is not in the capture")                               \
+    X(OTHER_GEOMETRIES, "geometries of other types or formats")                                    \
+    X(LEFT_NULL_INSTANCES, "instances without a structure")                                        \
+    X(LEFT_UNKNOWN, "instances that refer to no known structure")                                  \
+    X(LEFT_DESTROYED, "instances that refer to a destroyed structure")                             \
+    X(LEFT_NOT_BUILT, "instances of structures whose build is not in the capture")
+#define NUMBER_OF(name, text) name,
+#define TEXT_OF(name, text) text,
+enum left_out { LEFT_OUT_LIST(NUMBER_OF) LEFT_OUT };
+static const char *const left_out_names[] = {LEFT_OUT_LIST(TEXT_OF)};
 
 /* What was last built or copied into a structure, and its meshes. */
 struct structure_state {
@@ -159,6 +151,25 @@ static json_t *make_finding(const struct captured_finding *finding)
     if (finding->primitive != CAPTURE_NONE)
         json_object_set_new(object, "primitive", json_integer(finding->primitive));
     return object;
+}
+
+/* Sets the findings about a build, or about one instance of it, in `extras` of an object. Returns
+ * whether there are any. */
+static bool set_findings(const struct gltf *gltf, json_t *extras, uint32_t command,
+                         uint32_t instance)
+{
+    json_t *findings = json_array();
+    for (uint32_t i = 0; i < gltf->capture->finding_count; i++) {
+        const struct captured_finding *finding = &gltf->capture->findings[i];
+        if (command != CAPTURE_NONE && finding->command == command &&
+            (instance == CAPTURE_NONE || finding->primitive == instance))
+            json_array_append_new(findings, make_finding(finding));
+    }
+    const bool has_findings = json_array_size(findings);
+    if (has_findings)
+        json_object_set(extras, "findings", findings);
+    json_decref(findings);
+    return has_findings;
 }
 
 /* ---- meshes */
@@ -438,9 +449,10 @@ static int mesh_of(struct gltf *gltf, uint32_t structure, bool is_red)
                 material = material_of(gltf, structure, build->geometries[i].flags);
             add_geometry(gltf, state->build, i, primitives, material);
         }
-        state->mesh =
-            json_pack("{s:o, s:{s:I, s:I}}", "primitives", primitives, "extras", "structure",
-                      (json_int_t)captured->id, "build", (json_int_t)build->n);
+        json_t *extras = json_pack("{s:I, s:I}", "structure", (json_int_t)captured->id, "build",
+                                   (json_int_t)build->n);
+        set_findings(gltf, extras, state->build, CAPTURE_NONE);
+        state->mesh = json_pack("{s:o, s:o}", "primitives", primitives, "extras", extras);
         if (captured->name)
             json_object_set_new(state->mesh, "name", json_string(captured->name));
         state->index =
@@ -660,20 +672,6 @@ static json_t *node_of(const double translation[3], const double rotation[4], co
     return node;
 }
 
-/* The findings about an instance of a build; NULL: there are none. */
-static json_t *findings_of(const struct gltf *gltf, uint32_t command, uint32_t instance)
-{
-    json_t *findings = NULL;
-    for (uint32_t i = 0; i < gltf->capture->finding_count; i++) {
-        const struct captured_finding *finding = &gltf->capture->findings[i];
-        if (finding->command != command || finding->primitive != instance)
-            continue;
-        findings = findings ? findings : json_array();
-        json_array_append_new(findings, make_finding(finding));
-    }
-    return findings;
-}
-
 static void add_node(struct gltf *gltf, uint32_t command, uint32_t structure,
                      const struct placing *placing)
 {
@@ -681,8 +679,12 @@ static void add_node(struct gltf *gltf, uint32_t command, uint32_t structure,
     const VkAccelerationStructureInstanceKHR *instance = &placing->instance;
     const struct parts parts = take_apart(&instance->transform);
     const float(*m)[4] = instance->transform.matrix;
-    json_t *findings = findings_of(gltf, command, placing->number);
-    if (!findings && !parts.has_inner && !gltf->options->has_plain_nodes &&
+    json_t *extras =
+        json_pack("{s:i, s:i, s:i, s:i, s:i}", "instance", placing->number, "customIndex",
+                  instance->instanceCustomIndex, "mask", instance->mask, "sbtOffset",
+                  instance->instanceShaderBindingTableRecordOffset, "flags", instance->flags);
+    const bool is_red = set_findings(gltf, extras, command, placing->number);
+    if (!is_red && !parts.has_inner && !gltf->options->has_plain_nodes &&
         state->instances > INSTANCES_PER_NODE) {
         if (!state->shared)
             state->shared = capture_allocate(NULL, state->instances,
@@ -694,19 +696,14 @@ static void add_node(struct gltf *gltf, uint32_t command, uint32_t structure,
         }
         for (int i = 0; i < 4; i++)
             to[3 + i] = (float)parts.rotation[i];
+        json_decref(extras);
         return;
     }
     const double translation[3] = {m[0][3], m[1][3], m[2][3]};
     json_t *node = node_of(translation, parts.rotation, parts.scale), *holder = node;
-    json_t *extras =
-        json_pack("{s:i, s:i, s:i, s:i, s:i}", "instance", placing->number, "customIndex",
-                  instance->instanceCustomIndex, "mask", instance->mask, "sbtOffset",
-                  instance->instanceShaderBindingTableRecordOffset, "flags", instance->flags);
-    const int mesh = mesh_of(gltf, structure, findings);
+    const int mesh = mesh_of(gltf, structure, is_red);
     if (gltf->capture->structures[structure].name)
         json_object_set_new(node, "name", json_string(gltf->capture->structures[structure].name));
-    if (findings)
-        json_object_set_new(extras, "findings", findings);
     json_object_set_new(node, "extras", extras);
     if (parts.has_inner) {
         holder = node_of(NULL, parts.inner, NULL);
@@ -863,14 +860,16 @@ static void add_instances(struct gltf *gltf, uint32_t command)
 
 /* ---- the file */
 
-static json_t *make_root(const struct gltf *gltf)
+static json_t *make_root(const struct gltf *gltf, uint32_t build)
 {
     json_t *extras = json_object();
     for (uint32_t i = 0; i < LEFT_OUT; i++)
         if (gltf->left_out[i])
             json_object_set_new(extras, left_out_names[i],
                                 json_integer((json_int_t)gltf->left_out[i]));
-    json_t *scene = json_pack("{s:{s:o}}", "extras", "leftOut", extras);
+    extras = json_pack("{s:o}", "leftOut", extras);
+    set_findings(gltf, extras, build, CAPTURE_NONE);
+    json_t *scene = json_pack("{s:o}", "extras", extras);
     json_t *root = json_pack("{s:{s:s, s:s}, s:i, s:[O]}", "asset", "version", "2.0", "generator",
                              "assay-scene " ASSAY_VERSION, "scene", 0, "scenes", scene);
     const struct {
@@ -895,9 +894,9 @@ static json_t *make_root(const struct gltf *gltf)
     return root;
 }
 
-static bool write_glb(const struct gltf *gltf, const char *path)
+static bool write_glb(const struct gltf *gltf, uint32_t build, const char *path)
 {
-    json_t *root = make_root(gltf);
+    json_t *root = make_root(gltf, build);
     char *text = json_dumps(root, JSON_COMPACT);
     json_decref(root);
     const size_t length = text ? strlen(text) : 0, padded = (length + 3) / 4 * 4,
@@ -949,7 +948,8 @@ bool export_gltf(struct capture *capture, const char *path, const struct export_
             add_instances(&gltf, gltf.states[top].build);
         else if (top != CAPTURE_NONE)
             add_alone(&gltf, top);
-        is_done = !error->text[0] && write_glb(&gltf, path);
+        is_done = !error->text[0] &&
+                  write_glb(&gltf, top == CAPTURE_NONE ? top : gltf.states[top].build, path);
     }
     for (uint32_t i = 0; i < capture->structure_count; i++) {
         json_decref(gltf.states[i].mesh);

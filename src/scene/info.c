@@ -25,65 +25,38 @@ struct structure_use {
 };
 
 /* What a scene can have, in the order of the list. */
-enum effect {
-    HOST_BUILDS,
-    INDIRECT_BUILDS,
-    UPDATES,
-    COMPACTIONS,
-    CLONES,
-    DESERIALIZATIONS,
-    SEVERAL_GEOMETRIES,
-    OPAQUE,
-    NO_DUPLICATES,
-    GEOMETRY_TRANSFORMS,
-    BOXES,
-    SPHERES,
-    SWEPT_SPHERES,
-    DENSE,
-    MOTION,
-    OPACITY_MICROMAPS,
-    DISPLACEMENTS,
-    POINTERS,
-    NO_CULLING,
-    FLIPPED_FACES,
-    FORCED_OPAQUE,
-    FORCED_NON_OPAQUE,
-    FORCED_2_STATE,
-    NO_MICROMAPS,
-    MIRRORED,
-    MASKED,
-    NULL_INSTANCES,
-    EFFECTS,
-};
-static const char *const effects[EFFECTS] = {
-    [HOST_BUILDS] = "builds by the host",
-    [INDIRECT_BUILDS] = "indirect builds",
-    [UPDATES] = "updates",
-    [COMPACTIONS] = "compactions",
-    [CLONES] = "clones",
-    [DESERIALIZATIONS] = "deserializations",
-    [SEVERAL_GEOMETRIES] = "builds of several geometries",
-    [OPAQUE] = "opaque geometries",
-    [NO_DUPLICATES] = "geometries without duplicate any-hit invocations",
-    [GEOMETRY_TRANSFORMS] = "geometries with a transform",
-    [BOXES] = "geometries of AABBs",
-    [SPHERES] = "geometries of spheres",
-    [SWEPT_SPHERES] = "geometries of linear swept spheres",
-    [DENSE] = "geometries of dense triangles",
-    [MOTION] = "builds with motion",
-    [OPACITY_MICROMAPS] = "geometries with opacity micromaps",
-    [DISPLACEMENTS] = "geometries with displacement micromaps",
-    [POINTERS] = "arrays of pointers to instances",
-    [NO_CULLING] = "instances without culling of faces",
-    [FLIPPED_FACES] = "instances with flipped faces",
-    [FORCED_OPAQUE] = "instances that are forced to be opaque",
-    [FORCED_NON_OPAQUE] = "instances that are forced not to be opaque",
-    [FORCED_2_STATE] = "instances with micromaps forced to two states",
-    [NO_MICROMAPS] = "instances without their micromaps",
-    [MIRRORED] = "instances with a mirrored transform",
-    [MASKED] = "instances with another mask than 0xff",
-    [NULL_INSTANCES] = "instances without a structure",
-};
+#define EFFECT_LIST(X)                                                                             \
+    X(HOST_BUILDS, "builds by the host")                                                           \
+    X(INDIRECT_BUILDS, "indirect builds")                                                          \
+    X(UPDATES, "updates")                                                                          \
+    X(COMPACTIONS, "compactions")                                                                  \
+    X(CLONES, "clones")                                                                            \
+    X(DESERIALIZATIONS, "deserializations")                                                        \
+    X(SEVERAL_GEOMETRIES, "builds of several geometries")                                          \
+    X(OPAQUE, "opaque geometries")                                                                 \
+    X(NO_DUPLICATES, "geometries without duplicate any-hit invocations")                           \
+    X(GEOMETRY_TRANSFORMS, "geometries with a transform")                                          \
+    X(BOXES, "geometries of AABBs")                                                                \
+    X(SPHERES, "geometries of spheres")                                                            \
+    X(SWEPT_SPHERES, "geometries of linear swept spheres")                                         \
+    X(DENSE, "geometries of dense triangles")                                                      \
+    X(MOTION, "builds with motion")                                                                \
+    X(OPACITY_MICROMAPS, "geometries with opacity micromaps")                                      \
+    X(DISPLACEMENTS, "geometries with displacement micromaps")                                     \
+    X(POINTERS, "arrays of pointers to instances")                                                 \
+    X(NO_CULLING, "instances without culling of faces")                                            \
+    X(FLIPPED_FACES, "instances with flipped faces")                                               \
+    X(FORCED_OPAQUE, "instances that are forced to be opaque")                                     \
+    X(FORCED_NON_OPAQUE, "instances that are forced not to be opaque")                             \
+    X(FORCED_2_STATE, "instances with micromaps forced to two states")                             \
+    X(NO_MICROMAPS, "instances without their micromaps")                                           \
+    X(MIRRORED, "instances with a mirrored transform")                                             \
+    X(MASKED, "instances with another mask than 0xff")                                             \
+    X(NULL_INSTANCES, "instances without a structure")
+#define NUMBER_OF(name, text) name,
+#define TEXT_OF(name, text) text,
+enum effect { EFFECT_LIST(NUMBER_OF) EFFECTS };
+static const char *const effects[] = {EFFECT_LIST(TEXT_OF)};
 
 struct figures {
     struct capture *capture;

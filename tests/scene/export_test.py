@@ -218,11 +218,11 @@ class Nodes(Case):
         srt = struct.pack("<16f", 2, 0, 0, 0, 2, 0, 0, 2, 0, 0, 0, math.sqrt(.5), math.sqrt(.5), 7, 8, 9)
         turned = struct.pack("<II", 2, 0) + srt + srt + common
         unknown = struct.pack("<II", 3, 0)
-        rows = [row + bytes(160 - len(row)) for row in (still, matrices, turned, unknown)]
+        rows = [row + bytes(152 - len(row)) for row in (still, matrices, turned, unknown)]
         capture = self.top(instances=())
-        name = capture.data("|u1", "(4, 160)", b"".join(rows))
+        name = capture.data("|u1", "(4, 152)", b"".join(rows))
         capture.build(2, {"type": "instances", "primitiveCount": 4, "inputs": [
-            {"role": "instances", "count": 4, "stride": 160, "size": 160, "data": name}]}, kind="top level",
+            {"role": "instances", "count": 4, "stride": 152, "size": 152, "data": name}]}, kind="top level",
                       references=[{"reference": "0x1", "structure": 1}])
         gltf = self.export(capture)
         there = [(4, 0, 0), (5, 0, 0), (4, 1, 0)]
@@ -337,6 +337,8 @@ class Colors(Case):
                          [(0, False, 6), (0, True, 3), (1, False, 36), (1, True, 36), (2, True, 3)])
         self.assertEqual(mesh["primitives"][3]["extras"]["findings"], [
             {"id": "VUID-c-d", "primitive": 1, "message": "leads to primitive 1, whose minX 2 is not ..."}])
+        self.assertEqual([each["id"] for each in mesh["extras"]["findings"]], ["VUID-a-b", "VUID-c-d", "VUID-a-b"])
+        self.assertEqual(len(gltf.root["scenes"][0]["extras"]["findings"]), 1)
         self.assertNotIn("findings", mesh["primitives"][2]["extras"])
         self.assertNotIn("findings", gltf.nodes()[1]["extras"])
         self.assertEqual(gltf.nodes()[2]["extras"]["findings"][0]["id"], "VUID-a-b")

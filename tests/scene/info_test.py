@@ -206,7 +206,7 @@ DAMAGES = {
     "a geometry is no object": (set_at(-1, "geometry", [5]), "has something else where an object"),
     "inputs are no array": (set_at(-1, "geometry", 0, "inputs", 5), "inputs is not an array"),
     "an input is no object": (set_at(-1, "geometry", 0, "inputs", ["vertices"]), "an object with role"),
-    "scratch is no object": (set_at(-1, "scratch", 5), "an object with address"),
+    "scratch is no object": (set_at(-1, "scratch", 5), "scratch.address is of no object"),
     "a reference is no object": (set_at(-1, "references", [None]), "an object with reference"),
     "dead is no truth": (set_at(-1, "references", [{"reference": "0x1", "is_dead": "no"}]), "is not true or false"),
     "no hash": (set_at(*INPUT, "data", "../../../../etc/passwd"), "data is not 32 hexadecimal digits"),
