@@ -233,7 +233,7 @@ static void write_origin(struct json *json, const struct captured_record *captur
         const struct value query = query_type(entry->read.query);
         json_text(json, "query", query.kind == VALUE_TEXT ? query.text : "");
     }
-    if (entry->src_id)
+    if (entry->src_id && !journal_is_fill(entry)) /* of a deserialization it is an address */
         json_number(json, "src_id", entry->src_id);
 }
 

@@ -3,7 +3,7 @@
 """Checks the #include lines of layer/, src/ and vuid-tables/: a file may include files of its own
 folder and of folders below it in FOLDERS; no files include each other in a circle (a source and its
 header count as one file); no other folder includes those of CONSUMERS; a folder holds at most FILES_MAX
-files; a file's name doesn't repeat its folder's; outside PLATFORM, no file includes a header of a system, calls a function that only some
+files; a file's name doesn't repeat its folder's; outside PLATFORM and PROGRAM, no file includes a header of a system, calls a function that only some
 systems have, or asks which system or compiler it is compiled for. Prints each offender, and fails if
 there is one."""
 
@@ -53,6 +53,8 @@ FOLDERS = (
 # Options of CMake leave them out. "*": src/ or layer/.
 CONSUMERS = ("*/advice/*", "*/compare/*", "*/capture/*", "*/scene/*")
 PLATFORM = "src/platform"
+# A program that Windows does not have.
+PROGRAM = "src/scene"
 # What all systems have: of C11 all but <time.h> and <threads.h>, whose place clock.h and threads.h of
 # PLATFORM take; <unwind.h>, which comes with the compiler; and the libraries.
 PLAIN_HEADERS = frozenset(
@@ -154,7 +156,7 @@ def offenders(root):
         folder, name = os.path.split(file)
         if name.startswith(os.path.basename(folder) + "_"):
             yield f"{file}: the name repeats the folder's"
-        if not file.startswith(PLATFORM + "/"):
+        if not file.startswith((PLATFORM + "/", PROGRAM + "/")):
             for part in system_parts(root, file):
                 yield f"{file}: {part} belongs to a system: only {PLATFORM}/ has such parts"
     edges = []

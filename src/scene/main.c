@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* assay-scene: looks at captures. */
+/* assay-scene: looks at captures, replays them, and makes them small. */
 #include <errno.h>
+#include <getopt.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,12 +9,15 @@
 #include "src/base/text_buffer.h"
 #include "src/scene/tool.h"
 
-enum { STATUS_FAILURE = 2, WORDS_MOST = 2 };
+enum { STATUS_FAILURE = 2, REPEATS_MOST = 10000 };
 
 static const char help[] =
     "usage: assay-scene info CAPTURE [--json] [--all]\n"
     "       assay-scene export CAPTURE FILE.glb [--at POINT] [--tlas NAME|ID]\n"
     "                   [--color structure|flags] [--plain-nodes]\n"
+    "       assay-scene replay CAPTURE [--layer] [--compare] [--time] [--repeat N]\n"
+    "                   [--dump FOLDER]\n"
+    "       assay-scene minimize CAPTURE FOLDER --finding ID\n"
     "\n"
     "Looks at what an application has built: a folder that setting `capture` of the layer\n"
     "VK_LAYER_ASSAY_validation has written.\n"
@@ -32,12 +36,26 @@ static const char help[] =
     "  --plain-nodes       a node for each instance; otherwise more than 100 instances of one\n"
     "                      structure use EXT_mesh_gpu_instancing\n"
     "\n"
+    "replay: builds all of it again, in order, on the first device that the Vulkan loader\n"
+    "gives and that builds acceleration structures\n"
+    "  --layer             under the layer, at level content; its findings are printed\n"
+    "  --compare           the same, and the layer compares the driver's hits with its\n"
+    "                      reference builder's\n"
+    "  --time              print how long each call took on the device\n"
+    "  --repeat N          build each call N times\n"
+    "  --dump FOLDER       write the structures at the end, serialized, to FOLDER/ID.bin\n"
+    "\n"
+    "minimize: writes the smallest capture that still gives a finding when it is replayed\n"
+    "  --finding ID        such as VUID-VkAabbPositionsKHR-minX-03546, or the id of a\n"
+    "                      difference between driver and reference (ASSAY-compare-...)\n"
+    "\n"
     "  --help              this text\n"
     "  --version           the version\n"
     "\n"
     "exit status:\n"
-    "  0   success\n"
-    "  2   wrong arguments, an unreadable or damaged capture, or a file that cannot be written\n";
+    "  0   success; of replay: all builds and copies succeeded\n"
+    "  2   wrong arguments, an unreadable or damaged capture, a file that cannot be written,\n"
+    "      or a build that failed or could not be replayed\n";
 
 /* Prints a line. Names are the application's, and could hold anything. */
 static int complain(const char *what, const char *about)
@@ -47,70 +65,153 @@ static int complain(const char *what, const char *about)
     text_begin(&text, line, sizeof(line));
     text_append(&text, what);
     text_append_escaped(&text, about, strlen(about));
+    fflush(stdout);
     fprintf(stderr, "assay-scene: %s\n", line);
     return STATUS_FAILURE;
 }
 
 struct arguments {
-    const char *words[WORDS_MOST];
-    int word_count;
-    bool is_export, is_json, lists_all;
+    const char *capture, *output, *finding;
+    bool is_json, lists_all;
     struct export_options export;
+    struct replay_options replay;
 };
 
-/* Returns whether a word is that option, and has its value or needs none. */
-static const char *value_of(char **words, int *at, const char *option)
+/* ---- commands */
+
+static bool run_info(struct capture *capture, const struct arguments *arguments,
+                     struct capture_error *error)
 {
-    if (strcmp(words[*at], option) != 0)
-        return NULL;
-    return words[*at + 1] ? words[++*at] : "";
+    return info_print(capture, arguments->is_json, arguments->lists_all, error);
+}
+
+static bool run_export(struct capture *capture, const struct arguments *arguments,
+                       struct capture_error *error)
+{
+    return export_gltf(capture, arguments->output, &arguments->export, error);
+}
+
+static bool run_replay(struct capture *capture, const struct arguments *arguments,
+                       struct capture_error *error)
+{
+    return replay_capture(capture, &arguments->replay, error);
+}
+
+static bool run_minimize(struct capture *capture, const struct arguments *arguments,
+                         struct capture_error *error)
+{
+    return minimize_capture(capture, arguments->finding, arguments->output, error);
+}
+
+static const struct command {
+    const char *name, *options; /* letters of `options` below */
+    const char *output;         /* what the second argument is; NULL: there is none */
+    bool (*run)(struct capture *capture, const struct arguments *arguments,
+                struct capture_error *error);
+} commands[] = {
+    {"info", "ja", NULL, run_info},
+    {"export", "ptcn", "the file to write, such as scene.glb", run_export},
+    {"replay", "loird", NULL, run_replay},
+    {"minimize", "f", "the folder to write", run_minimize},
+};
+
+static const struct option options[] = {
+    {"json", no_argument, NULL, 'j'},
+    {"all", no_argument, NULL, 'a'},
+    {"at", required_argument, NULL, 'p'},
+    {"tlas", required_argument, NULL, 't'},
+    {"color", required_argument, NULL, 'c'},
+    {"plain-nodes", no_argument, NULL, 'n'},
+    {"layer", no_argument, NULL, 'l'},
+    {"compare", no_argument, NULL, 'o'},
+    {"time", no_argument, NULL, 'i'},
+    {"repeat", required_argument, NULL, 'r'},
+    {"dump", required_argument, NULL, 'd'},
+    {"finding", required_argument, NULL, 'f'},
+    {NULL, 0, NULL, 0},
+};
+
+/* Returns false if the value is wrong. */
+static bool read_option(struct arguments *arguments, int letter, const char *value)
+{
+    char *end;
+    switch (letter) {
+    case 'j':
+        arguments->is_json = true;
+        return true;
+    case 'a':
+        arguments->lists_all = true;
+        return true;
+    case 'p':
+        arguments->export.at = value;
+        return true;
+    case 't':
+        arguments->export.tlas = value;
+        return true;
+    case 'c':
+        arguments->export.colors_flags = strcmp(value, "flags") == 0;
+        return arguments->export.colors_flags || strcmp(value, "structure") == 0;
+    case 'n':
+        arguments->export.has_plain_nodes = true;
+        return true;
+    case 'l':
+        arguments->replay.uses_layer = true;
+        return true;
+    case 'o':
+        arguments->replay.compares = true;
+        return true;
+    case 'i':
+        arguments->replay.shows_times = true;
+        return true;
+    case 'r':
+        arguments->replay.repeat = (uint32_t)strtoul(value, &end, 10);
+        return !*end && arguments->replay.repeat && arguments->replay.repeat <= REPEATS_MOST;
+    case 'd':
+        arguments->replay.dump = value;
+        return true;
+    default:
+        arguments->finding = value;
+        return true;
+    }
 }
 
 /* Returns 0, or a status after a complaint. */
-static int read_arguments(char **words, struct arguments *arguments)
+static int read_arguments(int count, char **words, const struct command *command,
+                          struct arguments *arguments)
 {
-    for (int i = 0; words[i]; i++) {
-        const char *word = words[i], *value;
-        if (word[0] != '-') {
-            if (arguments->word_count == (arguments->is_export ? 2 : 1))
-                return complain("one argument too many: ", word);
-            arguments->words[arguments->word_count++] = word;
-        } else if (!arguments->is_export && strcmp(word, "--json") == 0) {
-            arguments->is_json = true;
-        } else if (!arguments->is_export && strcmp(word, "--all") == 0) {
-            arguments->lists_all = true;
-        } else if (arguments->is_export && strcmp(word, "--plain-nodes") == 0) {
-            arguments->export.has_plain_nodes = true;
-        } else if (arguments->is_export && (value = value_of(words, &i, "--at"))) {
-            arguments->export.at = value;
-        } else if (arguments->is_export && (value = value_of(words, &i, "--tlas"))) {
-            arguments->export.tlas = value;
-        } else if (arguments->is_export && (value = value_of(words, &i, "--color"))) {
-            arguments->export.colors_flags = strcmp(value, "flags") == 0;
-            if (!arguments->export.colors_flags && strcmp(value, "structure") != 0)
-                return complain("--color takes structure or flags, not ", value);
-        } else {
-            return complain("unknown option: ", word);
-        }
+    int index;
+    opterr = 0;
+    for (int letter; (letter = getopt_long(count, words, ":", options, &index)) != -1;) {
+        if (letter == ':')
+            return complain("an option needs a value: ", words[optind - 1]);
+        if (letter == '?' || !strchr(command->options, letter))
+            return complain("unknown option: ",
+                            letter == '?' ? words[optind - 1] : options[index].name);
+        if (!read_option(arguments, letter, optarg))
+            return complain("not a value of an option: ", optarg);
     }
-    if (arguments->word_count < 1)
+    arguments->capture = words[optind];
+    if (!arguments->capture)
         return complain("name a capture: the folder that setting `capture` has written", "");
-    if (arguments->is_export && arguments->word_count < 2)
-        return complain("name the file to write, such as scene.glb", "");
+    arguments->output = words[optind + 1];
+    if (command->output && !arguments->output)
+        return complain("name ", command->output);
+    const int most = command->output ? 2 : 1;
+    if (count - optind > most)
+        return complain("one argument too many: ", words[optind + most]);
+    if (command->run == run_minimize && !arguments->finding)
+        return complain("name a finding: --finding ID", "");
     return 0;
 }
 
-static int run(const struct arguments *arguments)
+static int run(const struct command *command, const struct arguments *arguments)
 {
     struct capture capture;
     struct capture_error error;
-    bool is_done = capture_open(&capture, arguments->words[0], &error);
+    bool is_done = capture_open(&capture, arguments->capture, &error);
     if (is_done && capture.note)
         complain("", capture.note);
-    if (is_done && arguments->is_export)
-        is_done = export_gltf(&capture, arguments->words[1], &arguments->export, &error);
-    else if (is_done)
-        is_done = info_print(&capture, arguments->is_json, arguments->lists_all, &error);
+    is_done = is_done && command->run(&capture, arguments, &error);
     capture_close(&capture);
     if (!is_done)
         return complain("", error.text);
@@ -120,14 +221,17 @@ static int run(const struct arguments *arguments)
 int main(int count, char **words)
 {
     if (count < 2)
-        return complain("name a command, info or export; --help explains them", "");
+        return complain("name a command: info, export, replay or minimize; --help explains them",
+                        "");
     if (strcmp(words[1], "--help") == 0 || (words[2] && strcmp(words[2], "--help") == 0))
         return fputs(help, stdout) < 0;
     if (strcmp(words[1], "--version") == 0)
         return puts("assay-scene " ASSAY_VERSION) < 0;
-    struct arguments arguments = {.is_export = strcmp(words[1], "export") == 0};
-    if (!arguments.is_export && strcmp(words[1], "info") != 0)
-        return complain("unknown command: ", words[1]);
-    const int status = read_arguments(words + 2, &arguments);
-    return status ? status : run(&arguments);
+    struct arguments arguments = {0};
+    for (size_t i = 0; i < sizeof(commands) / sizeof(commands[0]); i++)
+        if (strcmp(words[1], commands[i].name) == 0) {
+            const int status = read_arguments(count - 1, words + 1, &commands[i], &arguments);
+            return status ? status : run(&commands[i], &arguments);
+        }
+    return complain("unknown command: ", words[1]);
 }

@@ -20,4 +20,23 @@ struct export_options {
 bool export_gltf(struct capture *capture, const char *path, const struct export_options *options,
                  struct capture_error *error);
 
+struct replay_options {
+    bool uses_layer; /* the layer of this project checks what is replayed */
+    bool compares;   /* it also compares hits with the reference builder */
+    bool shows_times;
+    uint32_t repeat;  /* how often each call is replayed; 0: once */
+    const char *dump; /* folder for the serialized structures at the end; NULL: none */
+};
+
+/* Builds all of a capture again on the first device that can, and prints what it does. Returns
+ * false, with an error, unless all builds and copies succeed. */
+bool replay_capture(struct capture *capture, const struct replay_options *options,
+                    struct capture_error *error);
+
+/* Writes a new folder with the smallest part of the capture that still gives the finding when it is
+ * replayed under the layer: builds, geometries and primitives are left out. Each try is a process
+ * of its own. Returns false, with an error, if the whole capture does not give it. */
+bool minimize_capture(struct capture *capture, const char *finding, const char *folder,
+                      struct capture_error *error);
+
 #endif

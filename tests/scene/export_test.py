@@ -278,7 +278,7 @@ class States(Case):
                 (["--at", "frame:"], "not frame:N"), (["--at", "frame:x"], "not frame:N"),
                 (["--at", "build:1x"], "not frame:N"), (["--at", "line:1"], "not frame:N"),
                 (["--at", "submission:99"], "submission:99: nothing was executed there"),
-                (["--at", "label:none"], "label:none: nothing was executed there"), (["--at"], "not frame:N"),
+                (["--at", "label:none"], "label:none: nothing was executed there"), (["--at"], "an option needs a value: --at"),
                 (["--tlas", "nobody"], "nobody: no structure with that name or id had been built by then"),
                 (["--tlas", "second", "--at", "build:1"], "second: no structure with that name")):
             status, out, err = run("export", self.folder, self.file, *options)

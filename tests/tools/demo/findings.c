@@ -30,7 +30,7 @@ MESSENGER_CALLBACK(findings_callback)
         findings->kept[findings->count] =
             (struct finding){findings_copy(data->pMessageIdName), findings_copy(data->pMessage)};
     ++findings->count;
-    return VK_TRUE;
+    return !findings->executes;
 }
 
 void findings_clear(struct findings *findings)

@@ -27,6 +27,7 @@ static const char usage[] =
     "                   from a scene.png that is there (scene-difference.png)\n"
     "  --out-dir DIR    where pictures go (default: build/demo)\n"
     "  --no-picture     don't draw, and do without ray queries\n"
+    "  --execute        send the mistakes to the driver, too: for one that none can crash\n"
     "  --help           print this and exit\n";
 
 struct options {
@@ -34,6 +35,7 @@ struct options {
     const char *out_dir;
     bool picture;
     bool by_layer; /* backend cpu */
+    bool executes; /* mistakes go to the driver */
 };
 
 /* Whether it is the layer's own. */
@@ -50,13 +52,17 @@ static struct options main_options(int argc, char **argv)
     static const struct option known[] = {
         {"backend", required_argument, NULL, 'b'}, {"help", no_argument, NULL, 'h'},
         {"mesh", required_argument, NULL, 'm'},    {"no-picture", no_argument, NULL, 'n'},
-        {"out-dir", required_argument, NULL, 'o'}, {0},
+        {"out-dir", required_argument, NULL, 'o'}, {"execute", no_argument, NULL, 'e'},
+        {0},
     };
-    struct options options = {"/usr/share/glmark2/models/bunny.obj", "build/demo", true, false};
+    struct options options = {"/usr/share/glmark2/models/bunny.obj", "build/demo", true, false, false};
     for (int option; (option = getopt_long(argc, argv, "", known, NULL)) != -1;) {
         switch (option) {
         case 'b':
             options.by_layer = main_backend(optarg);
+            break;
+        case 'e':
+            options.executes = true;
             break;
         case 'h':
             fputs(usage, stdout);
@@ -143,7 +149,7 @@ int main(int argc, char **argv)
     setvbuf(stdout, NULL, _IOLBF, 0);
     const struct options options = main_options(argc, argv);
 
-    struct findings findings = {0};
+    struct findings findings = {.executes = options.executes};
     struct gpu gpu;
     struct scene scene;
     const VkDebugUtilsMessengerCreateInfoEXT messenger = findings_messenger(&findings);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Repeats the scene's builds with planted mistakes. What they record is dropped, never submitted.
- */
+/* Repeats the scene's builds with planted mistakes. What they record is dropped, never submitted,
+ * unless findings.executes is set. */
 #include <stdio.h>
 #include <string.h>
 
@@ -99,7 +99,10 @@ static bool mistakes_record(struct plant_site *site, enum plant_base base,
         if (plant && plant->unmake)
             plant->unmake(site);
     }
-    gpu_drop(site->gpu, site->commands);
+    if (findings->executes && plant && site->is_possible)
+        gpu_submit(site->gpu, site->commands);
+    else
+        gpu_drop(site->gpu, site->commands);
     return site->is_possible;
 }
 

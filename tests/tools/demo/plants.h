@@ -23,6 +23,7 @@ struct findings {
     /* While this is set, what arrives is kept, and the callback asks for the call to be skipped, so
      * that the driver never sees the mistake. */
     bool planted;
+    bool executes; /* the callback asks for nothing, and the mistakes are submitted */
     uint32_t count;
     struct finding kept[FINDINGS_KEPT];
 };

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: Apache-2.0
+"""assay-scene replay and minimize, on captures of the demo: on lavapipe, and with mistakes on the null driver.
+
+replay_test.py ASSAY_SCENE DEMO LAYER_FOLDER NULL_MANIFEST [LAVAPIPE_MANIFEST]"""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SCENE, DEMO, LAYERS, NULL = sys.argv[1:5]
+LAVAPIPE = sys.argv[5] if len(sys.argv) > 5 else None
+# What replays cannot repeat: freed memory, a render pass, and a command buffer that does not record.
+NOT_REPLAYED = {"VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03707",
+                "VUID-vkCmdBuildAccelerationStructuresKHR-renderpass",
+                "VUID-vkCmdBuildAccelerationStructuresKHR-commandBuffer-recording"}
+# In the demo the address of a structure without memory is unknown, so that any reference may be to it.
+ONLY_REPLAYED = {"VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-12281"}
+
+
+def environment(manifest, **settings):
+    return {**os.environ, "VK_DRIVER_FILES": manifest, "VK_ICD_FILENAMES": manifest, "VK_LAYER_PATH": LAYERS,
+            **{f"VK_ASSAY_VALIDATION_{key.upper()}": str(value) for key, value in settings.items()}}
+
+
+def capture(manifest, folder, *arguments):
+    """Captures a run of the demo, whose exit status does not count."""
+    result = subprocess.run([DEMO, "--no-picture", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                            text=True, timeout=600, check=False,
+                            env={**environment(manifest, level="content", capture=folder, hazards="false"),
+                                 "VK_INSTANCE_LAYERS": "VK_LAYER_ASSAY_validation"})
+    assert (folder / "builds.jsonl").is_file(), result.stdout + result.stderr
+
+
+def scene(manifest, *arguments, **settings):
+    return subprocess.run([SCENE, *map(str, arguments)], env=environment(manifest, **settings), text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=600, check=False)
+
+
+def arrays(folder):
+    return {path.name for path in (folder / "data").iterdir()}
+
+
+def lines(folder, kind):
+    text = (folder / "builds.jsonl").read_text("utf-8")
+    return [line for line in map(json.loads, text.splitlines()) if line["Type"] == kind]
+
+
+class ReplayTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = pathlib.Path(folder.name)
+        cls.mistakes = cls.folder / "mistakes"
+        capture(NULL, cls.mistakes, "--execute")
+        if LAVAPIPE:
+            cls.demo = cls.folder / "demo"
+            capture(LAVAPIPE, cls.demo)
+
+    def test_mistakes_are_found_again(self):
+        found = [json.loads(line) for line in (self.mistakes / "findings.jsonl").read_text("utf-8").splitlines()]
+        before = {finding["VUID"] for finding in found if finding["Severity"] == "Error"}
+        result = scene(NULL, "replay", "--layer", self.mistakes)
+        after = {line.split()[1] for line in result.stdout.splitlines() if line.startswith("finding: ")}
+        self.assertEqual(before - after, NOT_REPLAYED)
+        self.assertEqual(after - before, ONLY_REPLAYED)
+        names = {line.split(" ", 2)[1]: line for line in result.stdout.splitlines() if line.startswith("finding: ")}
+        self.assertIn('"small BLAS"', names["VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-10126"])
+        self.assertEqual(result.returncode, 2)  # two builds have no data: in the render pass nothing is copied
+        self.assertIn("a part of its data is not in the capture", result.stdout)
+
+    def test_minimize(self):
+        """One box of 480 is reversed in one build of some fifty."""
+        small = self.folder / "small"
+        finding = "VUID-VkAccelerationStructureGeometryAabbsDataKHR-stride-03545"
+        result = scene(NULL, "minimize", self.mistakes, small, "--finding", finding)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("left: 1 commands, 1 geometries, 1 primitives", result.stdout)
+        self.assertEqual(len(lines(small, "Build")), 1)
+        self.assertEqual(len(lines(small, "Structure")), 1)
+        self.assertIn(f"finding: {finding}", scene(NULL, "replay", "--layer", small).stdout)
+
+    def test_minimize_nothing(self):
+        result = scene(NULL, "minimize", self.mistakes, self.folder / "none", "--finding", "VUID-not-there")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("the replay of the whole capture does not give VUID-not-there", result.stderr)
+        self.assertFalse((self.folder / "none").exists())
+
+    @unittest.skipUnless(LAVAPIPE, "no lavapipe")
+    def test_demo(self):
+        result = scene(LAVAPIPE, "replay", self.demo, "--time", "--repeat", 2)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertIn("built: 4; copied: 1; not replayed: 0", result.stdout)
+        self.assertIn("  twisted BLAS\n", result.stdout)
+
+    @unittest.skipUnless(LAVAPIPE, "no lavapipe")
+    def test_capture_of_a_replay(self):
+        """A replay builds from the same data: captured again, all arrays but the instances are equal."""
+        again = self.folder / "again"
+        result = scene(LAVAPIPE, "replay", self.demo, "--layer", capture=again)
+        self.assertIn("findings: 0", result.stdout)
+        instances = {data["data"] + ".npy" for build in lines(self.demo, "Build") for geometry in build["geometry"]
+                     for data in geometry["inputs"] if data["role"] == "instances"}
+        self.assertEqual(arrays(self.demo) - arrays(again), instances)
+        keep = ("mode", "type", "flags", "primitives", "size", "dst_name", "src_name")
+        self.assertEqual([{key: build.get(key) for key in keep} for build in lines(again, "Build")],
+                         [{key: build.get(key) for key in keep} for build in lines(self.demo, "Build")])
+
+    def test_arguments(self):
+        for arguments, text in ((["replay"], "name a capture"), (["replay", "a", "b"], "one argument too many: b"),
+                                (["replay", "x", "--repeat", "0"], "not a value of an option: 0"),
+                                (["info", "x", "--layer"], "unknown option: layer"),
+                                (["minimize", "x", "y"], "name a finding"), (["minimize", "x"], "name the folder"),
+                                (["replay", str(self.folder / "missing")], "missing")):
+            result = scene(NULL, *arguments)
+            self.assertEqual(result.returncode, 2, arguments)
+            self.assertIn(text, result.stderr)
+
+    def test_no_driver(self):
+        result = scene("/nonexistent.json", "replay", self.mistakes)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("found no driver", result.stderr)
+        result = subprocess.run([SCENE, "replay", "--layer", str(self.mistakes)], text=True, stderr=subprocess.PIPE,
+                                stdout=subprocess.PIPE, env={**environment(NULL), "VK_LAYER_PATH": "/nonexistent"},
+                                check=False)
+        self.assertIn("found no VK_LAYER_ASSAY_validation", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=2)
