@@ -343,9 +343,15 @@ class Entry:
             return f'hazards_start_host(&recording, layer, "vk{self.command.name}")'
         return f'hazard_recording_begin(&recording, {self.handle}, "vk{self.command.name}")'
 
-    def observe(self, keyword, call):
-        target = f"{call.gives.type} {call.gives.name} = " if call.gives else \
-            "result = " if call.sets_result else ""
+    def is_kept(self, active, gives):
+        """Whether an observer behind the call gets what one before it gives."""
+        return any(re.search(rf"\b{gives.name}\b", argument)
+                   for _, call in self.active_calls(active) for argument in self.arguments_of(call))
+
+    def observe(self, active, keyword, call):
+        target = "result = " if call.sets_result else ""
+        if call.gives and self.is_kept(active, call.gives):
+            target = f"{call.gives.type} {call.gives.name} = "
         tests = [self.begin_recording(call)] if self.begin_recording(call) else []
         if tests and self.in_block() and call.is_lowered:
             tests.append(f"hazard_recording_has(&recording, {self.in_block()})")
@@ -377,7 +383,7 @@ class Entry:
     def observers(self, active, *keywords):
         for keyword, call in self.active_calls(active):
             if keyword in keywords:
-                yield from self.observe(keyword, call)
+                yield from self.observe(active, keyword, call)
 
     # ---- the function
 

@@ -197,6 +197,57 @@ static void on_read(void *user, uint32_t build, uint32_t geometry, const struct 
     hazard_checks_add_input(ran->device->hazard_checks, ran->batch, &input);
 }
 
+/* Finds bytes behind an address, and their VkBuffer. */
+static bool find_bytes_of(const struct layer_device *device, VkDeviceAddress address, uint64_t size,
+                          struct hazard_input *input)
+{
+    struct address_facts facts;
+    resources_look_up_address(device->resources, address, &facts);
+    input->structure = handle_number(facts.buffer);
+    input->bytes = (struct hazard_bytes){resources_find_memory_id(device->resources, facts.memory),
+                                         facts.begin, facts.begin + size};
+    return facts.status == ADDRESS_IN_BUFFER && size <= facts.bytes_left && !facts.is_sparse &&
+           input->bytes.memory;
+}
+
+/* The first byte is certain. */
+static void on_placed_reference(void *user, uint32_t build, VkDeviceAddress reference)
+{
+    const struct read_call *call = user;
+    const struct ran_execution *ran = call->reading->ran;
+    struct hazard_input input = {
+        .place = {.journal = call->journal, .position = call->first + build},
+        .is_placed = true,
+        .access = ACCESS_BUILD_ACCEL_READ,
+        .role = HAZARD_REFERENCE};
+    if (call->command != COMMAND_NV && find_bytes_of(ran->device, reference, 1, &input))
+        hazard_checks_add_input(ran->device->hazard_checks, ran->batch, &input);
+}
+
+/* Of elements that are apart, the first and the last one are added, as by hazards_add_elements().
+ */
+static void on_access(void *user, uint32_t number, bool is_partitioned,
+                      const struct addressed_range *range)
+{
+    const struct read_call *call = user;
+    const struct ran_execution *ran = call->reading->ran;
+    const struct addressed_access access = hazard_access_of(is_partitioned, range);
+    const uint64_t size = input_extent(0, range->count - 1, range->stride, range->size);
+    struct hazard_input input = {.place = {call->journal, number, INPUT_ACCESS, 0},
+                                 .is_placed = true,
+                                 .access = access.kind,
+                                 .role = access.role};
+    if (!access.is_certain || !find_bytes_of(ran->device, range->address, size, &input))
+        return;
+    if (range->stride > range->size && range->count > 1) {
+        struct hazard_input first = input;
+        first.bytes.end = first.bytes.begin + range->size;
+        hazard_checks_add_input(ran->device->hazard_checks, ran->batch, &first);
+        input.bytes.begin = input.bytes.end - range->size;
+    }
+    hazard_checks_add_input(ran->device->hazard_checks, ran->batch, &input);
+}
+
 /* The finding is about the destruction, in which the build had a part. */
 static void refers_to_destroyed(void *user, uint32_t build, uint32_t instance, uint64_t reference)
 {
@@ -244,7 +295,9 @@ static void on_all_references(void *user, const struct instance_uses *uses)
     .on_all_references = on_all_references
 
 static const struct check_hooks hooks = {HOOKS};
-#define HAZARD_HOOKS HOOKS, .on_reference = on_reference, .on_index_range = on_index_range
+#define HAZARD_HOOKS                                                                               \
+    HOOKS, .on_reference = on_reference, .on_index_range = on_index_range, .on_access = on_access, \
+           .on_placed_reference = on_placed_reference
 static const struct check_hooks hazard_hooks = {HAZARD_HOOKS};
 static const struct check_hooks write_hooks = {HAZARD_HOOKS, .on_read = on_read};
 
@@ -313,7 +366,8 @@ struct read_buffer {
     bool is_known; /* its copies can be read */
     const struct journal *journal;
     uint32_t used_count; /* micromaps that the next build uses */
-    uint64_t place;      /* the number of the next build, if it has one */
+    uint64_t place;      /* of the next build at addresses: see places_execute() */
+    uint32_t places;     /* builds at addresses that were passed */
     uint32_t child;      /* index of the next execution of a secondary */
     struct read_call *call;
 };
@@ -390,6 +444,7 @@ static void read_copies(struct read_buffer *buffer, const struct journal_entry *
         .used = notes->used,
         .used_count = notes->used_count,
         .place = buffer->place,
+        .number = buffer->places - 1,
     };
     buffer->call->geometry_by_pointer = build->place.geometry_by_pointer;
     buffer->call->dst = recorded_build_given(build)->info.dstAccelerationStructure;
@@ -476,6 +531,7 @@ static void read_place(struct journal_walk *walk, const struct journal_entry *en
     struct reading *reading = buffer->reading;
     const struct input_notes *notes = &reading->ran->notes;
     (void)entry;
+    buffer->places++;
     buffer->place = reading->next_place < notes->place_count ? notes->places[reading->next_place++]
                                                              : PLACE_UNNUMBERED;
 }

@@ -43,7 +43,7 @@ static void end_at_use(struct journal_walk *walk, const struct journal_entry *en
 
 static bool has_uses(const struct journal *journal)
 {
-    static const struct journal_events uses = {ON_USES(end_at_use),
+    static const struct journal_events uses = {ON_USES(end_at_use), .place = end_at_use,
                                                .execute = journal_walk_secondary};
     return !journal_walk(journal, &uses, NULL);
 }

@@ -7,6 +7,7 @@
 
 #include "layer/hazards/recording.h"
 #include "layer/intercepts/intercepts.h"
+#include "observers.h"
 #include "src/base/array.h"
 #include "src/base/readable.h"
 #include "src/model/build_parameters.h"
@@ -265,4 +266,40 @@ void hazards_add_nv_build(struct hazard_recording *recording, const struct nv_ca
     add_nv_structures(recording, view);
     add_nv_scratch(recording, view);
     add_nv_inputs(recording, view);
+}
+
+/* ---- builds of structures at addresses */
+
+/* How many structures a build of clusters builds may be in device memory: without any it accesses
+ * nothing but the count. What is built where is unknown to traces, and to data that builds read. */
+void hazards_build_addressed(struct hazard_recording *recording, struct addressed_build *build)
+{
+    const VkClusterAccelerationStructureCommandsInfoNV *info = &build->clusters.info;
+    const struct hazard_use anywhere = {
+        .kind = build->is_partitioned ? ACCESS_BUILD_ACCEL_WRITE : ACCESS_TRANSFER_WRITE,
+        .role = build->is_partitioned ? HAZARD_TOP_DST : HAZARD_DST};
+    struct addressed_range ranges[ADDRESSED_MEMBERS];
+    const uint32_t infos = build->is_partitioned || info->srcInfosCount
+                               ? 0
+                               : info->input.maxAccelerationStructureCount;
+    const uint32_t count = addressed_ranges(build, infos, ranges);
+    hazard_recording_add_anywhere(recording, &anywhere);
+    for (uint32_t i = 0; i < count; i++) {
+        struct address_facts facts;
+        const struct addressed_access access = hazard_access_of(build->is_partitioned, &ranges[i]);
+        const struct hazard_use use = {.kind = access.kind, .role = access.role};
+        if (!access.is_certain)
+            continue;
+        resources_look_up_address(recording->device->resources, ranges[i].address, &facts);
+        hazards_add_elements(recording, &use,
+                             &(struct hazard_elements){.facts = &facts,
+                                                       .count = ranges[i].count,
+                                                       .stride = ranges[i].stride,
+                                                       .size = ranges[i].size});
+    }
+    if (recording->device->level < LEVEL_CONTENT || !recording->command || !build->is_valid)
+        return;
+    recording->command->has_accesses = true;
+    recording->command->first_build = recording->journal->place_count - 1;
+    recording->journal->awaits_inputs = true;
 }

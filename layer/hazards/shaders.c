@@ -78,12 +78,6 @@ void hazards_write_unfollowed(struct hazard_recording *command)
         command, &(struct hazard_use){.kind = ACCESS_TRANSFER_WRITE, .role = HAZARD_DST});
 }
 
-void hazards_build_unfollowed(struct hazard_recording *command)
-{
-    hazard_recording_add_anywhere(
-        command, &(struct hazard_use){.kind = ACCESS_BUILD_ACCEL_WRITE, .role = HAZARD_TOP_DST});
-}
-
 void hazards_begin_condition(struct hazard_recording *recording)
 {
     recording->journal->has_condition = true;

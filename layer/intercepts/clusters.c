@@ -74,7 +74,29 @@ static void note_places(const struct layer_device *device, VkCommandBuffer handl
     else if (placed.kind < PLACE_KINDS)
         places_add_unknown(device->places, placed.kind);
     if (recording)
-        journal_add_place(recording->journal, (struct journal_entry){.placed = placed});
+        journal_add_place(recording->journal, &placed);
+}
+
+/* Notes the buffers that a build uses. */
+static void note_buffers(const struct layer_device *device, VkCommandBuffer handle,
+                         const struct addressed_build *build)
+{
+    const struct command_buffer *recording = layer_find_recording(device, handle);
+    struct addressed_range ranges[ADDRESSED_MEMBERS];
+    const uint32_t count = addressed_ranges(build, 1, ranges);
+    for (uint32_t i = 0; recording && i < count; i++) {
+        struct address_facts facts;
+        struct journal_input *input = journal_begin_inputs(recording->journal);
+        resources_look_up_address(device->resources, ranges[i].address, &facts);
+        if (!input || facts.status != ADDRESS_IN_BUFFER ||
+            !journal_notes_buffer(recording->journal, facts.buffer_id))
+            continue;
+        *input = journal_input_of(INPUT_ROLES, (unsigned char)addressed_build_command(build), 0,
+                                  facts.buffer_id);
+        input->info = ranges[i].member;
+        input->address = ranges[i].address;
+        journal_end_inputs(recording->journal, input + 1);
+    }
 }
 
 /* Returns false if the structure that the operation takes is not readable. */
@@ -97,20 +119,30 @@ static bool keep_input(const VkClusterAccelerationStructureInputInfoNV *input,
     return true;
 }
 
-void record_cluster_build(struct layer_device *device, VkCommandBuffer handle,
-                          const VkClusterAccelerationStructureCommandsInfoNV *info)
+static void record(struct layer_device *device, VkCommandBuffer handle,
+                   const struct addressed_build *build)
+{
+    note_places(device, handle, build);
+    note_buffers(device, handle, build);
+    snapshots_build_addressed(device, handle, build);
+}
+
+struct addressed_build
+record_cluster_build(struct layer_device *device, VkCommandBuffer handle,
+                     const VkClusterAccelerationStructureCommandsInfoNV *info)
 {
     struct addressed_build build = {.clusters.info = *info};
     build.is_valid =
         !check_has_found() && device->facts.clusters.feature && keep_input(&info->input, &build);
     if (build.is_valid)
         find_sizes(device, &info->input, &build);
-    note_places(device, handle, &build);
-    snapshots_build_addressed(device, handle, &build);
+    record(device, handle, &build);
+    return build;
 }
 
-void record_partition_build(struct layer_device *device, VkCommandBuffer handle,
-                            const VkBuildPartitionedAccelerationStructureInfoNV *info)
+struct addressed_build
+record_partition_build(struct layer_device *device, VkCommandBuffer handle,
+                       const VkBuildPartitionedAccelerationStructureInfoNV *info)
 {
     const VkPartitionedAccelerationStructureFlagsNV *flags = chain_find(
         info->input.pNext, VK_STRUCTURE_TYPE_PARTITIONED_ACCELERATION_STRUCTURE_FLAGS_NV);
@@ -120,6 +152,6 @@ void record_partition_build(struct layer_device *device, VkCommandBuffer handle,
     build.is_valid = !check_has_found() && device->facts.partitions.feature;
     if (build.is_valid)
         find_sizes(device, &info->input, &build);
-    note_places(device, handle, &build);
-    snapshots_build_addressed(device, handle, &build);
+    record(device, handle, &build);
+    return build;
 }

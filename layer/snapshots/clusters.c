@@ -59,6 +59,12 @@ static void copy_clusters(struct recorder *recorder, struct recorded_build *buil
         return;
     const struct snapshot *copied = copy_array(recorder, build, infos->deviceAddress,
                                                smaller_of(infos->size, count * infos->stride));
+    if (cluster_op_has_geometries(build->addressed))
+        gather_arrays(recorder, build, copied, infos->stride,
+                      offsetof(VkClusterAccelerationStructureBuildTriangleClusterInfoNV,
+                               geometryIndexAndFlagsBuffer),
+                      (uint64_t)build->addressed->clusters.triangles.maxClusterTriangleCount *
+                          sizeof(VkClusterAccelerationStructureGeometryIndexAndGeometryFlagsNV));
     if (info->input.opType ==
         VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_CLUSTERS_BOTTOM_LEVEL_NV)
         gather_arrays(recorder, build, copied, infos->stride,
@@ -99,11 +105,8 @@ void snapshots_build_addressed(struct layer_device *device, VkCommandBuffer hand
     if (build && kept) {
         *kept = *addressed;
         build->addressed = kept;
-        build->place = (struct recorded_place){
-            .command = addressed->is_partitioned
-                           ? COMMAND_CmdBuildPartitionedAccelerationStructuresNV
-                           : COMMAND_CmdBuildClusterAccelerationStructureIndirectNV,
-            .position = POSITION_OF_OTHERS};
+        build->place = (struct recorded_place){.command = addressed_build_command(addressed),
+                                               .position = POSITION_OF_OTHERS};
         recorder.left_out = LEFT_OUT_NOTHING;
         if (addressed->is_partitioned)
             copy_partitions(&recorder, build);

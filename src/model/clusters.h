@@ -53,6 +53,15 @@ struct addressed_build {
     };
 };
 
+/* Whether a build reads triangles, each of which may have a geometry of its own. */
+static inline bool cluster_op_has_geometries(const struct addressed_build *build)
+{
+    const VkClusterAccelerationStructureOpTypeNV type = build->clusters.info.input.opType;
+    return (type == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_NV ||
+            type == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_TEMPLATE_NV) &&
+           build->clusters.triangles.maxClusterUniqueGeometryCount > 1;
+}
+
 /* Returns where a build puts all structures that it builds or moves; 0: at several addresses, or at
  * one that is in device memory, or nowhere. */
 static inline VkDeviceAddress addressed_build_dst(const struct addressed_build *build)
@@ -67,6 +76,35 @@ static inline VkDeviceAddress addressed_build_dst(const struct addressed_build *
                ? info->dstImplicitData
                : 0;
 }
+
+/* The addresses that a build takes. */
+enum addressed_member {
+    ADDRESSED_DST, /* dstImplicitData, or dstAccelerationStructureData */
+    ADDRESSED_SRC,
+    ADDRESSED_SCRATCH,
+    ADDRESSED_ADDRESSES, /* dstAddressesArray */
+    ADDRESSED_SIZES,     /* dstSizesArray */
+    ADDRESSED_INFOS,
+    ADDRESSED_COUNT,
+    ADDRESSED_MEMBERS,
+};
+/* Static text. */
+const char *addressed_member_name(enum addressed_member member, bool is_partitioned);
+
+/* Elements that a build accesses: `count` of `size` bytes, `stride` bytes apart. */
+struct addressed_range {
+    enum addressed_member member;
+    bool is_written;
+    VkDeviceAddress address;
+    uint64_t count, stride, size;
+};
+
+/* Fills in what a build accesses if so many infos are at srcInfosArray, as far as its addresses and
+ * sizes are known, and returns how many ranges that are. A build of clusters that reads no infos
+ * reads the count alone. Of a dst that fewer structures than the most are built in, the first byte
+ * counts. */
+uint32_t addressed_ranges(const struct addressed_build *build, uint32_t infos,
+                          struct addressed_range ranges[ADDRESSED_MEMBERS]);
 
 /* The most operations that a build of a partitioned structure can have: each has its opType. One
  * more shows that there are too many. */

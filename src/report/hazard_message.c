@@ -100,6 +100,16 @@ static const char *plain_member(enum hazard_role role)
         return "src";
     case HAZARD_SCRATCH:
         return "scratchData";
+    case HAZARD_DST_ADDRESSES:
+        return "dstAddressesArray";
+    case HAZARD_DST_SIZES:
+        return "dstSizesArray";
+    case HAZARD_INFOS:
+        return "srcInfosArray";
+    case HAZARD_COUNT:
+        return "srcInfosCount";
+    case HAZARD_REFERENCE:
+        return "a structure that it refers to";
     case HAZARD_MEMORY:
         return "deviceAddress";
     case HAZARD_SHADER:

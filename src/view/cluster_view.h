@@ -96,6 +96,11 @@ struct cluster_info_view {
     const struct call_view *call;
     const struct addressed_build *build;
     const VkClusterAccelerationStructureBuildTriangleClusterTemplateInfoNV *triangles;
+    /* The first wrong element of the triangles' geometryIndexAndFlagsBuffer; NULL: none. */
+    const struct triangle_geometry {
+        uint32_t triangle;
+        VkClusterAccelerationStructureGeometryIndexAndGeometryFlagsNV geometry;
+    } * wrong_index, *wrong_reserved;
     const VkClusterAccelerationStructureInstantiateClusterInfoNV *instance;
     struct template_facts template; /* of the instance */
     const VkClusterAccelerationStructureBuildClustersBottomLevelInfoNV *bottom_level;

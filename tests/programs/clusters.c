@@ -1,15 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Builds of clusters and of partitioned structures:
  *
- *     clusters OPERATION [explicit | sizes] [of COUNT] [count COUNT] [room BYTES] [flags FLAGS]
- *         [format FORMAT] [dst ADDRESS]... [indirect FLAGS] [into PLACE] [FIELD VALUE]... [and
- * [FIELD VALUE]...] partitions [src PLACE] [into PLACE] [translates] [count COUNT] OPERATION [FIELD
- * VALUE]... [again [FIELD VALUE]...] [then OPERATION [FIELD VALUE]...]
+ *     clusters OPERATION [explicit | sizes] [all] [of COUNT] [count COUNT] [room BYTES]
+ *         [flags FLAGS] [format FORMAT] [dst ADDRESS]... [indirect FLAGS] [into PLACE]
+ *         [scratch PLACE] [infos PLACE] [counted PLACE] [addresses PLACE] [sized PLACE]
+ *         [FIELD VALUE]... [and [FIELD VALUE]...]
+ *     partitions [src PLACE] [into PLACE] [scratch PLACE] [translates] [count COUNT]
+ *         OPERATION [FIELD VALUE]... [again [FIELD VALUE]...] [then OPERATION [FIELD VALUE]...]
  *
  * The operations are move, bottom, build, template, instantiate and indices; and write, update and
  * translate. What the device reads is in buffer C0, which the host writes when the command is
  * recorded: a count; the structures, from byte 256 on, whose members FIELD names; the destinations;
- * references from byte 8192 on (`reference PLACE`); and the arrays of operations, from byte 16384
+ * references from byte 8192 on (`reference PLACE`); geometries of triangles from byte 12288 on
+ * (`triangle INDEX`, with `unique COUNT`); and the arrays of operations, from byte 16384
  * on. `and` begins the next structure, which is like the first one; `again` the next element of an
  * operation's array; `then` the next operation. Structures are built in C1, with scratch in C2. */
 #include "play.h"
@@ -23,6 +26,7 @@ enum {
     INFO_STRIDE = 80,
     DSTS_AT = 4096,
     REFERENCES_AT = 8192,
+    GEOMETRIES_AT = 12288,
     ARGUMENTS_AT = 16384,
     ARGUMENTS_STRIDE = 1024,
     ARGUMENTS_MAX = 9,
@@ -52,6 +56,7 @@ static const struct field {
               {"ct", "geometryReserved", 120, 5},
               {"ct", "indexBufferStride", 128, 16},
               {"ct", "vertexBufferStride", 144, 16},
+              {"ct", "geometryStride", 160, 16},
               {"ct", "indexBuffer", 192, 64},
               {"ct", "vertexBuffer", 256, 64},
               {"ct", "geometryIndexAndFlagsBuffer", 320, 64},
@@ -162,7 +167,7 @@ struct cluster_line {
     VkClusterAccelerationStructureTriangleClusterInputNV triangles;
     VkClusterAccelerationStructureClustersBottomLevelInputNV bottom_level;
     VkClusterAccelerationStructureMoveObjectsInputNV moves;
-    uint32_t infos, dsts, references;
+    uint32_t infos, dsts, references, geometries;
 };
 
 static void begin_line(struct play *play, struct cluster_line *line, const struct operation *op)
@@ -198,6 +203,7 @@ static bool read_option(struct play *play, struct cluster_line *line, unsigned c
 {
     const uint64_t value = words[1] ? value_of(play, words[1]) : 0;
     uint64_t *dsts = (void *)(bytes + DSTS_AT), *references = (void *)(bytes + REFERENCES_AT);
+    uint32_t *geometries = (void *)(bytes + GEOMETRIES_AT);
     if (play_is(words[0], "of"))
         line->info.input.maxAccelerationStructureCount = (uint32_t)value;
     else if (play_is(words[0], "count"))
@@ -208,12 +214,26 @@ static bool read_option(struct play *play, struct cluster_line *line, unsigned c
         line->info.input.flags = (VkBuildAccelerationStructureFlagsKHR)value;
     else if (play_is(words[0], "format"))
         line->triangles.vertexFormat = (VkFormat)value;
+    else if (play_is(words[0], "unique"))
+        line->triangles.maxClusterUniqueGeometryCount = (uint32_t)value;
+    else if (play_is(words[0], "triangle"))
+        geometries[line->geometries++ % LIST_MAX] = (uint32_t)value;
     else if (play_is(words[0], "bits"))
         line->triangles.minPositionTruncateBitCount = (uint32_t)value;
     else if (play_is(words[0], "indirect"))
         line->info.addressResolutionFlags = (VkFlags)value;
     else if (play_is(words[0], "into"))
         line->info.dstImplicitData = value;
+    else if (play_is(words[0], "scratch"))
+        line->info.scratchData = value;
+    else if (play_is(words[0], "infos"))
+        line->info.srcInfosArray.deviceAddress = value;
+    else if (play_is(words[0], "counted"))
+        line->info.srcInfosCount = value;
+    else if (play_is(words[0], "addresses"))
+        line->info.dstAddressesArray.deviceAddress = value;
+    else if (play_is(words[0], "sized"))
+        line->info.dstSizesArray.deviceAddress = value;
     else if (play_is(words[0], "dst"))
         dsts[line->dsts++ % LIST_MAX] = value;
     else if (play_is(words[0], "reference"))
@@ -243,6 +263,9 @@ static void build_clusters(struct play *play, char **words)
                 computes ? VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_COMPUTE_SIZES_NV
                          : VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_EXPLICIT_DESTINATIONS_NV;
             *(computes ? &line.info.dstSizesArray : &line.info.dstAddressesArray) = array;
+        } else if (play_is(*words, "all")) { /* without a count in device memory */
+            line.info.srcInfosCount = 0;
+            words++;
         } else if (play_is(*words, "and")) {
             PLAY_REQUIRE(play, line.infos < LIST_MAX);
             memcpy(bytes, &(uint32_t){++line.infos}, sizeof(uint32_t));
@@ -318,6 +341,9 @@ static void build_partitions(struct play *play, char **words)
             *(play_is(words[0], "src") ? &info.srcAccelerationStructureData
                                        : &info.dstAccelerationStructureData) =
                 value_of(play, words[1]);
+            words += 2;
+        } else if (play_is(*words, "scratch")) {
+            info.scratchData = value_of(play, words[1]);
             words += 2;
         } else if (play_is(*words, "infos")) {
             info.srcInfos = value_of(play, words[1]);

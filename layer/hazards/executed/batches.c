@@ -87,11 +87,13 @@ const struct hazard_input *hazard_batch_references(const struct hazard_batch_rec
 {
     const struct hazard_entry *item = command->item;
     *count = 0;
-    if (!item->reads_references || !batch->input_count)
+    if (!(item->reads_references || item->has_accesses) || !batch->input_count)
         return NULL;
-    struct hazard_place place = {.journal = command->journal, .position = item->first_build};
+    struct hazard_place place = {.journal = command->journal,
+                                 .kind = item->has_accesses ? INPUT_ACCESS : INPUT_REFERENCE,
+                                 .position = item->first_build};
     uint32_t first = find_place(batch, &place);
-    place.position += item->build_count;
+    place.position += item->has_accesses ? 1 : item->build_count;
     *count = find_place(batch, &place) - first;
     return &batch->inputs[first];
 }
@@ -112,7 +114,7 @@ static struct hazard_place place_of(const struct hazard_command *command,
                                     const struct hazard_entry *item, enum hazard_input_kind kind)
 {
     return (struct hazard_place){command->journal, command->item->first_build + item->info, kind,
-                                 item->geometry & ((UINT32_C(1) << 30) - 1)};
+                                 item->geometry & ((UINT32_C(1) << 29) - 1)};
 }
 
 /* ---- copies */
@@ -236,7 +238,8 @@ static void begin_side(const struct layer_device *device, const struct hazard_ba
         .is_build = command->item->build_count != 0,
         .info = build,
         .origin = layer_origin_of(device, &batch->batch->origin, command->journal,
-                                  command->item->first_build, command->item->origin),
+                                  command->item->build_count ? command->item->first_build : 0,
+                                  command->item->origin),
     };
 }
 
@@ -248,9 +251,10 @@ static void describe_reference(const struct layer_device *device,
 {
     begin_side(device, batch, command, reference->place.position - command->item->first_build,
                side);
-    side->role = HAZARD_REFERENCE;
-    side->kind = ACCESS_BUILD_ACCEL_READ;
-    side->type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
+    side->role = reference->is_placed ? reference->role : HAZARD_REFERENCE;
+    side->kind = reference->is_placed ? reference->access : ACCESS_BUILD_ACCEL_READ;
+    side->type =
+        reference->is_placed ? VK_OBJECT_TYPE_BUFFER : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
     side->object = reference->structure;
 }
 

@@ -20,23 +20,29 @@ enum hazard_input_kind {
     INPUT_INDICES,   /* the indices of a geometry of triangles */
     INPUT_DATA,      /* the vertices, boxes or instances of a geometry */
     COPIED_BYTES,    /* what a copy writes of its dst; `position`: see hazard_batch_copied() */
+    INPUT_ACCESS,    /* any access of a build at addresses; `position`: its number in the journal */
 };
 
 /* A build, and a geometry. */
 struct hazard_place {
     const struct journal *journal;
     uint32_t position;      /* of the build in its command buffer */
-    uint32_t kind : 2;      /* enum hazard_input_kind */
-    uint32_t geometry : 30; /* of a reference: 0 */
+    uint32_t kind : 3;      /* enum hazard_input_kind */
+    uint32_t geometry : 29; /* of a reference: 0 */
 };
 
-/* What a build reads besides what the journal says. */
+/* What a build reads, or an INPUT_ACCESS writes, besides what the journal says. */
 struct hazard_input {
     struct hazard_place place;
     union {
         struct {
             uint64_t structure;
             struct hazard_bytes bytes;
+            /* Of an INPUT_ACCESS, and of a reference to a structure without a handle; then
+             * `structure` is the VkBuffer. */
+            bool is_placed;
+            enum access_kind access;
+            enum hazard_role role;
         };
         struct {
             uint32_t smallest, largest;
@@ -96,7 +102,7 @@ void hazard_batch_free(struct hazard_batch_record *batch);
 void hazard_batch_add(struct hazard_batch_record *batch, const struct hazard_input *input);
 /* Call once all references and indices are known, before the functions below. */
 void hazard_batch_sort(struct hazard_batch_record *batch);
-/* Returns the references of a command. */
+/* Returns the references of a command, or what a build at addresses accesses besides. */
 const struct hazard_input *hazard_batch_references(const struct hazard_batch_record *batch,
                                                    const struct hazard_command *command,
                                                    uint32_t *count);

@@ -158,12 +158,27 @@ static void judge_vertices(struct journal_walk *walk, const struct hazard_entry 
     judge_data(search, command, item);
 }
 
+/* What level content has found of a structure without a handle, or of a build at addresses. */
+static void judge_placed(struct hazard_search *search, const struct hazard_input *input)
+{
+    const struct hazard_access access = {input->access, input->bytes};
+    const uint64_t number = hazards_access(search->hazards, &access);
+    if (!access_is_write(input->access))
+        return;
+    hazard_search_note_overwritten(search, &access, number, 0);
+    trace_search_write(&search->shaders, &input->bytes);
+}
+
 static void judge_references(struct hazard_search *search, const struct hazard_command *command)
 {
     uint32_t count;
     const struct hazard_input *references =
         hazard_batch_references(search->current, command, &count);
     for (uint32_t i = 0; i < count && is_compared(search); i++) {
+        if (references[i].is_placed) {
+            judge_placed(search, &references[i]);
+            continue;
+        }
         hazard_search_read_reference(
             search, &(struct hazard_access){ACCESS_BUILD_ACCEL_READ, references[i].bytes},
             references[i].structure, references[i].place.position);

@@ -15,7 +15,8 @@ struct copied {
     const struct call_view *call;
     const struct addressed_build *build;
     const struct input_memory *memory;
-    uint64_t place;       /* see struct executed_build */
+    uint64_t place; /* see struct addressed_read */
+    uint32_t number;
     bool knows_addresses; /* no buffer was destroyed since the submission */
     bool knows_earlier;   /* all builds of places before this one were read */
 };
@@ -43,6 +44,38 @@ static struct address_facts look_up(const struct copied *copied, uint64_t addres
     if (copied->knows_addresses)
         resources_look_up_address(copied->walk->context->resources, address, &facts);
     return facts;
+}
+
+/* What was accessed in memory that is still there. */
+static void report_access(const struct copied *copied, const struct addressed_range *range)
+{
+    const struct check_context *context = copied->walk->context;
+    if (context->hooks->on_access && copied->knows_addresses && range->address)
+        context->hooks->on_access(context->user, copied->number, copied->build->is_partitioned,
+                                  range);
+}
+
+/* A structure that is read, or is built, at an address. */
+static void report_structure(const struct copied *copied, bool is_written, uint64_t address)
+{
+    report_access(copied, &(struct addressed_range){.member = ADDRESSED_MEMBERS,
+                                                    .is_written = is_written,
+                                                    .address = address,
+                                                    .count = 1,
+                                                    .size = 1});
+}
+
+/* What a build of clusters accesses because the device has read that there is something to build.
+ */
+static void report_ranges(const struct copied *copied, uint32_t infos)
+{
+    struct addressed_range ranges[ADDRESSED_MEMBERS];
+    const uint32_t count = infos && copied->build->clusters.info.srcInfosCount
+                               ? addressed_ranges(copied->build, infos, ranges)
+                               : 0;
+    for (uint32_t i = 0; i < count; i++)
+        if (ranges[i].member != ADDRESSED_COUNT) /* as the journal says */
+            report_access(copied, &ranges[i]);
 }
 
 /* Without a stride all elements are one: two tell as much as all. */
@@ -115,6 +148,7 @@ static void read_dsts(const struct copied *copied, struct cluster_read_view *vie
         if (!read_whole(copied, array->deviceAddress + i * array->stride, &address,
                         sizeof(address)))
             break;
+        report_structure(copied, true, address);
         const struct cluster_dst dst = {.index = i,
                                         .same = address ? note_value(&known, address, i) : i,
                                         .facts = look_up(copied, address)};
@@ -145,6 +179,7 @@ static void find_same_reference(const struct copied *copied, struct cluster_info
             break;
         if (!reference)
             continue;
+        report_structure(copied, false, reference);
         view->first_same = note_value(&known, reference, i);
         view->second_same = i;
         if (view->first_same != i)
@@ -205,6 +240,7 @@ static void view_info(const struct copied *copied, const union cluster_info *inf
         break;
     case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_INSTANTIATE_TRIANGLE_CLUSTER_NV:
         view->instance = &info->instance;
+        report_structure(copied, false, info->instance.clusterTemplateAddress);
         view->template = find_template(copied, info->instance.clusterTemplateAddress);
         break;
     case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_CLUSTERS_BOTTOM_LEVEL_NV:
@@ -216,13 +252,46 @@ static void view_info(const struct copied *copied, const union cluster_info *inf
         view->unbuilt_move = is_unbuilt(copied, info->address, PLACE_BOTTOM_LEVEL, PLACE_TEMPLATE)
                                  ? info->address
                                  : 0;
+        report_structure(copied, false, info->address);
         break;
     case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_GET_CLUSTER_TEMPLATE_INDICES_NV:
         view->unbuilt_template =
             is_unbuilt(copied, info->address, PLACE_TEMPLATE, PLACE_TEMPLATE) ? info->address : 0;
+        report_structure(copied, false, info->address);
         break;
     default:
         break;
+    }
+}
+
+/* Without a stride only the first element is certain. */
+static void read_geometries(const struct copied *copied, struct cluster_info_view *view,
+                            struct triangle_geometry wrong[2])
+{
+    const VkClusterAccelerationStructureBuildTriangleClusterTemplateInfoNV *info = view->triangles;
+    const uint32_t limit = copied->call->device->clusters.limits.maxClusterGeometryIndex;
+    const uint64_t stride = info->geometryIndexAndFlagsBufferStride, size = sizeof(wrong->geometry),
+                   most = copied->build->clusters.triangles.maxClusterTriangleCount * size;
+    uint64_t count = stride || !info->triangleCount ? info->triangleCount : 1;
+    const unsigned char *bytes;
+    if (count && (count - 1) * stride + size > most) /* as much as was copied */
+        count = most < size ? 0 : (most - size) / stride + 1;
+    if (!count || !info->geometryIndexAndFlagsBuffer ||
+        copied->memory->find(copied->memory->context, info->geometryIndexAndFlagsBuffer,
+                             (count - 1) * stride + size,
+                             (const void **)&bytes) != (count - 1) * stride + size)
+        return;
+    for (uint32_t i = 0; i < count; i++) {
+        struct triangle_geometry read = {.triangle = i};
+        memcpy(&read.geometry, bytes + i * stride, size);
+        if (!view->wrong_index && read.geometry.geometryIndex >= limit) {
+            wrong[0] = read;
+            view->wrong_index = &wrong[0];
+        }
+        if (!view->wrong_reserved && read.geometry.reserved) {
+            wrong[1] = read;
+            view->wrong_reserved = &wrong[1];
+        }
     }
 }
 
@@ -235,7 +304,10 @@ static WALK_ALL(cluster_info)
     const struct location location = element_of(copied, "pCommandInfos->srcInfosArray", index);
     const uint32_t findings = copied->walk->findings;
     struct cluster_info_view view = {.call = copied->call, .build = copied->build};
+    struct triangle_geometry wrong[2];
     view_info(copied, info, &view);
+    if (cluster_op_has_geometries(copied->build))
+        read_geometries(copied, &view, wrong);
     check_implicit_read(copied->walk, copied->call, &location, op->name, info,
                         copied->knows_addresses);
     walk_cluster_info(copied->walk, &view, &location);
@@ -295,6 +367,7 @@ static WALK_ALL(cluster_read)
         view.has_count = read_whole(copied, info->srcInfosCount, &view.count, sizeof(view.count));
         view.infos = !view.has_count ? 0 : view.count < most ? view.count : most;
     }
+    report_ranges(copied, view.infos);
     if (read_infos(copied, &view) && (view.has_count || !info->srcInfosCount) && view.count <= most)
         keep_templates(copied, &view);
     if (info->input.opMode == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_EXPLICIT_DESTINATIONS_NV)
@@ -381,6 +454,10 @@ static WALK_ALL(partition_operation)
             view.write = &element.write;
         else
             view.update = &element.update;
+        if (view.write &&
+            !(element.write.instanceFlags &
+              VK_PARTITIONED_ACCELERATION_STRUCTURE_INSTANCE_FLAG_ENABLE_EXPLICIT_BOUNDING_BOX_NV))
+            report_structure(copied, false, element.write.accelerationStructure);
         view.updates_fixed_instance =
             view.update && updates_fixed_instance(copied, element.update.instanceIndex);
         if (!translates && note_value(&known, 1 + (uint64_t)instance_of(&view), i) != i &&
@@ -463,6 +540,7 @@ void content_check_addressed(struct walk *walk, const struct call_view *call,
                                   .build = build,
                                   .memory = read->memory,
                                   .place = read->place,
+                                  .number = read->number,
                                   .knows_earlier = places_are_read(context->places, read->place),
                                   .knows_addresses = resources_destroy_count(context->resources) ==
                                                      context->destroy_count};

@@ -7,12 +7,13 @@
 #include "src/model/clusters.h"
 #include "src/snapshots/memory.h"
 
-/* What a build of a command buffer has read. */
+/* What a build of a command buffer has read. `memory` has copies of its arrays: what is missing is
+ * not validated. */
 struct addressed_read {
     const struct addressed_build *build;
-    const struct input_memory
-        *memory;    /* the copies of its arrays; what is missing is not validated */
-    uint64_t place; /* see places_execute() */
+    const struct input_memory *memory;
+    uint64_t place;  /* see places_execute() */
+    uint32_t number; /* of the build in its command buffer */
 };
 
 /* Evaluates the rules of level CONTENT about a build. */

@@ -288,9 +288,9 @@ void executed_call_read(struct executed_call *call, const struct executed_build 
         return;
     }
     if (build->build->addressed) {
-        content_check_addressed(
-            &call->walk, &call->view,
-            &(struct addressed_read){build->build->addressed, &build->memory, build->place});
+        content_check_addressed(&call->walk, &call->view,
+                                &(struct addressed_read){build->build->addressed, &build->memory,
+                                                         build->place, build->number});
         return;
     }
     if (call->view.command == COMMAND_CmdBuildMicromapsEXT) {

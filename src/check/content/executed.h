@@ -16,7 +16,8 @@ struct executed_build {
     const struct build_inputs *source_inputs; /* of an update; NULL: not needed, or unknown */
     const struct used_micromap_note *used;    /* the micromaps that its geometries use */
     uint32_t used_count;
-    uint64_t place;                      /* of a build without dst: see places_execute() */
+    uint64_t place;                      /* of a build at addresses: see places_execute() */
+    uint32_t number;                     /* of such a build in its command buffer */
     struct build_reader *readers;        /* the caller ends them; NULL: none */
     const struct execution_point *point; /* of a build of instances; NULL: unknown */
 };

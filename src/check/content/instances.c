@@ -186,6 +186,9 @@ static void check_flags_and_reference(struct content *content, uint32_t index, b
         view.may_be_placed =
             content->range->geometry->build->call->command != COMMAND_HOST &&
             places_may_hold(context->places, PLACE_BOTTOM_LEVEL, reference, context->destroy_count);
+        if (view.may_be_placed && context->hooks->on_placed_reference)
+            context->hooks->on_placed_reference(context->user,
+                                                content->range->geometry->build->index, reference);
     }
     if (instance->flags & VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR)
         view.allows_disabling = find_disabling(content, referenced);

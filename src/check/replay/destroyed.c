@@ -103,8 +103,34 @@ static void check_build(struct journal_walk *walk, const struct journal_entry *e
 
 /* ---- inputs */
 
+static bool is_of_partitions(const struct journal_input *input)
+{
+    return input->command == COMMAND_CmdBuildPartitionedAccelerationStructuresNV;
+}
+
+/* RULE_COUNT: no sentence asks for a buffer. */
+static enum rule rule_of_addressed(const struct journal_input *input)
+{
+    static const enum rule rules[ADDRESSED_MEMBERS][2] = {
+        [ADDRESSED_DST] = {RULE_cluster_dst_has_storage_usage,
+                           RULE_partition_structures_have_storage_usage},
+        [ADDRESSED_SRC] = {RULE_COUNT, RULE_partition_structures_have_storage_usage},
+        [ADDRESSED_SCRATCH] = {RULE_cluster_scratch_has_storage_usage,
+                               RULE_partition_scratch_has_storage_usage},
+        [ADDRESSED_ADDRESSES] = {RULE_cluster_addresses_are_in_a_storage_buffer, RULE_COUNT},
+        [ADDRESSED_SIZES] = {RULE_COUNT, RULE_COUNT},
+        [ADDRESSED_INFOS] = {RULE_cluster_infos_are_in_an_input_buffer,
+                             RULE_partition_inputs_have_input_usage},
+        [ADDRESSED_COUNT] = {RULE_cluster_count_has_input_usage,
+                             RULE_partition_inputs_have_input_usage},
+    };
+    return rules[input->info][is_of_partitions(input)];
+}
+
 static enum rule rule_of_input(const struct journal_input *input, enum address_status status)
 {
+    if (input->role == INPUT_ROLES)
+        return rule_of_addressed(input);
     if (status == ADDRESS_UNBOUND)
         return RULE_input_buffer_is_bound;
     if (input->role == INPUT_SCRATCH)
@@ -124,22 +150,36 @@ static enum subject subject_of_input(enum input_role role)
     return role == INPUT_SCRATCH || role == INPUT_UPDATE_SCRATCH ? SUBJECT_BUILD : SUBJECT_GEOMETRY;
 }
 
+static struct location location_of_input(const struct journal_input *input)
+{
+    if (input->role == INPUT_ROLES)
+        return (struct location){.command = (enum build_command)input->command,
+                                 .subject = SUBJECT_ARGUMENT,
+                                 .argument =
+                                     is_of_partitions(input) ? "pBuildInfo" : "pCommandInfos"};
+    return (struct location){.command = (enum build_command)input->command,
+                             .subject = subject_of_input((enum input_role)input->role),
+                             .build = input->info,
+                             .geometry = input->geometry,
+                             .geometry_by_pointer = input->geometry_by_pointer};
+}
+
 static void check_input(struct replay *replay, const struct journal *journal,
                         const struct journal_input *input)
 {
+    const struct location location = location_of_input(input);
+    const char *field =
+        input->role == INPUT_ROLES
+            ? addressed_member_name((enum addressed_member)input->info, is_of_partitions(input))
+            : input_field((enum input_role)input->role);
     struct address_facts facts;
     resources_look_up_address(replay->resources, input->address, &facts);
-    if (facts.status != ADDRESS_NOWHERE && facts.status != ADDRESS_UNBOUND)
+    const enum rule rule = rule_of_input(input, facts.status);
+    if ((facts.status != ADDRESS_NOWHERE && facts.status != ADDRESS_UNBOUND) || rule == RULE_COUNT)
         return;
-    struct location location = {.command = (enum build_command)input->command,
-                                .subject = subject_of_input((enum input_role)input->role),
-                                .build = input->info,
-                                .geometry = input->geometry,
-                                .geometry_by_pointer = input->geometry_by_pointer};
     struct entry_rules rules;
     struct finding finding;
     entry_rules_begin(&rules, replay, journal, input->position, &location);
-    const char *field = input_field((enum input_role)input->role);
     if (facts.status == ADDRESS_NOWHERE)
         finding_says(&finding, field,
                      "{} was in a buffer that was destroyed after the build was recorded",
@@ -148,7 +188,7 @@ static void check_input(struct replay *replay, const struct journal *journal,
         finding_says(
             &finding, field, "{} is in {}, whose memory was freed after the build was recorded",
             hex(input->address), object(VK_OBJECT_TYPE_BUFFER, handle_number(facts.buffer)));
-    entry_rules_report(&rules, rule_of_input(input, facts.status), &finding);
+    entry_rules_report(&rules, rule, &finding);
 }
 
 /* The inputs of the NV command, which are handles. */

@@ -79,6 +79,14 @@ struct check_hooks {
     /* The structures that the instances of an executed build refer to, if all are known. `uses` is
      * NULL if there are none. NULL: not needed. */
     void (*on_all_references)(void *user, const struct instance_uses *uses);
+    /* An instance of an executed build refers to an address at which a build may have put a
+     * structure without a handle. NULL: not needed. */
+    void (*on_placed_reference)(void *user, uint32_t build, VkDeviceAddress reference);
+    /* An executed build at addresses, the n-th of its command buffer, has accessed elements; or if
+     * `range` has the member ADDRESSED_MEMBERS, has read a structure, of which the first byte is
+     * certain. NULL: not needed. */
+    void (*on_access)(void *user, uint32_t number, bool is_partitioned,
+                      const struct addressed_range *range);
     /* Returns whether another device of the process has such an object with that handle. */
     bool (*of_another_device)(void *user, enum resource_kind kind, uint64_t handle);
     /* Returns whether the physical device can read serialized data of this version: two UUIDs. */

@@ -226,10 +226,17 @@ static bool vertex_stride_fits_the_format(const struct cluster_info_view *info,
                     count_of(size, "byte"), format(of_vertices));
 }
 
-/* The buffer of indices may only raise it. */
+/* Geometries of triangles may only raise the base. */
 static bool geometry_index_is_within_limit(const struct cluster_info_view *info,
                                            struct finding *finding)
 {
+    const struct triangle_geometry *wrong = info->wrong_index;
+    if (wrong)
+        return violated(finding, "geometryIndexAndFlagsBuffer",
+                        "leads to geometryIndex {} of triangle {}, which is not less than "
+                        "maxClusterGeometryIndex ({})",
+                        number(wrong->geometry.geometryIndex), number(wrong->triangle),
+                        number(support_of(info)->limits.maxClusterGeometryIndex));
     return is_less(finding, "baseGeometryIndexAndGeometryFlags.geometryIndex",
                    info->triangles->baseGeometryIndexAndGeometryFlags.geometryIndex,
                    support_of(info)->limits.maxClusterGeometryIndex, "maxClusterGeometryIndex");
@@ -281,10 +288,15 @@ BOTH(cluster_has_flag_for_micromaps, template_has_flag_for_micromaps, has_flag_f
 bool cluster_geometry_reserves_bits(const struct cluster_info_view *cluster_info,
                                     struct finding *finding)
 {
+    const struct triangle_geometry *wrong = cluster_info->wrong_reserved;
     const uint32_t reserved =
         cluster_info->triangles
             ? cluster_info->triangles->baseGeometryIndexAndGeometryFlags.reserved
             : 0;
+    if (wrong)
+        return violated(finding, "geometryIndexAndFlagsBuffer",
+                        "leads to reserved {} of triangle {}, which is not 0",
+                        hex(wrong->geometry.reserved), number(wrong->triangle));
     return !reserved || violated(finding, "baseGeometryIndexAndGeometryFlags.reserved",
                                  "{} is not 0", hex(reserved));
 }

@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "src/model/clusters.h"
+#include "vuid-tables/rules.h"
 
 struct resources;
 struct places; /* one for a device whose extensions have such builds; has its own lock */
@@ -28,6 +29,11 @@ enum place_kind {
 };
 
 enum place_kind place_kind_of(const struct addressed_build *build);
+static inline enum build_command addressed_build_command(const struct addressed_build *build)
+{
+    return build->is_partitioned ? COMMAND_CmdBuildPartitionedAccelerationStructuresNV
+                                 : COMMAND_CmdBuildClusterAccelerationStructureIndirectNV;
+}
 
 /* What a build puts somewhere. */
 struct placed {

@@ -29,6 +29,11 @@ enum hazard_role {
     HAZARD_SHADER,      /* a shader of a dispatch, trace or draw; bytes that it may write */
     HAZARD_TRACED,      /* a structure that such a shader may trace, in front of the trace */
     HAZARD_USED,        /* a structure of a descriptor that such a shader uses statically */
+    /* Of builds of structures at addresses. */
+    HAZARD_DST_ADDRESSES, /* dstAddressesArray */
+    HAZARD_DST_SIZES,
+    HAZARD_INFOS,
+    HAZARD_COUNT,
     HAZARD_ROLES,
 };
 
@@ -39,8 +44,9 @@ struct hazard_entry {
     union {
         unsigned char role; /* HAZARD_ACCESS, HAZARD_INDEXED: enum hazard_role */
         struct {
-            bool reads_references : 1; /* HAZARD_COMMAND: it builds top-level structures of the
-                                        * device */
+            /* HAZARD_COMMAND: it builds top-level structures of the device; it is a build at
+             * addresses, which accesses what level content finds. */
+            bool reads_references : 1, has_accesses : 1;
             bool is_global : 1, is_acquisition : 1; /* HAZARD_BARRIER */
         };
     };
@@ -59,7 +65,8 @@ struct hazard_entry {
         };
         struct { /* HAZARD_COMMAND */
             uint32_t build_count;
-            uint32_t first_build; /* its position in the command buffer */
+            uint32_t first_build; /* its position in the command buffer; of a build at addresses,
+                                   * its number in the journal */
             uint32_t origin;      /* see journal_note_origin() */
         };
         struct dependency dependency; /* HAZARD_BARRIER, HAZARD_SET_EVENT */
@@ -93,6 +100,36 @@ static inline struct hazard_entry *hazard_add(struct journal *journal, enum jour
 static inline const struct hazard_entry *hazard_next(struct journal_walk *walk)
 {
     return (const void *)journal_next(walk);
+}
+
+/* How a build at addresses accesses elements; of ADDRESSED_MEMBERS: a structure that it reads or
+ * builds. No sentence says with which access partitioned builds read their arrays, and builds of
+ * clusters their explicit destinations: that is not certain. */
+struct addressed_access {
+    bool is_certain;
+    enum access_kind kind;
+    enum hazard_role role;
+};
+static inline struct addressed_access hazard_access_of(bool is_partitioned,
+                                                       const struct addressed_range *range)
+{
+    static const enum hazard_role roles[ADDRESSED_MEMBERS] = {
+        [ADDRESSED_DST] = HAZARD_DST,         [ADDRESSED_SRC] = HAZARD_SRC,
+        [ADDRESSED_SCRATCH] = HAZARD_SCRATCH, [ADDRESSED_ADDRESSES] = HAZARD_DST_ADDRESSES,
+        [ADDRESSED_SIZES] = HAZARD_DST_SIZES, [ADDRESSED_INFOS] = HAZARD_INFOS,
+        [ADDRESSED_COUNT] = HAZARD_COUNT,
+    };
+    const bool is_input = range->member == ADDRESSED_INFOS || range->member == ADDRESSED_COUNT,
+               is_structure = range->member == ADDRESSED_MEMBERS;
+    return (struct addressed_access){.is_certain = range->is_written ||
+                                                   range->member == ADDRESSED_SRC || is_structure ||
+                                                   (is_input && !is_partitioned),
+                                     .kind = range->is_written ? ACCESS_BUILD_ACCEL_WRITE
+                                             : is_input        ? ACCESS_BUILD_INDIRECT_READ
+                                                               : ACCESS_BUILD_ACCEL_READ,
+                                     .role = !is_structure       ? roles[range->member]
+                                             : range->is_written ? HAZARD_DST
+                                                                 : HAZARD_REFERENCE};
 }
 
 /* Returns the id of memory, or 0 if its bytes cannot be told apart: see

@@ -106,6 +106,12 @@ void journal_add_secondary(struct journal *journal, struct journal *secondary)
     journal->reads_host_data |= secondary->reads_host_data;
 }
 
+void journal_add_place(struct journal *journal, const struct placed *placed)
+{
+    journal_add(journal, &(struct journal_entry){.kind = JOURNAL_PLACE, .placed = *placed});
+    journal->place_count++;
+}
+
 void journal_add_binding(struct journal *journal, const struct sparse_binding *binding)
 {
     struct journal_entry entry = {
@@ -295,7 +301,7 @@ ON_RECORDING_PATH void journal_clear(struct journal *journal)
         forget_recent_inputs(journal);
     chunk_list_clear(&journal->entries);
     journal->has_references = journal->has_sources_to_check = false;
-    journal->secondary_count = 0;
+    journal->secondary_count = journal->place_count = 0;
     journal->has_events = journal->writes_queries = false;
     journal->unknown = journal->accesses_unknown = (struct unknown){0};
     journal->awaits_inputs = journal->has_condition = false;

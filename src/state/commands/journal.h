@@ -152,7 +152,8 @@ enum {
 _Static_assert(JOURNAL_ENTRY_MAX <= 128, "a recorded build takes little memory");
 struct journal_input {
     unsigned char kind, size;  /* as in struct journal_entry */
-    unsigned char role;        /* enum input_role */
+    unsigned char role;        /* enum input_role; INPUT_ROLES: of a build at addresses, whose
+                                * member `info` is (enum addressed_member) */
     unsigned char command : 7; /* enum build_command */
     bool geometry_by_pointer : 1;
     uint32_t position; /* of the build in the command buffer */
@@ -165,6 +166,7 @@ struct journal_input {
     };
 };
 _Static_assert(sizeof(struct journal_input) == 32, "a build has several inputs");
+_Static_assert(COMMAND_COUNT <= 1 << 7, "an input has room for its command");
 
 enum { JOURNAL_RECENT_INPUTS = 32, JOURNAL_INPUTS_AT_ONCE = 5 };
 #define JOURNAL_CHUNK                                                                              \
@@ -201,6 +203,7 @@ struct journal {
     const char *shaders_name;
     struct bound_shaders *bound; /* owned; NULL: nothing is known to be bound */
     uint32_t secondary_count;    /* JOURNAL_EXECUTE entries */
+    uint32_t place_count;        /* JOURNAL_PLACE entries */
     bool binds;                  /* all entries are JOURNAL_BIND */
     /* journal_clear() clears those that follow: side by side, they take two instructions. */
     bool has_condition;        /* setting hazards: conditional rendering may leave dispatches out */
@@ -395,7 +398,6 @@ ADDS(reset_queries, JOURNAL_RESET_QUERIES)
 ADDS(write_queries, JOURNAL_WRITE_QUERIES)
 ADDS(answer, JOURNAL_ANSWER)
 ADDS(use_event, JOURNAL_USE_EVENT)
-ADDS(place, JOURNAL_PLACE)
 #undef ADDS
 
 /* Adds the place of copies of a build that writes no structure that is known. The caller may set
@@ -405,6 +407,7 @@ struct journal_entry *journal_add_inputs(struct journal *journal, enum build_com
 /* Adds an execution of the secondary command buffer whose journal is given, and a reference to it.
  */
 void journal_add_secondary(struct journal *journal, struct journal *secondary);
+void journal_add_place(struct journal *journal, const struct placed *placed);
 void journal_add_binding(struct journal *journal, const struct sparse_binding *binding);
 struct sparse_binding journal_binding(const struct journal_entry *entry);
 
