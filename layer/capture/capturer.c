@@ -216,7 +216,7 @@ struct captured_record {
     const struct recorded_build *build;
     const struct order_batch *waits_for; /* as struct queued_line has it */
     uint32_t command;
-    uint64_t dst_id;
+    uint64_t dst_id, src_id; /* of structures; 0: none */
 };
 
 static void write_origin(struct json *json, const struct captured_record *captured)
@@ -233,8 +233,8 @@ static void write_origin(struct json *json, const struct captured_record *captur
         const struct value query = query_type(entry->read.query);
         json_text(json, "query", query.kind == VALUE_TEXT ? query.text : "");
     }
-    if (entry->src_id && !journal_is_fill(entry)) /* of a deserialization it is an address */
-        json_number(json, "src_id", entry->src_id);
+    if (captured->src_id)
+        json_number(json, "src_id", captured->src_id);
 }
 
 static void write_more(struct json *json, const struct log_record *record)
@@ -328,10 +328,11 @@ static void add_record(void *user, const struct journal *journal, const struct j
         .entry = entry,
         .build = builds ? journal_copies(entry) : NULL,
         .dst_id = record->kind == RECORD_QUERY ? 0 : entry->dst_id,
+        .src_id = record->src ? entry->src_id : 0, /* a deserialization reads a buffer */
     };
     if (record->object_type == VK_OBJECT_TYPE_MICROMAP_EXT)
-        captured.dst_id = 0;
-    describe_structure(capturer, record->object_type, record->src, entry->src_id, before);
+        captured.dst_id = captured.src_id = 0;
+    describe_structure(capturer, record->object_type, record->src, captured.src_id, before);
     describe_structure(capturer, record->object_type, record->dst, captured.dst_id, NULL);
     if (captured.build) {
         capturer->calls += captured.build->begins_call;

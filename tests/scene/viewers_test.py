@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What others make of assay-scene's files: the validator of Khronos (gltf-validator of npm, in a folder of
-NODE_PATH) and Blender.
+"""What others make of assay-scene's files: assimp, by tests/scene/assimp.c; or the validator of Khronos
+(gltf-validator of npm, in a folder of NODE_PATH) and Blender.
 
-usage: viewers_test.py ASSAY_SCENE
+usage: viewers_test.py ASSAY_SCENE [SCENE_ASSIMP]
 
-Exits with 77 (skipped) if both are missing."""
+Exits with 77 (skipped) if both of the latter are missing."""
 
 import json
 import pathlib
@@ -89,26 +89,42 @@ class Viewers(unittest.TestCase):
             messages = [message for message in issues["messages"] if message["severity"] < 2]
             self.assertEqual((issues["numErrors"], messages), (0, []), file)
 
+    def expect_the_same(self, file, text):
+        """`text`: how many triangles a reader has found, and their bounds."""
+        triangles, bounds = json.loads(text)
+        expected = Gltf(file).triangles()
+        self.assertEqual(triangles, len(expected), file)
+        corners = [corner for triangle in expected for corner in triangle]
+        for choice, found in zip((min, max), bounds):
+            for column, value in zip(zip(*corners), found):
+                self.assertAlmostEqual(choice(column), value, 4)
+
+    def files_without_extensions(self):
+        """Those that have triangles, and that Debian's assimp and Blender know all of."""
+        return (file for file in self.files() if file.stem in ("scene", "flags", "nodes"))
+
     @unittest.skipUnless(shutil.which("blender"), "Blender is not installed")
     def test_blender(self):
-        for file in self.files():
-            if file.stem not in ("scene", "nodes"):  # Debian's knows no EXT_mesh_gpu_instancing
-                continue
+        for file in self.files_without_extensions():
             process = subprocess.run(
                 ["blender", "--background", "--factory-startup", "--python-expr", IMPORT, "--", file], check=True,
                 env={"PATH": "/usr/bin:/bin", "HOME": str(self.folder)}, capture_output=True)  # the system's Python
             [line] = [line for line in process.stdout.decode().splitlines() if line.startswith("RESULT ")]
-            triangles, bounds = json.loads(line[7:])
-            expected = Gltf(file).triangles()
-            self.assertEqual(triangles, len(expected), file)
-            corners = [corner for triangle in expected for corner in triangle]
-            for choice, found in zip((min, max), bounds):
-                for column, value in zip(zip(*corners), found):
-                    self.assertAlmostEqual(choice(column), value, 4)
+            self.expect_the_same(file, line[7:])
+
+
+class Assimp(Viewers):
+    test_validator = test_blender = None
+
+    def test_assimp(self):
+        for file in self.files_without_extensions():
+            self.expect_the_same(file, subprocess.run([sys.argv[2], file], check=True, capture_output=True).stdout)
 
 
 if __name__ == "__main__":
+    if len(sys.argv) > 2:
+        unittest.main(argv=[sys.argv[0], "Assimp"])
     if not has_validator() and not shutil.which("blender"):
         print("skipped: neither gltf-validator nor Blender is installed")
         sys.exit(77)
-    unittest.main(argv=sys.argv[:1])
+    unittest.main(argv=[sys.argv[0], "Viewers"])
