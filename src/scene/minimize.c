@@ -58,7 +58,7 @@ static bool replay_try(struct search *search)
 {
     char command[COMMAND_SIZE], line[LINE_SIZE];
     struct text_buffer text;
-    const bool compares = strncmp(search->finding, "ASSAY-compare", 13) == 0;
+    const bool compares = strstr(search->finding, "-compare-") != NULL;
     const size_t length = strlen(search->finding);
     bool is_found = false;
     text_begin(&text, command, sizeof(command));

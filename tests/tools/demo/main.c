@@ -50,12 +50,16 @@ static bool main_backend(const char *name)
 static struct options main_options(int argc, char **argv)
 {
     static const struct option known[] = {
-        {"backend", required_argument, NULL, 'b'}, {"help", no_argument, NULL, 'h'},
-        {"mesh", required_argument, NULL, 'm'},    {"no-picture", no_argument, NULL, 'n'},
-        {"out-dir", required_argument, NULL, 'o'}, {"execute", no_argument, NULL, 'e'},
+        {"backend", required_argument, NULL, 'b'},
+        {"help", no_argument, NULL, 'h'},
+        {"mesh", required_argument, NULL, 'm'},
+        {"no-picture", no_argument, NULL, 'n'},
+        {"out-dir", required_argument, NULL, 'o'},
+        {"execute", no_argument, NULL, 'e'},
         {0},
     };
-    struct options options = {"/usr/share/glmark2/models/bunny.obj", "build/demo", true, false, false};
+    struct options options = {"/usr/share/glmark2/models/bunny.obj", "build/demo", true, false,
+                              false};
     for (int option; (option = getopt_long(argc, argv, "", known, NULL)) != -1;) {
         switch (option) {
         case 'b':
