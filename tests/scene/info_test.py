@@ -282,7 +282,7 @@ class Arguments(Case):
         self.assertEqual(run("--version")[0], 0)
         page = (ROOT / "docs/assay-scene.1").read_text(encoding="utf-8").replace("\\-", "-")
         script = ROOT / "scripts/assay_run/completion.bash"
-        for command, at in (("info", 1), ("export", 2)):
+        for command in ("info", "export", "replay", "minimize"):
             options = sorted(set(re.findall(r"--[a-z][a-z-]+", out.split(f"\n{command}: ")[1].split("\n\n")[0])))
             words = subprocess.run(
                 ["bash", "-c", f"source {script}; COMP_WORDS=(assay-scene {command} --); COMP_CWORD=2; "
