@@ -26,7 +26,11 @@ struct queued_line {
     const struct order_batch *batch; /* that executes the build, in which command buffer */
     uint32_t command;
     const struct recorded_build *build;
-    size_t size; /* of `text`; a build's lacks the } at the end */
+    bool is_before;    /* the capture has not begun: what structures need is kept */
+    bool is_last;      /* the capture ends with it */
+    bool destroys;     /* `dst` */
+    uint64_t dst, src; /* ids of structures: that is written, that is read; 0: none */
+    size_t size;       /* of `text`; a build's lacks the } at the end */
     char text[];
 };
 
@@ -41,6 +45,8 @@ struct capturer {
     struct queued_line *first, **last;
     struct json head;
     uint64_t lines, calls;      /* their numbers */
+    bool has_begun, has_ended;  /* capture_from and capture_until: no line is queued any more */
+    bool was_in_label;          /* of capture_until */
     bool is_over;               /* nothing is written any more */
     char warning[WARNING_SIZE]; /* to be sent; "": none */
 };
@@ -128,10 +134,32 @@ static int open_folder(struct capturer *capturer, const struct settings *setting
 
 /* ---- the queue: the caller holds the lock */
 
+static void keep_line(struct capture_writer *writer, const struct queued_line *line)
+{
+    if (line->destroys)
+        capture_kept_remove(&writer->kept, &writer->folder, line->dst);
+    else if (line->dst)
+        capture_kept_add(&writer->kept, &writer->folder, line->dst, line->src, line->text,
+                         line->size);
+}
+
 static void write_line(struct capturer *capturer, const struct queued_line *line)
 {
-    if (!capturer->is_over)
-        capture_folder_add_line(&capturer->writer.folder, line->text, line->size);
+    struct capture_writer *writer = &capturer->writer;
+    if (capturer->is_over)
+        return;
+    if (line->is_before) {
+        keep_line(writer, line);
+        return;
+    }
+    capture_kept_write(&writer->kept, &writer->folder, line->src, &capturer->lines);
+    capture_kept_remove(&writer->kept, &writer->folder, line->dst);
+    if (line->is_last) {
+        capture_write_end(writer, "capture_until was reached");
+        capturer->is_over = true;
+    } else {
+        capture_folder_add_command(&writer->folder, ++capturer->lines, line->text, line->size);
+    }
 }
 
 static void write_queue(struct capturer *capturer)
@@ -179,6 +207,9 @@ static void complete_line(struct capturer *capturer, struct queued_line **place,
     }
     whole->text[line->size] = ','; /* instead of the { of `more` */
     whole->next = line->next;
+    whole->is_before = line->is_before;
+    whole->dst = line->dst;
+    whole->src = line->src;
     *place = whole;
     if (capturer->last == &line->next)
         capturer->last = &whole->next;
@@ -240,7 +271,6 @@ static void write_origin(struct json *json, const struct captured_record *captur
 static void write_more(struct json *json, const struct log_record *record)
 {
     const struct captured_record *captured = (const struct captured_record *)(const void *)record;
-    json_number(json, "n", captured->capturer->lines);
     if (captured->entry)
         write_origin(json, captured);
     if (captured->dst_id)
@@ -283,7 +313,6 @@ static void queue_record(struct captured_record *captured)
 {
     struct capturer *capturer = captured->capturer;
     struct json *json = &capturer->head;
-    capturer->lines++;
     captured->record.write_more = write_more;
     if (!line_of_record(json, &captured->record))
         return;
@@ -293,6 +322,11 @@ static void queue_record(struct captured_record *captured)
     line->size -= captured->waits_for ? 2 : 0; /* } and the newline */
     line->batch = captured->waits_for;
     line->command = captured->command;
+    line->is_before = !capturer->has_begun;
+    line->dst = captured->dst_id;
+    /* A build may name a source that it does not read. */
+    line->src = captured->entry && journal_is_build(captured->entry) ? 0 : captured->src_id;
+    line->destroys = captured->record.kind == RECORD_DESTROYED;
     line->build = captured->build;
     add_line(capturer, line);
 }
@@ -306,6 +340,78 @@ static void add_parameters(struct log_record *record, const struct recorded_buil
     record->has_geometries = true;
     record->geometries = given->info.geometryCount;
     record->flags = given->info.flags;
+}
+
+/* ---- where the capture begins and ends */
+
+static bool has_label(const struct label_stack *stack, const char *text)
+{
+    for (uint32_t i = 0; stack && i < stack->count; i++)
+        if (strstr(stack->labels[i].pLabelName, text))
+            return true;
+    return false;
+}
+
+static bool is_in_label(const struct capture_point *point, const struct captured_record *captured)
+{
+    return has_label(shared_labels_stack(captured->record.submission.labels), point->label) ||
+           has_label(journal_labels(captured->journal, captured->entry->origin), point->label);
+}
+
+static bool begins(const struct capture_point *from, const struct captured_record *captured)
+{
+    switch (from->kind) {
+    case AT_FRAME:
+        return captured->record.submission.frame >= from->number;
+    case AT_SUBMISSION:
+        return captured->record.submission.number >= from->number;
+    case AT_LABEL:
+        return is_in_label(from, captured);
+    case AT_ANY_POINT:
+        break;
+    }
+    return true;
+}
+
+static bool ends(struct capturer *capturer, const struct capture_point *until,
+                 const struct captured_record *captured)
+{
+    const bool was_in_label = capturer->was_in_label;
+    switch (until->kind) {
+    case AT_FRAME:
+        return captured->record.submission.frame > until->number;
+    case AT_SUBMISSION:
+        return captured->record.submission.number > until->number;
+    case AT_LABEL:
+        capturer->was_in_label = is_in_label(until, captured);
+        return was_in_label && !capturer->was_in_label;
+    case AT_ANY_POINT:
+        break;
+    }
+    return false;
+}
+
+static void queue_end(struct capturer *capturer)
+{
+    struct queued_line *line = make_line("", 0, "", 0);
+    capturer->has_ended = true;
+    if (!line)
+        return;
+    line->is_last = true;
+    add_line(capturer, line);
+}
+
+/* Whether a record is queued. */
+static bool is_wanted(struct capturer *capturer, const struct captured_record *captured)
+{
+    const struct settings *settings = reporter_settings(capturer->device->instance->reporter);
+    if (capturer->has_ended)
+        return false;
+    if (!capturer->has_begun)
+        capturer->has_begun = begins(&settings->capture_from, captured);
+    if (capturer->has_begun && ends(capturer, &settings->capture_until, captured))
+        queue_end(capturer);
+    return !capturer->has_ended && (capturer->has_begun || settings->capture_keep);
 }
 
 /* What a walk over a batch hands on. */
@@ -332,6 +438,8 @@ static void add_record(void *user, const struct journal *journal, const struct j
     };
     if (record->object_type == VK_OBJECT_TYPE_MICROMAP_EXT)
         captured.dst_id = captured.src_id = 0;
+    if (!is_wanted(capturer, &captured))
+        return;
     describe_structure(capturer, record->object_type, record->src, captured.src_id, before);
     describe_structure(capturer, record->object_type, record->dst, captured.dst_id, NULL);
     if (captured.build) {
@@ -425,6 +533,17 @@ static struct queued_line **find_waiting(struct capturer *capturer,
     return at;
 }
 
+/* Writes the line of a structure that an instance refers to, and what was kept of it. */
+static void describe_reference(struct capturer *capturer, const struct capture_reference *reference,
+                               bool is_before)
+{
+    struct capture_writer *writer = &capturer->writer;
+    describe_structure(capturer, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                       handle_number(reference->handle), reference->structure, before);
+    if (!is_before && !capturer->is_over)
+        capture_kept_write(&writer->kept, &writer->folder, reference->structure, &capturer->lines);
+}
+
 /* The data of a build was read: writes it, and ends the build's line. */
 static void end_build(struct build_reader *reader)
 {
@@ -435,9 +554,8 @@ static void end_build(struct build_reader *reader)
     enter(capturer);
     struct queued_line **place = find_waiting(capturer, &own->executed);
     for (uint32_t i = 0; *place && i < build.reference_count; i++)
-        describe_structure(capturer, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                           handle_number(build.references[i].handle), build.references[i].structure,
-                           before);
+        describe_reference(capturer, &build.references[i], (*place)->is_before);
+    capturer->writer.folder.holds = *place && (*place)->is_before;
     if (*place && capture_compose_build(&capturer->writer, &build))
         complete_line(capturer, place, capturer->writer.build.text.text,
                       capturer->writer.build.text.length);

@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <inttypes.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define XXH_INLINE_ALL
@@ -57,6 +58,7 @@ void capture_folder_close(struct capture_folder *folder)
     if (folder->lines)
         fclose(folder->lines);
     handle_table_release(&folder->known);
+    handle_table_drop(&folder->held, free);
     folder->lines = NULL;
 }
 
@@ -108,6 +110,15 @@ bool capture_folder_add_line(struct capture_folder *folder, const char *line, si
     return may_write(folder, size) && write_to(folder, folder->lines, line, size, "", 0);
 }
 
+bool capture_folder_add_command(struct capture_folder *folder, uint64_t number, const char *line,
+                                size_t size)
+{
+    char begin[32];
+    const int length = snprintf(begin, sizeof(begin), "{\"n\":%" PRIu64 ",", number);
+    return may_write(folder, (size_t)length + size - 1) &&
+           write_to(folder, folder->lines, begin, (size_t)length, line + 1, size - 1);
+}
+
 /* ---- arrays */
 
 enum { HEADER_SIZE = 256, HEADER_ALIGNMENT = 64, PREFIX = 10 };
@@ -156,22 +167,111 @@ static bool write_array(struct capture_folder *folder, const char *hash, const c
     return !folder->error;
 }
 
+/* An array in memory: the header, and the rows. */
+struct held_array {
+    char hash[CAPTURE_HASH_SIZE];
+    uint32_t references;
+    uint64_t size; /* of the rows */
+    char bytes[];
+};
+
+static bool hold_array(struct capture_folder *folder, uint64_t key, const char *hash,
+                       const char *header, const void *rows, uint64_t size)
+{
+    struct held_array *held = handle_table_find(&folder->held, key);
+    if (held) {
+        held->references++;
+        return true;
+    }
+    held = malloc(sizeof(*held) + HEADER_SIZE + size);
+    if (!held || !handle_table_set(&folder->held, key, held)) {
+        free(held);
+        return false;
+    }
+    memcpy(held->hash, hash, CAPTURE_HASH_SIZE);
+    held->references = 1;
+    held->size = size;
+    memcpy(held->bytes, header, HEADER_SIZE);
+    memcpy(held->bytes + HEADER_SIZE, rows, size);
+    folder->held_size += size;
+    return true;
+}
+
+/* Half of a hash, as it is found by. */
+static uint64_t key_of(uint64_t low)
+{
+    return low ? low : 1;
+}
+
+static bool add_array(struct capture_folder *folder, uint64_t key, const char *hash,
+                      const char *header, const void *rows, uint64_t size)
+{
+    static char has_it;
+    if (handle_table_find(&folder->known, key))
+        return true;
+    if (folder->holds)
+        return hold_array(folder, key, hash, header, rows, size);
+    if (!may_write(folder, HEADER_SIZE + size) || !write_array(folder, hash, header, rows, size))
+        return false;
+    handle_table_set(&folder->known, key, &has_it); /* without memory, it is written again */
+    return true;
+}
+
 bool capture_folder_add_array(struct capture_folder *folder, const struct capture_array *array,
                               char hash[CAPTURE_HASH_SIZE])
 {
-    static char has_it;
     char header[HEADER_SIZE];
     const uint64_t size = array->count * array->size;
     compose_header(array, header);
     const XXH64_hash_t seed = XXH3_64bits(header, HEADER_SIZE);
     const XXH128_hash_t found = XXH3_128bits_withSeed(array->rows, size, seed);
-    const uint64_t key = found.low64 ? found.low64 : 1;
     snprintf(hash, CAPTURE_HASH_SIZE, "%016" PRIx64 "%016" PRIx64, found.high64, found.low64);
-    if (handle_table_find(&folder->known, key))
-        return true;
-    if (!may_write(folder, HEADER_SIZE + size) ||
-        !write_array(folder, hash, header, array->rows, size))
-        return false;
-    handle_table_set(&folder->known, key, &has_it); /* without memory, it is written again */
-    return true;
+    return add_array(folder, key_of(found.low64), hash, header, array->rows, size);
+}
+
+/* Returns the next held array that a line names, or NULL at its end. `at` is moved behind it. */
+static struct held_array *next_held(const struct capture_folder *folder, const char **at,
+                                    const char *end)
+{
+    static const char key[] = "\"data\":\"";
+    enum { KEY = sizeof(key) - 1, HALF = 16 };
+    for (; end - *at >= KEY + CAPTURE_HASH_SIZE; ++*at) {
+        if (memcmp(*at, key, KEY) != 0)
+            continue;
+        char half[HALF + 1] = "";
+        memcpy(half, *at + KEY + HALF, HALF);
+        struct held_array *held =
+            handle_table_find(&folder->held, key_of(strtoull(half, NULL, 16)));
+        if (!held)
+            continue;
+        *at += KEY;
+        return held;
+    }
+    return NULL;
+}
+
+bool capture_folder_write_held(struct capture_folder *folder, const char *line, size_t size)
+{
+    const char *at = line;
+    const bool holds = folder->holds;
+    bool is_done = true;
+    folder->holds = false;
+    for (struct held_array *held; is_done && (held = next_held(folder, &at, line + size));) {
+        const uint64_t low = strtoull(held->hash + 16, NULL, 16);
+        is_done = add_array(folder, key_of(low), held->hash, held->bytes, held->bytes + HEADER_SIZE,
+                            held->size);
+    }
+    folder->holds = holds;
+    return is_done;
+}
+
+void capture_folder_let_go(struct capture_folder *folder, const char *line, size_t size)
+{
+    const char *at = line;
+    for (struct held_array *held; (held = next_held(folder, &at, line + size));)
+        if (!--held->references) {
+            folder->held_size -= held->size;
+            handle_table_remove(&folder->held, key_of(strtoull(held->hash + 16, NULL, 16)));
+            free(held);
+        }
 }

@@ -22,6 +22,9 @@ struct capture_folder {
     FILE *lines;               /* NULL: not open */
     uint64_t written, limit;   /* bytes */
     struct handle_table known; /* the arrays that it has, by half of their hashes */
+    struct handle_table held;  /* the arrays that are held in memory, likewise */
+    uint64_t held_size;        /* bytes of them */
+    bool holds;                /* new arrays are held */
     int error;                 /* of the first failure; nothing is written afterwards */
     bool is_full;              /* the limit is reached; the same */
 };
@@ -43,8 +46,17 @@ void capture_folder_close(struct capture_folder *folder);
 
 /* Return false if nothing was written: folder->error or folder->is_full says why. */
 bool capture_folder_add_line(struct capture_folder *folder, const char *line, size_t size);
-/* Writes the array unless the folder has it, and sets `hash`, which is the file's name. */
+/* Numbers the line among those of commands: `line` is an object without n. */
+bool capture_folder_add_command(struct capture_folder *folder, uint64_t number, const char *line,
+                                size_t size);
+/* Writes the array unless the folder has it, and sets `hash`, which is the file's name. If the
+ * folder holds new arrays, keeps it in memory instead, with one reference more. */
 bool capture_folder_add_array(struct capture_folder *folder, const struct capture_array *array,
                               char hash[CAPTURE_HASH_SIZE]);
+
+/* For all arrays that a line names: writes those that are held, or lets go of one reference to
+ * each. */
+bool capture_folder_write_held(struct capture_folder *folder, const char *line, size_t size);
+void capture_folder_let_go(struct capture_folder *folder, const char *line, size_t size);
 
 #endif

@@ -19,6 +19,7 @@ int capture_writer_open(struct capture_writer *writer, const char *path, uint64_
 
 void capture_writer_close(struct capture_writer *writer)
 {
+    capture_kept_release(&writer->kept);
     capture_folder_close(&writer->folder);
     handle_table_release(&writer->buffers);
     handle_table_release(&writer->memories);

@@ -8,12 +8,14 @@
 
 #include "src/capture/arrays.h"
 #include "src/capture/folder.h"
+#include "src/capture/kept.h"
 #include "src/snapshots/recorded_build.h"
 #include "src/state/commands/object_names.h"
 #include "src/state/resources/resources.h"
 
 struct capture_writer {
     struct capture_folder folder;
+    struct capture_kept kept;    /* of before the capture */
     struct resources *resources; /* of the device */
     const struct object_names *names;
     struct handle_table buffers, memories, structures; /* that have lines, by id */

@@ -121,6 +121,32 @@ static bool load_capture(const struct loader *loader, const char *value)
     return value[0];
 }
 
+static bool read_point(const char *value, struct capture_point *point)
+{
+    char *end;
+    const bool is_frame = strncmp(value, "frame:", 6) == 0;
+    *point = (struct capture_point){.kind = AT_LABEL, .label = value + 6};
+    if (strncmp(value, "label:", 6) == 0)
+        return value[6];
+    if (!is_frame && strncmp(value, "submission:", 11) != 0)
+        return false;
+    value += is_frame ? 6 : 11;
+    *point = (struct capture_point){.kind = is_frame ? AT_FRAME : AT_SUBMISSION,
+                                    .number = strtoull(value, &end, 10)};
+    return *value >= '0' && *value <= '9' && !*end;
+}
+
+/* settings_load() reads them again, from `values`. */
+static bool load_capture_from(const struct loader *loader, const char *value)
+{
+    return read_point(value, &loader->settings->capture_from);
+}
+
+static bool load_capture_until(const struct loader *loader, const char *value)
+{
+    return read_point(value, &loader->settings->capture_until);
+}
+
 /* Finds the limit that an entry NAME=NUMBER names, and cuts the entry behind the name. Returns the
  * number as text, or NULL. */
 static char *find_limit(char *entry, enum advice_limit *limit)
@@ -274,6 +300,7 @@ static VkResult load_setting(const struct loader *loader, const struct settings_
 {
     const struct key *key = &keys[setting];
     const bool is_text = setting == SETTING_log_filename || setting == SETTING_capture ||
+                         setting == SETTING_capture_from || setting == SETTING_capture_until ||
                          setting == SETTING_message_id_filter;
     char *value;
     if (!key->is_own && !loader->settings->by_preset[setting])
@@ -346,6 +373,10 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info, struct kept_line
     if (result == VK_SUCCESS) {
         settle_actions(&loader);
         settings->capture = settings->values[SETTING_capture];
+        if (settings->values[SETTING_capture_from])
+            read_point(settings->values[SETTING_capture_from], &settings->capture_from);
+        if (settings->values[SETTING_capture_until])
+            read_point(settings->values[SETTING_capture_until], &settings->capture_until);
         if (!settings->enable_message_limit)
             settings->duplicate_message_limit = 0;
         warn_of_ignored(&loader, &source);
@@ -372,7 +403,7 @@ void settings_disown(struct settings *settings)
 {
     settings->narrow_filters = NULL;
     settings->log_filename = settings->changes = NULL;
-    settings->capture = NULL;
+    settings->capture = settings->capture_from.label = settings->capture_until.label = NULL;
     memset(settings->values, 0, sizeof(settings->values));
 }
 

@@ -67,6 +67,11 @@ struct settings {
 #include "src/report/settings.def"
     char *log_filename;  /* NULL: stderr; owned */
     const char *capture; /* NULL: off; one of `values` */
+    struct capture_point {
+        enum { AT_ANY_POINT, AT_FRAME, AT_SUBMISSION, AT_LABEL } kind;
+        uint64_t number;
+        const char *label; /* a part of `values` */
+    } capture_from, capture_until;
     struct advice_limits advice_limits;
     bool muted[MESSAGE_ID_COUNT];         /* message_id_filter: VUIDs */
     bool muted_others[OTHER_ID_COUNT];    /* message_id_filter: other ids */

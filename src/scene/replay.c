@@ -30,6 +30,7 @@ struct placed_structure {
     VkAccelerationStructureKHR handle;
     struct driver_buffer own; /* if there is no room where it lay */
     VkDeviceAddress address;
+    bool is_built;
 };
 
 /* Memory for what has no place in the capture, used again by the next call. */
@@ -463,6 +464,20 @@ static bool lacks_source(const struct captured_command *build)
     return build->mode == CAPTURE_UPDATE && build->src == CAPTURE_NONE;
 }
 
+/* Under the layer such builds are replayed: it finds mistakes in them. */
+static bool needs_unbuilt(const struct replay *replay, const struct captured_command *build)
+{
+    if (build->mode == CAPTURE_UPDATE && build->src != CAPTURE_NONE &&
+        !replay->structures[build->src].is_built)
+        return true;
+    for (uint32_t i = 0; i < build->reference_count; i++) {
+        const uint32_t structure = build->references[i].structure;
+        if (structure != CAPTURE_NONE && !replay->structures[structure].is_built)
+            return true;
+    }
+    return false;
+}
+
 /* Returns why a build cannot be replayed, or NULL. */
 static const char *find_obstacle(const struct replay *replay, const struct captured_command *build)
 {
@@ -570,6 +585,12 @@ static bool prepare_build(struct replay *replay, struct replayed_build *build)
         (command->src != CAPTURE_NONE && !need_structure(replay, command->src, 0)))
         return false;
     replay->has_bad_build |= lacks_source(command);
+    for (uint32_t i = 0; i < command->reference_count; i++) {
+        const uint32_t structure = command->references[i].structure;
+        if (structure != CAPTURE_NONE && !replay->structures[structure].address &&
+            !need_structure(replay, structure, 0))
+            return false;
+    }
     build->info.dstAccelerationStructure = replay->structures[command->dst].handle;
     if (command->src != CAPTURE_NONE)
         build->info.srcAccelerationStructure = replay->structures[command->src].handle;
@@ -666,7 +687,8 @@ static bool run_builds(struct replay *replay, const struct replayed_build *build
         is_done = run_call(replay, count, infos, ranges, &times[i]);
     if (is_done && replay->options->shows_times)
         print_time(replay, builds, count, times, repeat);
-    replay->built += is_done ? count : 0;
+    for (uint32_t i = 0; i < count && is_done; i++, replay->built++)
+        replay->structures[builds[i].command->dst].is_built = true;
     free(infos);
     free((void *)ranges);
     free(times);
@@ -683,6 +705,8 @@ static bool replay_call(struct replay *replay, uint32_t begin, uint32_t end)
     for (uint32_t i = begin; i < end && is_ready; i++) {
         const struct captured_command *command = &replay->capture->commands[i];
         const char *obstacle = find_obstacle(replay, command);
+        if (!obstacle && !uses_layer(replay) && needs_unbuilt(replay, command))
+            obstacle = "it needs structures that were not built in the capture";
         if (obstacle) {
             skip(replay, command, obstacle);
             continue;
@@ -732,8 +756,9 @@ static bool replay_copy(struct replay *replay, const struct captured_command *co
     const bool compacts = command->mode == CAPTURE_COMPACT;
     VkDeviceSize least = 0;
     if (command->dst == CAPTURE_NONE || command->src == CAPTURE_NONE ||
-        (!compacts && command->mode != CAPTURE_CLONE) || !replay->structures[command->src].handle) {
-        skip(replay, command, "its source is not in the capture");
+        (!compacts && command->mode != CAPTURE_CLONE) ||
+        !replay->structures[command->src].is_built) {
+        skip(replay, command, "its source was not built in the capture");
         return true;
     }
     const VkAccelerationStructureKHR src = replay->structures[command->src].handle;
@@ -750,6 +775,7 @@ static bool replay_copy(struct replay *replay, const struct captured_command *co
                          : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR};
     driver->vk.CmdCopyAccelerationStructureKHR(driver->commands, &info);
     replay->copied++;
+    replay->structures[command->dst].is_built = true;
     return driver_run(driver, replay->error);
 }
 
@@ -765,6 +791,52 @@ static bool replay_query(struct replay *replay, const struct captured_command *c
                       compacts ? VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR
                                : VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR,
                       &size);
+}
+
+/* ---- what was built, as bytes */
+
+static bool dump_structure(struct replay *replay, uint32_t index)
+{
+    struct driver *driver = &replay->driver;
+    const VkAccelerationStructureKHR structure = replay->structures[index].handle;
+    VkDeviceSize size;
+    VkDeviceAddress address;
+    char path[4096];
+    if (!query_size(replay, structure, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR,
+                    &size))
+        return false;
+    const unsigned char *bytes = take_spare(replay, size, &address);
+    if (!bytes || !driver_begin(driver, replay->error))
+        return false;
+    driver->vk.CmdCopyAccelerationStructureToMemoryKHR(
+        driver->commands,
+        &(VkCopyAccelerationStructureToMemoryInfoKHR){
+            .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
+            .src = structure,
+            .dst.deviceAddress = address,
+            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR});
+    if (!driver_run(driver, replay->error))
+        return false;
+    snprintf(path, sizeof(path), "%s/%" PRIu64 ".bin", replay->options->dump,
+             replay->capture->structures[index].id);
+    FILE *file = fopen(path, "wb");
+    const bool is_written = file && fwrite(bytes, 1, size, file) == size;
+    const bool is_closed = file && fclose(file) == 0;
+    if (!is_written || !is_closed)
+        snprintf(replay->error->text, sizeof(replay->error->text), "%.512s: %s", path,
+                 strerror(errno));
+    reuse_spares(replay);
+    return is_written && is_closed;
+}
+
+static bool replay_destruction(struct replay *replay, uint32_t structure)
+{
+    if (structure == CAPTURE_NONE || !replay->structures[structure].handle)
+        return true;
+    if (replay->options->dump && !dump_structure(replay, structure))
+        return false;
+    destroy_structure(replay, structure);
+    return true;
 }
 
 static bool replay_commands(struct replay *replay)
@@ -784,8 +856,8 @@ static bool replay_commands(struct replay *replay)
             is_done = replay_copy(replay, command);
         } else if (command->kind == CAPTURE_COMMAND_QUERY) {
             is_done = replay_query(replay, command);
-        } else if (command->kind == CAPTURE_DESTROYED && command->dst != CAPTURE_NONE) {
-            destroy_structure(replay, command->dst);
+        } else if (command->kind == CAPTURE_DESTROYED) {
+            is_done = replay_destruction(replay, command->dst);
         }
         if (!is_done) {
             char text[CAPTURE_ERROR_SIZE];
@@ -839,42 +911,6 @@ static bool is_driver_of(const struct capture *capture, const struct driver *dri
     return device && device->name && device->driver_info &&
            strcmp(device->name, driver->properties.deviceName) == 0 &&
            strcmp(device->driver_info, driver->driver.driverInfo) == 0;
-}
-
-/* ---- what was built, as bytes */
-
-static bool dump_structure(struct replay *replay, uint32_t index)
-{
-    struct driver *driver = &replay->driver;
-    const VkAccelerationStructureKHR structure = replay->structures[index].handle;
-    VkDeviceSize size;
-    VkDeviceAddress address;
-    char path[4096];
-    if (!query_size(replay, structure, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR,
-                    &size))
-        return false;
-    const unsigned char *bytes = take_spare(replay, size, &address);
-    if (!bytes || !driver_begin(driver, replay->error))
-        return false;
-    driver->vk.CmdCopyAccelerationStructureToMemoryKHR(
-        driver->commands,
-        &(VkCopyAccelerationStructureToMemoryInfoKHR){
-            .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-            .src = structure,
-            .dst.deviceAddress = address,
-            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR});
-    if (!driver_run(driver, replay->error))
-        return false;
-    snprintf(path, sizeof(path), "%s/%" PRIu64 ".bin", replay->options->dump,
-             replay->capture->structures[index].id);
-    FILE *file = fopen(path, "wb");
-    const bool is_written = file && fwrite(bytes, 1, size, file) == size;
-    const bool is_closed = file && fclose(file) == 0;
-    if (!is_written || !is_closed)
-        snprintf(replay->error->text, sizeof(replay->error->text), "%.512s: %s", path,
-                 strerror(errno));
-    reuse_spares(replay);
-    return is_written && is_closed;
 }
 
 static bool dump_all(struct replay *replay)

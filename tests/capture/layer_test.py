@@ -99,6 +99,30 @@ class CaptureTest(unittest.TestCase):
         self.assertIn("capture needs level = content. Nothing is captured.", shown)
         self.assertFalse((self.folder / "low").exists())
 
+    def submissions_of(self, folder):
+        return {line["submission"] for line in Capture(folder).of_type("Build") if "submission" in line}
+
+    def test_range(self):
+        """The application submits 20 builds at a time, by two queues in turn."""
+        run(self.folder / "part", builds=400, capture_from="submission:3", capture_until="submission:5")
+        self.assertEqual(self.submissions_of(self.folder / "part"), {3, 4, 5})
+        self.assertEqual(Capture(self.folder / "part").lines[-1]["why"], "capture_until was reached")
+
+    def test_kept(self):
+        """Copies and updates in the range are of structures that were built before."""
+        run(self.folder / "bare", builds=400, capture_from="submission:3")
+        run(self.folder / "kept", builds=400, capture_from="submission:3", capture_keep="true")
+        bare, kept = Capture(self.folder / "bare"), Capture(self.folder / "kept")
+        self.assertEqual({line.get("missing", "") != "" for line in kept.of_type("Structure")}, {False})
+        self.assertGreaterEqual(len(kept.of_type("Build")), len(bare.of_type("Build")))
+
+    def test_bad_points(self):
+        for point in ("frame:", "frame:x", "submission:-1", "label:", "12"):
+            shown = run(self.folder / "points", builds=20, capture_from=point).stderr
+            self.assertIn("capture_from", shown)
+            self.assertIn("frame:N, submission:N or label:TEXT", shown)
+            subprocess.run(["rm", "-rf", self.folder / "points"], check=True)
+
     def test_killed(self):
         """What is written when the process is killed is valid."""
         seed = int(os.environ.get("ASSAY_TEST_SEED") or 1)
