@@ -107,6 +107,7 @@ platform_musl() {
     toolchain_write x86_64 musl-gcc "set(CMAKE_LIBRARY_PATH $library)" \
         "set(CMAKE_C_FLAGS_INIT \"-idirafter $headers -idirafter $headers/x86_64-linux-gnu\")" \
         "set(CMAKE_EXE_LINKER_FLAGS_INIT -Wl,--defsym=__fprintf_chk=0) # GMP calls it only to end a program" \
+        "set(CMAKE_MODULE_LINKER_FLAGS_INIT -Wl,--defsym=_dl_find_object=0) # gcc's unwinder is for glibc" \
         "set(ASSAY_GMP $folder-root$library/libgmp.a CACHE FILEPATH \"\")" \
         "set(ASSAY_gmp_h_DIR $folder-root/gmp CACHE PATH \"\")" \
         "set(VulkanUtilityLibraries_DIR $folder-root$library/cmake/VulkanUtilityLibraries)"
