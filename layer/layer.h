@@ -22,8 +22,8 @@
 
 #include "src/base/reader_lock.h"
 #include "src/check/call/check.h"
+#include "src/report/reported_queries.h"
 #include "src/report/reporter.h"
-#include "src/report/told_queries.h"
 #include "src/state/builds/places.h"
 #include "src/state/builds/size_cache.h"
 #include "src/state/builds/structures.h"
@@ -89,7 +89,7 @@ struct layer_device {
      * buffers. */
     atomic_bool shaders_write;
     /* The application may know sizes of structures from queries that the layer did not follow. */
-    atomic_bool has_unseen_sizes;
+    atomic_bool sizes_may_be_unknown;
 
     _Atomic uint64_t frame; /* calls of vkQueuePresentKHR */
 
@@ -135,7 +135,7 @@ struct layer_device {
     struct hazard_checks *hazard_checks;       /* NULL if setting hazards is off */
     struct host_writes *host_writes;           /* the same */
     struct hazard_objects *hazard_objects; /* NULL if setting hazards is off, and without memory */
-    struct told_queries told_queries;      /* findings about queries of sizes */
+    struct reported_queries reported_queries; /* findings about queries of sizes */
     /* From where build commands are called; NULL if setting call_sites is off, and without memory.
      */
     struct call_sites *call_sites;

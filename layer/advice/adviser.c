@@ -177,7 +177,7 @@ static void note_answer(struct journal_walk *walk, const struct journal_entry *e
         noting->has_memory &=
             uses_note_compacted_size(noting->structures, compacted->serialized_id, compacted->size);
     else
-        noting->advice->device->has_unseen_sizes = true;
+        noting->advice->device->sizes_may_be_unknown = true;
 }
 
 /* The journals of some submissions: those whose number is a power of two. */
@@ -462,10 +462,10 @@ static void judge_structure(struct adviser *advice, const struct accel_facts *ac
         .lived = uses.counts[USE_BUILT] || uses.is_hasty_copy
                      ? advice->submissions - uses.first_build
                      : 0,
-        .may_know_its_size = advice->device->has_unseen_sizes,
+        .size_may_be_unknown = advice->device->sizes_may_be_unknown,
         .is_old = is_old(advice, accel->id),
         .is_left = is_left,
-        .knows_references = advice->known_tops && advice->known_tops == advice->tops,
+        .references_are_known = advice->known_tops && advice->known_tops == advice->tops,
         .limits = advice->limits,
     };
     struct advice_pass pass = {advice, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,

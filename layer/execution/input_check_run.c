@@ -260,7 +260,7 @@ static void refers_to_destroyed(void *user, uint32_t build, uint32_t instance, u
     struct finding finding;
     if (!last || call->command == COMMAND_NV ||
         !device->active_rules[destroys][RULE_destroyed_object_is_not_in_use] ||
-        !resources_reference_is_dead(device->resources, reference, execution->destroy_count) ||
+        !resources_reference_is_destroyed(device->resources, reference, execution->destroy_count) ||
         !destroyed_objects_report(device->destroyed, reference, execution->submissions, last,
                                   &object))
         return;

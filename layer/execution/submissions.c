@@ -90,7 +90,7 @@ static struct replay replay_of(struct batch_check *check, const struct order_bat
         .destroy_count = batch->destroy_count,
         .never_is_certain = !submissions->device->facts.newer_than_registry &&
                             !places_are_used(submissions->device->places, PLACE_BOTTOM_LEVEL),
-        .has_unseen_sizes = submissions->device->has_unseen_sizes,
+        .sizes_may_be_unknown = submissions->device->sizes_may_be_unknown,
         .unordered = batch->work != WORK_OF_QUEUE,
         .found = send_found,
         .compacted = submissions->device->records_builds ? record_compacted_size : NULL,
@@ -137,8 +137,8 @@ static void replay_batch(struct submissions *submissions, struct order_batch *ba
         if (replay.out_of_memory)
             set_order_unknown(submissions, ORDER_UNKNOWN_OUT_OF_MEMORY);
     }
-    if (replay.has_unseen_sizes)
-        submissions->device->has_unseen_sizes = true;
+    if (replay.sizes_may_be_unknown)
+        submissions->device->sizes_may_be_unknown = true;
     batch->is_replayed = !unknown_is_set(&submissions->unknown);
 }
 

@@ -54,13 +54,13 @@ static bool send_finding(const struct build_call *call, enum rule rule,
 static bool send_about_query(const struct build_call *call, enum rule rule,
                              const struct location *location, const struct finding *finding)
 {
-    struct told_queries *told = &call->device->told_queries;
-    const uint64_t query = told_query(rule, location, finding, call_site_of_thread()),
-                   known = told_queries_find(told, query);
+    struct reported_queries *told = &call->device->reported_queries;
+    const uint64_t query = reported_query(rule, location, finding, call_site_of_thread()),
+                   known = reported_queries_find(told, query);
     if (known)
-        return known & TOLD_SKIPS;
+        return known & REPORTED_SKIPS;
     const bool skips = send_finding(call, rule, location, finding);
-    told_queries_add(told, query | (skips ? TOLD_SKIPS : 0));
+    reported_queries_add(told, query | (skips ? REPORTED_SKIPS : 0));
     return skips;
 }
 

@@ -70,7 +70,7 @@ static inline __attribute__((always_inline)) void run_checks(struct build_call *
                                                              struct readable_cache *readable)
 {
     const struct layer_device *device = call->device;
-    struct size_differences asked; /* not set, since few calls need it */
+    struct size_differences queried; /* not set, since few calls need it */
     struct check_context context = {
         .hooks = &hooks,
         /* Below level EXECUTION backend cpu has a journal too, but views have no state. */
@@ -80,7 +80,7 @@ static inline __attribute__((always_inline)) void run_checks(struct build_call *
         .active = device->active_rules[call->view.command],
         .readable = readable,
         .resources = device->resources,
-        .asked = &asked,
+        .queried = &queried,
         .sweep = call->view.info_count > LARGE_CALL ? take_sweep(call) : NULL,
         .structures = device->structures,
         .point = call->point,

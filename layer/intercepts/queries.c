@@ -178,7 +178,7 @@ static struct journal *begin_reading(struct layer_device *device)
     struct host_view *host = malloc(sizeof(*host));
     struct idle_wait wait;
     if (!journal || !host) {
-        device->has_unseen_sizes = true;
+        device->sizes_may_be_unknown = true;
         journal_release(journal);
         free(host);
         return NULL;
@@ -195,7 +195,7 @@ static void end_reading(struct layer_device *device, struct journal *reading)
 {
     const bool is_complete = !unknown_is_set(&reading->unknown);
     if (!layer_run_host_command(device, reading) || !is_complete)
-        device->has_unseen_sizes = true;
+        device->sizes_may_be_unknown = true;
 }
 
 /* Whether a later copy is validated against results of this type. */
@@ -268,7 +268,7 @@ void note_copied_results(struct layer_device *device, VkQueryPool handle)
 {
     struct query_pool pool;
     if (query_pools_find(device->query_pools, handle, &pool) && is_size_to_track(pool.type))
-        device->has_unseen_sizes = true;
+        device->sizes_may_be_unknown = true;
 }
 
 struct journal *begin_query_reading(struct layer_device *device, VkQueryPool handle)
@@ -317,7 +317,7 @@ void note_query_results(struct layer_device *device, struct journal *reading, Vk
         !add_answers(reading, pool.type, pool.first_id + first,
                      query_pool_clamp(&pool, first, count), &results) &&
         (result == VK_SUCCESS || partial))
-        device->has_unseen_sizes = true;
+        device->sizes_may_be_unknown = true;
     end_reading(device, reading);
 }
 

@@ -130,10 +130,10 @@ void observe_fences(struct layer_device *device, uint32_t count, const VkFence *
                     VkBool32 all, uint64_t timeout, VkResult result)
 {
     note_timeout(device, timeout, result);
-    bool knows_all = all || count == 1;
-    for (uint32_t i = 0; result == VK_SUCCESS && knows_all && i < count; i++)
+    bool all_are_known = all || count == 1;
+    for (uint32_t i = 0; result == VK_SUCCESS && all_are_known && i < count; i++)
         execution_order_observe_fence(device->order, fences[i]);
-    if (result == VK_SUCCESS && !knows_all)
+    if (result == VK_SUCCESS && !all_are_known)
         execution_order_observe_any_fence(device->order, count, fences);
     end_observation(device);
 }

@@ -59,7 +59,7 @@ bool built_structure_is_referred_to(const struct use_view *use, struct finding *
                                     uint64_t *weight)
 {
     *weight = use->accel->size;
-    if (!use->knows_references ||
+    if (!use->references_are_known ||
         use->accel->type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR || !is_kept(use) ||
         count(use, USE_UPDATED) || count(use, USE_UPDATE_SOURCE) || count(use, USE_COMPACTED) ||
         count(use, USE_REFERRED_TO))
@@ -91,7 +91,7 @@ bool allowed_compaction_is_used(const struct use_view *use, struct finding *find
 {
     const bool is_queried = count(use, USE_SIZE_QUERIED);
     if (!is_static(use) || !allows(use, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR) ||
-        (is_queried && (use->may_know_its_size || use->uses->compacted_size)) ||
+        (is_queried && (use->size_may_be_unknown || use->uses->compacted_size)) ||
         count(use, USE_COMPACTED))
         return true;
     *weight = use->accel->size;

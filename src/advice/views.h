@@ -19,10 +19,11 @@ struct use_view {
     /* Number of submissions after the one of its first build, or of its copy; 0 if it has neither.
      */
     uint32_t lived;
-    bool is_old;            /* it was there during the last `submissions` (a limit) submissions */
-    bool is_left;           /* the device is destroyed before it */
-    bool may_know_its_size; /* the application may have read compacted sizes unseen */
-    bool knows_references;  /* all instances of all builds were read, and there are such builds */
+    bool is_old;              /* it was there during the last `submissions` (a limit) submissions */
+    bool is_left;             /* the device is destroyed before it */
+    bool size_may_be_unknown; /* the application may have read compacted sizes unseen */
+    bool
+        references_are_known; /* all instances of all builds were read, and there are such builds */
     const struct advice_limits *limits;
 };
 

@@ -48,13 +48,13 @@ uint64_t hazards_write_anywhere(struct hazards *hazards, enum access_kind kind,
     return number;
 }
 
-uint64_t hazards_lost_write(const struct hazards *hazards)
+uint64_t hazards_last_forgotten_write(const struct hazards *hazards)
 {
     return hazards->writes.unsettled;
 }
 
 /* Whether a write may be open that was dropped. */
-static bool has_lost(const struct hazards *hazards)
+static bool has_forgotten(const struct hazards *hazards)
 {
     const struct writes_anywhere *writes = &hazards->writes;
     for (uint32_t rest = writes->unsettled ? writes->queues : 0; rest; rest &= rest - 1)
@@ -69,7 +69,7 @@ uint64_t hazards_first_open_write(struct hazards *hazards, enum access_kind read
     struct writes_anywhere *writes = &hazards->writes;
     while (writes->first < writes->end && is_settled(hazards, write_at(writes, writes->first)))
         drop_first(hazards);
-    if (has_lost(hazards))
+    if (has_forgotten(hazards))
         return writes->unsettled;
     for (uint64_t i = writes->first; i < writes->end; i++) {
         const struct write_anywhere *write = write_at(writes, i);

@@ -162,7 +162,7 @@ uint64_t hazards_write_anywhere(struct hazards *hazards, enum access_kind kind,
                                 const struct hazard_bytes *bytes);
 /* Returns the number of the last such write that was forgotten for lack of room before it was
  * visible to all; 0: none. */
-uint64_t hazards_lost_write(const struct hazards *hazards);
+uint64_t hazards_last_forgotten_write(const struct hazards *hazards);
 /* Returns the number of the first write that is not certainly visible to a read of that kind now:
  * from it on, writes may happen after the read. */
 uint64_t hazards_first_open_write(struct hazards *hazards, enum access_kind read);

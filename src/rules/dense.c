@@ -127,21 +127,21 @@ bool dense_triangle_count_matches_source(const struct updated_dense_view *update
                                          struct finding *finding)
 {
     return matches(updated_dense, finding, DENSE_DATA "numTriangles",
-                   updated_dense->asked->triangle_count, updated_dense->source->triangle_count);
+                   updated_dense->requested->triangle_count, updated_dense->source->triangle_count);
 }
 
 bool dense_vertex_count_matches_source(const struct updated_dense_view *updated_dense,
                                        struct finding *finding)
 {
     return matches(updated_dense, finding, DENSE_DATA "numVertices",
-                   updated_dense->asked->vertex_count, updated_dense->source->vertex_count);
+                   updated_dense->requested->vertex_count, updated_dense->source->vertex_count);
 }
 
 bool dense_max_primitive_index_matches_source(const struct updated_dense_view *updated_dense,
                                               struct finding *finding)
 {
     return matches(updated_dense, finding, DENSE_DATA "maxPrimitiveIndex",
-                   updated_dense->asked->max_primitive_index,
+                   updated_dense->requested->max_primitive_index,
                    updated_dense->source->max_primitive_index);
 }
 
@@ -149,20 +149,20 @@ bool dense_max_geometry_index_matches_source(const struct updated_dense_view *up
                                              struct finding *finding)
 {
     return matches(updated_dense, finding, DENSE_DATA "maxGeometryIndex",
-                   updated_dense->asked->max_geometry_index,
+                   updated_dense->requested->max_geometry_index,
                    updated_dense->source->max_geometry_index);
 }
 
 bool dense_format_matches_source(const struct updated_dense_view *updated_dense,
                                  struct finding *finding)
 {
-    return matches(updated_dense, finding, DENSE_DATA "format", updated_dense->asked->format,
+    return matches(updated_dense, finding, DENSE_DATA "format", updated_dense->requested->format,
                    updated_dense->source->format);
 }
 
 bool dense_data_size_matches_source(const struct updated_dense_view *updated_dense,
                                     struct finding *finding)
 {
-    return matches(updated_dense, finding, DENSE_DATA "dataSize", updated_dense->asked->data_size,
-                   updated_dense->source->data_size);
+    return matches(updated_dense, finding, DENSE_DATA "dataSize",
+                   updated_dense->requested->data_size, updated_dense->source->data_size);
 }

@@ -38,8 +38,9 @@ bool update_source_was_built_with_allow_update(const struct update_view *update,
 bool geometry_count_matches_source(const struct update_view *update, struct finding *finding)
 {
     return update->source->state == BUILT_NEVER ||
-           update->asked->geometry_count == update->source->geometry_count ||
-           update_differs(update, finding, "geometryCount", number(update->asked->geometry_count),
+           update->requested->geometry_count == update->source->geometry_count ||
+           update_differs(update, finding, "geometryCount",
+                          number(update->requested->geometry_count),
                           number(update->source->geometry_count));
 }
 
@@ -48,22 +49,23 @@ bool build_flags_match_source(const struct update_view *update, struct finding *
 {
     const struct built *last = update->source;
     return !(last->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) ||
-           update->asked->flags == last->flags ||
-           update_differs(update, finding, "flags", build_flags(update->asked->flags),
+           update->requested->flags == last->flags ||
+           update_differs(update, finding, "flags", build_flags(update->requested->flags),
                           build_flags(last->flags));
 }
 
 static bool first_types_differ(const struct update_view *update)
 {
-    const struct geometry_shapes *now = update->asked->shapes, *then = update->source->shapes;
+    const struct geometry_shapes *now = update->requested->shapes, *then = update->source->shapes;
     return now && then && now->count && then->count && now->items[0].type != then->items[0].type;
 }
 
 /* Structures of different types have geometries of different types. */
 bool build_type_matches_source(const struct update_view *update, struct finding *finding)
 {
-    return update->source->state == BUILT_NEVER || update->asked->type == update->source->type ||
-           update_differs(update, finding, "type", accel_type(update->asked->type),
+    return update->source->state == BUILT_NEVER ||
+           update->requested->type == update->source->type ||
+           update_differs(update, finding, "type", accel_type(update->requested->type),
                           accel_type(update->source->type)) ||
            (first_types_differ(update) &&
             also_violates(finding, RULE_geometry_type_matches_source));
@@ -80,18 +82,20 @@ static bool geometry_differs(const struct updated_geometry_view *geometry, struc
 bool geometry_type_matches_source(const struct updated_geometry_view *updated_geometry,
                                   struct finding *finding)
 {
-    const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
+    const struct geometry_shape *now = updated_geometry->requested,
+                                *then = updated_geometry->source;
     return now->type == then->type ||
            geometry_differs(updated_geometry, finding, "geometryType", geometry_type(now->type),
                             geometry_type(then->type)) ||
-           (updated_geometry->update->asked->type != updated_geometry->update->source->type &&
+           (updated_geometry->update->requested->type != updated_geometry->update->source->type &&
             is_reported_with(finding, RULE_build_type_matches_source));
 }
 
 bool geometry_flags_match_source(const struct updated_geometry_view *updated_geometry,
                                  struct finding *finding)
 {
-    const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
+    const struct geometry_shape *now = updated_geometry->requested,
+                                *then = updated_geometry->source;
     return now->flags == then->flags ||
            geometry_differs(updated_geometry, finding, "flags", geometry_flags_of(now->flags),
                             geometry_flags_of(then->flags));
@@ -99,13 +103,15 @@ bool geometry_flags_match_source(const struct updated_geometry_view *updated_geo
 
 static bool both_are_triangles(const struct updated_geometry_view *geometry)
 {
-    return type_is_triangles(geometry->asked->type) && type_is_triangles(geometry->source->type);
+    return type_is_triangles(geometry->requested->type) &&
+           type_is_triangles(geometry->source->type);
 }
 
 bool vertex_format_matches_source(const struct updated_geometry_view *updated_geometry,
                                   struct finding *finding)
 {
-    const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
+    const struct geometry_shape *now = updated_geometry->requested,
+                                *then = updated_geometry->source;
     return !both_are_triangles(updated_geometry) || now->vertex_format == then->vertex_format ||
            geometry_differs(updated_geometry, finding, "geometry.triangles.vertexFormat",
                             format(now->vertex_format), format(then->vertex_format));
@@ -114,7 +120,8 @@ bool vertex_format_matches_source(const struct updated_geometry_view *updated_ge
 bool max_vertex_matches_source(const struct updated_geometry_view *updated_geometry,
                                struct finding *finding)
 {
-    const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
+    const struct geometry_shape *now = updated_geometry->requested,
+                                *then = updated_geometry->source;
     return !both_are_triangles(updated_geometry) || now->max_vertex == then->max_vertex ||
            geometry_differs(updated_geometry, finding, "geometry.triangles.maxVertex",
                             number(now->max_vertex), number(then->max_vertex));
@@ -123,7 +130,8 @@ bool max_vertex_matches_source(const struct updated_geometry_view *updated_geome
 bool index_type_matches_source(const struct updated_geometry_view *updated_geometry,
                                struct finding *finding)
 {
-    const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
+    const struct geometry_shape *now = updated_geometry->requested,
+                                *then = updated_geometry->source;
     return !both_are_triangles(updated_geometry) || now->index_type == then->index_type ||
            geometry_differs(updated_geometry, finding, "geometry.triangles.indexType",
                             index_type(now->index_type), index_type(then->index_type));
@@ -139,7 +147,7 @@ bool transform_is_absent_where_source_had_none(const struct updated_geometry_vie
                                                struct finding *finding)
 {
     return !both_are_triangles(updated_geometry) || updated_geometry->source->has_transform ||
-           !updated_geometry->asked->has_transform ||
+           !updated_geometry->requested->has_transform ||
            geometry_differs(updated_geometry, finding, transform_field(updated_geometry),
                             phrase("given"), phrase("0"));
 }
@@ -148,7 +156,7 @@ bool transform_is_given_where_source_had_one(const struct updated_geometry_view 
                                              struct finding *finding)
 {
     return !both_are_triangles(updated_geometry) || !updated_geometry->source->has_transform ||
-           updated_geometry->asked->has_transform ||
+           updated_geometry->requested->has_transform ||
            geometry_differs(updated_geometry, finding, transform_field(updated_geometry), number(0),
                             phrase("an address"));
 }
@@ -169,9 +177,10 @@ static bool count_matches(const struct updated_geometry_view *geometry, struct f
     uint32_t now, then;
     /* Reports once: if the command buffer reads the count, after it was read, although the source
      * may be known before. */
-    bool is_known = (geometry->asked->count_known && geometry->source->count_known) ||
-                    build_inputs_of(built_inputs(update->asked), geometry->index);
-    return !is_known || !find_count(geometry->asked, update->asked, geometry->index, &now) ||
+    bool is_known = (geometry->requested->count_known && geometry->source->count_known) ||
+                    build_inputs_of(built_inputs(update->requested), geometry->index);
+    return !is_known ||
+           !find_count(geometry->requested, update->requested, geometry->index, &now) ||
            !find_count(geometry->source, update->source, geometry->index, &then) || now == then ||
            violated(finding, "", "has primitiveCount {} in its build range, but " LAST_BUILT,
                     number(now), source(update), number(then), built_at(update->source));

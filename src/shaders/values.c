@@ -207,17 +207,17 @@ static bool compare_with_positive(uint32_t op, bool is_first_zero, uint32_t *res
 static bool compute_part(uint32_t op, const struct value *a, const struct value *b, uint32_t part,
                          uint32_t *result)
 {
-    const bool knows_a = a->known >> part & 1, knows_b = b->known >> part & 1;
-    if (knows_a && knows_b)
+    const bool a_is_known = a->known >> part & 1, b_is_known = b->known >> part & 1;
+    if (a_is_known && b_is_known)
         return calculate(op, a->parts[part], b->parts[part], result);
-    if ((knows_a && is_decided_by(op, a->parts[part])) ||
-        (knows_b && is_decided_by(op, b->parts[part]))) {
-        *result = knows_a ? a->parts[part] : b->parts[part];
+    if ((a_is_known && is_decided_by(op, a->parts[part])) ||
+        (b_is_known && is_decided_by(op, b->parts[part]))) {
+        *result = a_is_known ? a->parts[part] : b->parts[part];
         return true;
     }
-    if (knows_a && !a->parts[part] && b->positive >> part & 1)
+    if (a_is_known && !a->parts[part] && b->positive >> part & 1)
         return compare_with_positive(op, true, result);
-    if (knows_b && !b->parts[part] && a->positive >> part & 1)
+    if (b_is_known && !b->parts[part] && a->positive >> part & 1)
         return compare_with_positive(op, false, result);
     return false;
 }

@@ -341,7 +341,7 @@ void execution_mark_reached(struct execution *execution)
 
 /* Another execution may overwrite the chunks: they are not read any more. Called with the lock
  * held. */
-static void lose_chunks(struct execution *execution)
+static void drop_snapshots(struct execution *execution)
 {
     memset(execution->bases, 0, execution->chunk_count * sizeof(unsigned char *));
     execution->has_no_snapshots = true;
@@ -349,7 +349,7 @@ static void lose_chunks(struct execution *execution)
 }
 
 /* Copies the snapshots of an execution that is about to be overwritten. Returns false if they are
- * lost. */
+ * dropped instead. */
 static bool detach(struct execution *execution, uint64_t nanoseconds)
 {
     bool is_kept = true;
@@ -361,7 +361,7 @@ static bool detach(struct execution *execution, uint64_t nanoseconds)
         if (is_kept)
             execution->detached = true;
         else
-            lose_chunks(execution);
+            drop_snapshots(execution);
     }
     shared_lock_release(&execution->lock);
     return is_kept;
@@ -401,16 +401,16 @@ struct execution *recording_share_latest(struct recording *recording)
 uint32_t recording_detach(struct recording *recording, const struct ticket *next,
                           uint64_t nanoseconds)
 {
-    uint32_t lost = 0;
+    uint32_t dropped = 0;
     struct execution *latest = share_other(recording, NULL, next);
     if (latest)
-        lost += !detach(latest, nanoseconds);
+        dropped += !detach(latest, nanoseconds);
     execution_release(latest);
     struct journal_walk walk = journal_start_secondaries(recording->journal);
     for (const struct journal *secondary; (secondary = journal_next_secondary(&walk));)
         if (secondary->work)
-            lost += recording_detach(secondary->work, next, nanoseconds);
-    return lost;
+            dropped += recording_detach(secondary->work, next, nanoseconds);
+    return dropped;
 }
 
 void recording_invalidate(struct recording *recording)
@@ -454,7 +454,7 @@ uint32_t execution_drop_contested(struct execution *execution)
     uint32_t count = has_pending(execution->recording, ticket, ticket->queue);
     if (count) {
         shared_lock_write(&execution->lock);
-        lose_chunks(execution);
+        drop_snapshots(execution);
         shared_lock_release(&execution->lock);
     }
     for (uint32_t i = 0; i < execution->child_count; i++)

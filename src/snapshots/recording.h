@@ -267,7 +267,7 @@ void execution_drop_invalidated(struct execution *execution);
 
 /* Drops the snapshots of the execution, and of those of its secondaries, if another queue may
  * overwrite them: the device may still execute the recording there. Returns the number of
- * executions that lost their snapshots. */
+ * executions whose snapshots were dropped. */
 uint32_t execution_drop_contested(struct execution *execution);
 
 /* Counts the execution and those of its secondaries that have no snapshots because the chunks were
@@ -281,7 +281,7 @@ void execution_mark_reached(struct execution *execution);
  * from those of submission `next`, if there is one; likewise for secondaries. Waits up to
  * `nanoseconds` for that execution if it has been reached in execution order, and not at all
  * otherwise, because it may depend on later calls of the application. Returns the number of
- * executions whose snapshots were lost. Executions of the coming submission are not copied: the
+ * executions whose snapshots were dropped. Executions of the coming submission are not copied: the
  * snapshots of the last one serve all of them. */
 uint32_t recording_detach(struct recording *recording, const struct ticket *next,
                           uint64_t nanoseconds);

@@ -71,7 +71,7 @@ struct dense_view {
  * with. */
 struct updated_dense_view {
     const struct update_view *update;
-    const struct dense_shape *asked, *source;
+    const struct dense_shape *requested, *source;
 };
 
 /* Returns whether a build reads no data of a dense geometry. As geometry_is_empty(), for geometries

@@ -83,7 +83,7 @@ struct used_micromap_view {
  * was built with. */
 struct updated_micromap_view {
     const struct updated_geometry_view *geometry;
-    struct micromap_shape asked, source;
+    struct micromap_shape requested, source;
 };
 
 #endif

@@ -73,7 +73,7 @@ struct build_view {
     struct size_facts sizes;
     /* If dst or scratch memory is too small: the query that returned its size; NULL if neither is.
      */
-    const struct size_differences *asked;
+    const struct size_differences *queried;
 };
 
 /* Returns the scratch size in bytes that the build's mode needs. Valid only if the sizes are
@@ -193,7 +193,7 @@ struct unbound_access_view {
 struct update_view {
     enum build_command command;
     uint64_t src; /* a handle; see struct journal_entry */
-    const struct built *asked, *source;
+    const struct built *requested, *source;
 };
 
 /* A geometry of an update, and the geometry of the same index that its source was built with; both
@@ -201,7 +201,7 @@ struct update_view {
 struct updated_geometry_view {
     const struct update_view *update;
     uint32_t index;
-    const struct geometry_shape *asked, *source;
+    const struct geometry_shape *requested, *source;
 };
 
 /* ---- only for vkBuildAccelerationStructuresKHR: builds with scratch in host memory, and

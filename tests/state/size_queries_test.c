@@ -48,7 +48,7 @@ TEST_BETWEEN(the_query_that_returned_the_size_differs, open_queries, close_queri
     assert_int_equal(found.count, 1);
     assert_int_equal(found.size, 1000);
     assert_int_equal(found.items[0].member, SIZED_PRIMITIVE_COUNT);
-    assert_int_equal(found.items[0].asked, 1);
+    assert_int_equal(found.items[0].queried, 1);
     assert_int_equal(found.items[0].built, 2);
 }
 

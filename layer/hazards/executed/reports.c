@@ -126,7 +126,7 @@ static void report_kind(const struct hazard_search *search, const struct kind_of
                                    .write = kind->write};
     report.earlier = kind->earlier;
     if (!hazard_search_find_side(search, kind->first.later.number, &report.later) ||
-        (!kind->knows_earlier &&
+        (!kind->earlier_is_known &&
          !hazard_search_find_side(search, kind->first.earlier.number, &report.earlier)))
         return;
     if (report.later.role == HAZARD_SHADER && !report.later.object)
@@ -191,7 +191,7 @@ void hazard_search_found_after(struct hazard_search *search, const struct hazard
                                     .count = 1,
                                     .last_earlier = hazard->earlier.number,
                                     .write = ACCESS_KINDS,
-                                    .knows_earlier = earlier != NULL};
+                                    .earlier_is_known = earlier != NULL};
     if (earlier)
         kind->earlier = *earlier;
 }

@@ -19,7 +19,7 @@ struct kind_of_hazard {
     /* Of a READ_AFTER_WRITE: the command also writes what it reads, with this kind of access, and
      * the same dependency is missing for that; else ACCESS_KINDS. */
     enum access_kind write;
-    bool knows_earlier; /* `earlier` describes the earlier access: its batch may be forgotten */
+    bool earlier_is_known; /* `earlier` describes the earlier access: its batch may be forgotten */
     struct hazard_access_text earlier;
 };
 

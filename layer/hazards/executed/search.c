@@ -368,7 +368,7 @@ static void judge_commands(struct hazard_search *search, const struct order_batc
                            const struct execution_clock *completed)
 {
     struct execution_clock before;
-    const uint64_t lost_write = hazards_lost_write(search->hazards);
+    const uint64_t forgotten_write = hazards_last_forgotten_write(search->hazards);
     execution_clock_copy(&before, &batch->clock);
     execution_clock_extend(&before, completed->queues);
     hazards_begin_batch(search->hazards, &(struct hazard_batch){
@@ -385,7 +385,7 @@ static void judge_commands(struct hazard_search *search, const struct order_batc
             judge_journal(search, batch->commands[i].captured);
     judge_signals(search, batch);
     hazards_end_batch(search->hazards);
-    if (hazards_lost_write(search->hazards) != lost_write)
+    if (hazards_last_forgotten_write(search->hazards) != forgotten_write)
         reporter_add_unchecked(search->device->instance->reporter,
                                "batches with more writes of shaders than the layer tracks", 1);
 }

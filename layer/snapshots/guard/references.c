@@ -230,7 +230,7 @@ static struct reference *find_or_add_reference(struct guard *guard, uint64_t val
 }
 
 /* Empties the entry, and those before it without a structure, if it ends its chain. */
-static void remove_dead(struct guard *guard, uint32_t slot)
+static void remove_destroyed(struct guard *guard, uint32_t slot)
 {
     uint32_t mask = guard->slot_count - 1;
     while (guard->slots[slot] && !guard->slots[slot]->kinds && !guard->slots[(slot + 1) & mask]) {
@@ -256,7 +256,7 @@ static void apply(struct guard *guard, const struct reference_change *change)
         reference->id = change->is_live ? change->id : 0;
     reference->kinds = change->is_live ? reference->kinds | kind : reference->kinds & ~kind;
     write_entry(guard, slot);
-    remove_dead(guard, slot);
+    remove_destroyed(guard, slot);
 }
 
 void guard_update(struct guard *guard)

@@ -361,12 +361,12 @@ __attribute__((cold)) static void find_size_query(struct check_context *context,
                                                   struct build_view *build, const uint32_t *counts,
                                                   enum queried_size which, VkDeviceSize size)
 {
-    if (!context->asked)
+    if (!context->queried)
         return;
-    context->asked->build = build->index;
+    context->queried->build = build->index;
     context->hooks->find_size_query(context->user, build->info, counts, build_type_of(build), which,
-                                    size, context->asked);
-    build->asked = context->asked;
+                                    size, context->queried);
+    build->queried = context->queried;
 }
 
 static bool lacks_scratch(const struct build_view *build)

@@ -17,8 +17,8 @@ struct copied {
     const struct input_memory *memory;
     uint64_t place; /* see struct addressed_read */
     uint32_t number;
-    bool knows_addresses; /* no buffer was destroyed since the submission */
-    bool knows_earlier;   /* all builds of places before this one were read */
+    bool addresses_are_known; /* no buffer was destroyed since the submission */
+    bool earlier_is_known;    /* all builds of places before this one were read */
 };
 
 /* Reads one element; missing bytes become zeros. Returns how many bytes are known. */
@@ -41,7 +41,7 @@ static bool read_whole(const struct copied *copied, uint64_t address, void *elem
 static struct address_facts look_up(const struct copied *copied, uint64_t address)
 {
     struct address_facts facts = {.address = address, .status = ADDRESS_UNKNOWN};
-    if (copied->knows_addresses)
+    if (copied->addresses_are_known)
         resources_look_up_address(copied->walk->context->resources, address, &facts);
     return facts;
 }
@@ -50,7 +50,7 @@ static struct address_facts look_up(const struct copied *copied, uint64_t addres
 static void report_access(const struct copied *copied, const struct addressed_range *range)
 {
     const struct check_context *context = copied->walk->context;
-    if (context->hooks->on_access && copied->knows_addresses && range->address)
+    if (context->hooks->on_access && copied->addresses_are_known && range->address)
         context->hooks->on_access(context->user, copied->number, copied->build->is_partitioned,
                                   range);
 }
@@ -225,7 +225,7 @@ static bool is_unbuilt(const struct copied *copied, uint64_t address, enum place
 static struct template_facts find_template(const struct copied *copied, VkDeviceAddress address)
 {
     const struct check_context *context = copied->walk->context;
-    return copied->knows_earlier
+    return copied->earlier_is_known
                ? places_find_template(context->places, address, context->destroy_count)
                : (struct template_facts){.format = VK_FORMAT_UNDEFINED};
 }
@@ -309,7 +309,7 @@ static WALK_ALL(cluster_info)
     if (cluster_op_has_geometries(copied->build))
         read_geometries(copied, &view, wrong);
     check_implicit_read(copied->walk, copied->call, &location, op->name, info,
-                        copied->knows_addresses);
+                        copied->addresses_are_known);
     walk_cluster_info(copied->walk, &view, &location);
     return copied->walk->findings == findings;
 }
@@ -418,7 +418,7 @@ static bool updates_fixed_instance(const struct copied *copied, uint32_t index)
 {
     const struct check_context *context = copied->walk->context;
     const VkDeviceAddress src = copied->build->partitions.info.srcAccelerationStructureData;
-    return src && copied->knows_earlier &&
+    return src && copied->earlier_is_known &&
            places_are_own(context->places, src, context->destroy_count) &&
            places_instance_is_fixed(context->places, index);
 }
@@ -468,7 +468,7 @@ static WALK_ALL(partition_operation)
         location.geometry = i;
         if (is_valid && !translates)
             check_implicit_read(copied->walk, copied->call, &location, name, &element,
-                                copied->knows_addresses);
+                                copied->addresses_are_known);
         if (is_valid)
             walk_partition_operation(copied->walk, &view, &location);
         is_valid = is_valid && copied->walk->findings == findings;
@@ -490,9 +490,9 @@ static WALK_ALL(partition_read)
            read_whole(copied, info->srcInfos + count * sizeof(*operations), &operations[count],
                       sizeof(*operations)))
         count++;
-    if (copied->knows_earlier && !info->srcAccelerationStructureData)
+    if (copied->earlier_is_known && !info->srcAccelerationStructureData)
         places_begin_instances(copied->walk->context->places);
-    for (uint32_t i = 0; copied->knows_earlier && i < count; i++)
+    for (uint32_t i = 0; copied->earlier_is_known && i < count; i++)
         if (operations[i].opType == VK_PARTITIONED_ACCELERATION_STRUCTURE_OP_TYPE_WRITE_INSTANCE_NV)
             keep_instances(copied, &operations[i]);
     for (uint32_t i = 0; i < count; i++) {
@@ -506,7 +506,7 @@ static WALK_ALL(partition_read)
         types |= type;
         check_implicit_read(copied->walk, copied->call, &element,
                             "VkBuildPartitionedAccelerationStructureIndirectCommandNV",
-                            &operations[i], copied->knows_addresses);
+                            &operations[i], copied->addresses_are_known);
         is_whole = read_operation(copied, i, &operations[i], view) && is_whole;
     }
     return is_whole && count == view->count;
@@ -541,9 +541,10 @@ void content_check_addressed(struct walk *walk, const struct call_view *call,
                                   .memory = read->memory,
                                   .place = read->place,
                                   .number = read->number,
-                                  .knows_earlier = places_are_read(context->places, read->place),
-                                  .knows_addresses = resources_destroy_count(context->resources) ==
-                                                     context->destroy_count};
+                                  .earlier_is_known = places_are_read(context->places, read->place),
+                                  .addresses_are_known =
+                                      resources_destroy_count(context->resources) ==
+                                      context->destroy_count};
     if (build->is_partitioned)
         check_partitions(&copied);
     else

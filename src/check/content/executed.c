@@ -204,7 +204,7 @@ static void collect_instances(struct executed_call *call, const struct recorded_
     const struct check_context *context = call->walk.context;
     struct instance_uses *uses = call->walk.instances;
     struct build_view build = view_of(call, recorded, NULL);
-    if (context->hooks->on_all_references && call->walk.knows_references)
+    if (context->hooks->on_all_references && call->walk.references_are_known)
         context->hooks->on_all_references(context->user, uses);
     if (!uses || !uses->count)
         return;
@@ -300,7 +300,7 @@ void executed_call_read(struct executed_call *call, const struct executed_build 
     call->walk.inputs = build->inputs;
     call->walk.source_inputs = build->source_inputs;
     call->walk.point = build->point;
-    call->walk.knows_references = false;
+    call->walk.references_are_known = false;
     call->walk.readers = build->readers;
     if (build->build->is_indirect)
         read_indirect(call, build);

@@ -400,7 +400,7 @@ void content_read_instances(struct content *content)
             read_array_of_pointers(content, read_pointed_instance);
         else
             read_plain_instances(content);
-        content->walk->knows_references =
+        content->walk->references_are_known =
             !content->range->range->primitiveCount || (!content->has_gaps && !content->has_strays);
     } else if (build->call->device->extension.motion_blur_nv && !has_pointers) {
         read_motion_instances(content);

@@ -571,14 +571,14 @@ void check_implicit_descriptor(struct walk *walk, const struct call_view *call,
 
 void check_implicit_read(struct walk *walk, const struct call_view *call,
                          const struct location *location, const char *name, const void *bytes,
-                         bool knows_addresses)
+                         bool addresses_are_known)
 {
     struct subject_of_check subject = {.walk = walk,
                                        .call = call,
                                        .location = *location,
                                        .bytes = bytes,
                                        .is_well_formed = true,
-                                       .skips_addresses = !knows_addresses};
+                                       .skips_addresses = !addresses_are_known};
     for (size_t i = 0; i < sizeof(scopes_in_device_memory) / sizeof(scopes_in_device_memory[0]);
          i++)
         if (strcmp(scopes_in_device_memory[i].name, name) == 0)

@@ -25,10 +25,10 @@ void check_read_serialized(struct walk *walk, const struct call_view *call,
                            uint64_t size);
 
 /* Validates a structure that the device has read, by the tables of implicit.h. `bytes` may be
- * misaligned. `knows_addresses`: no buffer was destroyed since. */
+ * misaligned. `addresses_are_known`: no buffer was destroyed since. */
 void check_implicit_read(struct walk *walk, const struct call_view *call,
                          const struct location *location, const char *name, const void *bytes,
-                         bool knows_addresses);
+                         bool addresses_are_known);
 
 /* ---- for the files of this folder: each validates the commands of one subject */
 

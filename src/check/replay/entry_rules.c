@@ -111,17 +111,21 @@ void entry_rules_report(struct entry_rules *rules, enum rule rule, const struct 
 
 void judge_updated_geometries(struct entry_rules *rules, const struct update_view *update)
 {
-    const struct geometry_shapes *asked = update->asked->shapes, *source = update->source->shapes;
-    if (!asked || !source || asked->count != source->count)
+    const struct geometry_shapes *requested = update->requested->shapes,
+                                 *source = update->source->shapes;
+    if (!requested || !source || requested->count != source->count)
         return;
     struct location location = rules->location;
-    for (uint32_t i = 0; i < asked->count; i++) {
-        struct updated_geometry_view geometry = {
-            .update = update, .index = i, .asked = &asked->items[i], .source = &source->items[i]};
+    for (uint32_t i = 0; i < requested->count; i++) {
+        struct updated_geometry_view geometry = {.update = update,
+                                                 .index = i,
+                                                 .requested = &requested->items[i],
+                                                 .source = &source->items[i]};
         location.geometry = i;
-        location.subject = location.command == COMMAND_NV && type_is_instances(asked->items[i].type)
-                               ? SUBJECT_PARAMETER
-                               : SUBJECT_GEOMETRY;
+        location.subject =
+            location.command == COMMAND_NV && type_is_instances(requested->items[i].type)
+                ? SUBJECT_PARAMETER
+                : SUBJECT_GEOMETRY;
         walk_updated_geometry(&rules->walk, &geometry, &location);
         judge_updated_micromap(&rules->walk, &geometry, &location);
     }
@@ -129,19 +133,21 @@ void judge_updated_geometries(struct entry_rules *rules, const struct update_vie
 
 static void judge_dense(struct entry_rules *rules, const struct update_view *update)
 {
-    const struct geometry_shapes *asked = update->asked->shapes, *source = update->source->shapes;
-    if (!asked || !source || asked->count != source->count)
+    const struct geometry_shapes *requested = update->requested->shapes,
+                                 *source = update->source->shapes;
+    if (!requested || !source || requested->count != source->count)
         return;
     struct location location = rules->location;
     location.subject = SUBJECT_GEOMETRY;
-    const struct dense_shape *now = built_dense_shapes(asked), *then = built_dense_shapes(source);
+    const struct dense_shape *now = built_dense_shapes(requested),
+                             *then = built_dense_shapes(source);
     const struct dense_shape *end = then + source->dense_count;
-    for (uint32_t i = 0; i < asked->dense_count; i++, now++) {
+    for (uint32_t i = 0; i < requested->dense_count; i++, now++) {
         while (then < end && then->geometry < now->geometry)
             then++;
         if (then == end || then->geometry != now->geometry)
             continue;
-        struct updated_dense_view dense = {.update = update, .asked = now, .source = then};
+        struct updated_dense_view dense = {.update = update, .requested = now, .source = then};
         location.geometry = now->geometry;
         walk_updated_dense(&rules->walk, &dense, &location);
     }
@@ -149,33 +155,34 @@ static void judge_dense(struct entry_rules *rules, const struct update_view *upd
 
 /* Returns the size that the dst of an update needs: the size of a build or, if the source is
  * compacted, the smaller compacted size. Returns 0 if neither is known. */
-static VkDeviceSize size_needed(VkDeviceSize asked, const struct built *source)
+static VkDeviceSize size_needed(VkDeviceSize requested, const struct built *source)
 {
     VkDeviceSize compacted = source->compacted_size ? source->compacted_size->size : 0;
-    return source->compacted && compacted < asked ? compacted : asked;
+    return source->compacted && compacted < requested ? compacted : requested;
 }
 
 static void judge_size(struct entry_rules *rules, const struct journal_entry *entry,
                        const struct built *source)
 {
-    const struct geometry_shapes *asked = entry->built.shapes;
+    const struct geometry_shapes *requested = entry->built.shapes;
     const VkDeviceSize needed = built_needed_size(&entry->built);
     struct finding finding;
-    if (!asked || source->state != BUILT_BEFORE || asked->dst_size >= size_needed(needed, source))
+    if (!requested || source->state != BUILT_BEFORE ||
+        requested->dst_size >= size_needed(needed, source))
         return;
     struct value dst = object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, entry->dst);
     if (source->compacted)
         finding_says(&finding, "dstAccelerationStructure",
                      "{} was created with size {}, less than the queried compacted size of its "
                      "source ({}), and less than accelerationStructureSize ({})",
-                     dst, number(asked->dst_size), number(source->compacted_size->size),
+                     dst, number(requested->dst_size), number(source->compacted_size->size),
                      number(needed));
     else
         finding_says(
             &finding, "dstAccelerationStructure",
             "{} was created with size {}, less than accelerationStructureSize ({}), and its "
             "source is not compacted",
-            dst, number(asked->dst_size), number(needed));
+            dst, number(requested->dst_size), number(needed));
     entry_rules_report(rules, RULE_dst_is_large_enough, &finding);
 }
 
@@ -189,7 +196,7 @@ void judge_update(struct replay *replay, const struct journal *journal,
     entry_rules_begin_entry(&rules, replay, journal, entry);
     const struct update_view update = {.command = rules.location.command,
                                        .src = entry->src,
-                                       .asked = &entry->built,
+                                       .requested = &entry->built,
                                        .source = source};
     walk_update(&rules.walk, &update, &rules.location);
     judge_updated_geometries(&rules, &update);
@@ -239,7 +246,7 @@ static bool is_clone(const struct journal_entry *entry)
 }
 
 /* Whether the host has read the size of src, which a clone copies: its copies may have another. */
-static bool knows_full_size(const struct journal_entry *entry, const struct built *source)
+static bool full_size_is_known(const struct journal_entry *entry, const struct built *source)
 {
     return is_clone(entry) && source->compacted_size && source->compacted_size->full &&
            source->compacted_size->serialized_id == entry->src_id;
@@ -257,7 +264,7 @@ static VkDeviceSize queried_size(const struct journal_entry *entry, const struct
         return sizes->serialized_id == entry->src_id ? sizes->serialized : 0;
     if (source->state != BUILT_BEFORE || (source->compacted && entry->read.compacts))
         return 0;
-    return knows_full_size(entry, source) ? sizes->full : sizes->size;
+    return full_size_is_known(entry, source) ? sizes->full : sizes->size;
 }
 
 /* Returns the facts of a structure that a copy accesses; nothing if it is not the one that was
@@ -278,7 +285,7 @@ static VkDeviceSize cloned_size(const struct replay *replay, const struct journa
                                 const struct built *source, const struct object_facts *src)
 {
     const bool is_whole = is_clone(entry) && source->state == BUILT_BEFORE && !source->compacted;
-    const bool is_queried = replay->has_unseen_sizes ||
+    const bool is_queried = replay->sizes_may_be_unknown ||
                             (source->compacted_size && source->compacted_size->full_is_queried);
     const VkDeviceSize needed = is_whole && !is_queried ? built_needed_size(source) : 0;
     return src->size >= needed ? needed : 0;
@@ -334,7 +341,7 @@ void judge_copy_size(struct replay *replay, const struct journal *journal,
         .compacts = entry->read.compacts,
         .dst_size = size_of_dst(replay, entry),
         .queried_size = queried_size(entry, source),
-        .is_full = knows_full_size(entry, source),
+        .is_full = full_size_is_known(entry, source),
         .needed_size = cloned_size(replay, entry, source, &src),
     };
     entry_rules_begin_read(&rules, replay, journal, entry);
@@ -347,12 +354,13 @@ void judge_copy_size(struct replay *replay, const struct journal *journal,
 void judge_updated_micromap(struct walk *walk, const struct updated_geometry_view *geometry,
                             const struct location *location)
 {
-    const struct geometry_shapes *asked = geometry->update->asked->shapes;
+    const struct geometry_shapes *requested = geometry->update->requested->shapes;
     const struct geometry_shapes *source = geometry->update->source->shapes;
-    if (!asked->has_micromaps && !source->has_micromaps)
+    if (!requested->has_micromaps && !source->has_micromaps)
         return;
     struct updated_micromap_view view = {.geometry = geometry,
-                                         .asked = built_micromap_shape(asked, geometry->index),
+                                         .requested =
+                                             built_micromap_shape(requested, geometry->index),
                                          .source = built_micromap_shape(source, geometry->index)};
     walk_updated_micromap(walk, &view, location);
 }

@@ -61,7 +61,7 @@ static struct compacted_size *compacted_size_of(struct replay *replay,
     if (!built->compacted_size)
         built->compacted_size = compacted_size_create(entry->src_id);
     if (!built->compacted_size) {
-        replay->has_unseen_sizes = true;
+        replay->sizes_may_be_unknown = true;
         return NULL;
     }
     if (type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR)

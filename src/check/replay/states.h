@@ -22,7 +22,7 @@ struct replay {
     bool may_fail;             /* the writes may be undone: the call has not gone down */
     bool predecessors_known;   /* all work that executes before the batch has been replayed */
     bool never_is_certain;     /* only commands in journals build structures on this device */
-    bool has_unseen_sizes;     /* the application may know sizes that the layer does not */
+    bool sizes_may_be_unknown; /* the application may know sizes that the layer does not */
     bool unordered;            /* the commands of the batch are unordered among themselves */
     struct input_notes *notes; /* notes of builds whose inputs are read later; or NULL */
     bool out_of_memory;        /* set if a write could not be tracked */

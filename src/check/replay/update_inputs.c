@@ -136,7 +136,8 @@ static bool counts_are_known(const struct geometry_shapes *shapes)
 
 void replay_judge_inputs(struct replay *replay, const struct input_note *note)
 {
-    const struct geometry_shapes *asked = note->entry->built.shapes, *source = note->source.shapes;
+    const struct geometry_shapes *requested = note->entry->built.shapes,
+                                 *source = note->source.shapes;
     if (note->source.state == BUILT_UNKNOWN || !source)
         return;
     struct built now = note->entry->built;
@@ -145,12 +146,12 @@ void replay_judge_inputs(struct replay *replay, const struct input_note *note)
     entry_rules_begin_entry(&rules, replay, note->journal, note->entry);
     for (int rule = 0; rule < RULE_COUNT; rule++)
         if (rule == RULE_primitive_count_matches_source
-                ? counts_are_known(asked) && counts_are_known(source)
+                ? counts_are_known(requested) && counts_are_known(source)
                 : rule_infos[rule].level != LEVEL_CONTENT)
             walk_stop_rule(&rules.walk, (enum rule)rule);
     const struct update_view update = {.command = rules.location.command,
                                        .src = note->entry->src,
-                                       .asked = &now,
+                                       .requested = &now,
                                        .source = &note->source};
     judge_updated_geometries(&rules, &update);
 }

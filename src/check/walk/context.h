@@ -128,7 +128,7 @@ struct check_context {
     struct query_pools *query_pools;         /* of commands that name pools; or NULL */
     struct update_templates *templates;      /* of updates of descriptor sets; or NULL */
     const struct size_queries *size_queries; /* of the application; or NULL */
-    struct size_differences *asked;          /* a place for that of struct build_view; or NULL */
+    struct size_differences *queried;        /* a place for that of struct build_view; or NULL */
     struct sweep *sweep;   /* memory kept between calls, see check_make_sweep; or NULL */
     struct places *places; /* of structures without handles; or NULL */
     const struct structures *structures; /* those that builds refer to; or NULL */

@@ -28,8 +28,9 @@ struct walk {
     const struct execution_point *point;      /* when the current build executed; NULL: unknown */
     struct instance_uses *instances;          /* structures that its instances refer to, see
                                                * check_host_inputs; NULL: none */
-    bool knows_references; /* the instances of the last geometry refer to `instances`, or to nothing
-                            */
+    bool references_are_known;     /* the instances of the last geometry refer to `instances`, or to
+                                    * nothing
+                                    */
     struct build_reader *readers;  /* of the current build; NULL: none */
     struct chained_inputs chained; /* of the geometry that was checked last, if it has any */
 };

@@ -7,12 +7,13 @@
 /* Returns false if the inputs of the update or of the source are unknown, or if they can't be
  * compared. */
 static bool find_both(const struct updated_geometry_view *geometry,
-                      const struct geometry_inputs **asked, const struct geometry_inputs **source)
+                      const struct geometry_inputs **requested,
+                      const struct geometry_inputs **source)
 {
-    *asked = build_inputs_of(built_inputs(geometry->update->asked), geometry->index);
+    *requested = build_inputs_of(built_inputs(geometry->update->requested), geometry->index);
     *source = build_inputs_of(built_inputs(geometry->update->source), geometry->index);
-    return *asked && *source && geometry->asked->type == geometry->source->type &&
-           (*asked)->primitive_count == (*source)->primitive_count;
+    return *requested && *source && geometry->requested->type == geometry->source->type &&
+           (*requested)->primitive_count == (*source)->primitive_count;
 }
 
 /* Finds the first primitive that is in `a` and not in `b`. Returns false if there is none. */
@@ -34,7 +35,7 @@ static bool changed(const struct updated_geometry_view *geometry, struct finding
 {
     const struct update_view *update = geometry->update;
     bool is_nv = update->command == COMMAND_NV;
-    bool is_parameter = is_nv && type_is_instances(geometry->asked->type);
+    bool is_parameter = is_nv && type_is_instances(geometry->requested->type);
     return violated(finding, is_parameter ? "instanceData" : "", says, number(primitive),
                     object(is_nv ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
                                  : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
@@ -45,10 +46,10 @@ static bool changed(const struct updated_geometry_view *geometry, struct finding
 bool inactive_primitives_stay_inactive(const struct updated_geometry_view *updated_geometry,
                                        struct finding *finding)
 {
-    const struct geometry_inputs *asked, *source;
+    const struct geometry_inputs *requested, *source;
     uint32_t first;
-    return !find_both(updated_geometry, &asked, &source) ||
-           !find_first(source->inactive, asked->inactive, asked->primitive_count, &first) ||
+    return !find_both(updated_geometry, &requested, &source) ||
+           !find_first(source->inactive, requested->inactive, requested->primitive_count, &first) ||
            changed(updated_geometry, finding,
                    "makes primitive {} active, but the primitive was inactive when {} was last "
                    "built ({})",
@@ -58,10 +59,10 @@ bool inactive_primitives_stay_inactive(const struct updated_geometry_view *updat
 bool active_primitives_stay_active(const struct updated_geometry_view *updated_geometry,
                                    struct finding *finding)
 {
-    const struct geometry_inputs *asked, *source;
+    const struct geometry_inputs *requested, *source;
     uint32_t first;
-    return !find_both(updated_geometry, &asked, &source) ||
-           !find_first(asked->inactive, source->inactive, asked->primitive_count, &first) ||
+    return !find_both(updated_geometry, &requested, &source) ||
+           !find_first(requested->inactive, source->inactive, requested->primitive_count, &first) ||
            changed(updated_geometry, finding,
                    "makes primitive {} inactive, but the primitive was active when {} was last "
                    "built ({})",
@@ -71,16 +72,17 @@ bool active_primitives_stay_active(const struct updated_geometry_view *updated_g
 bool index_values_match_source(const struct updated_geometry_view *updated_geometry,
                                struct finding *finding)
 {
-    const struct geometry_inputs *asked, *source;
-    if (!find_both(updated_geometry, &asked, &source) || !asked->indices || !source->indices ||
-        asked->indices == source->indices || asked->indices->size != source->indices->size ||
-        updated_geometry->asked->index_type != updated_geometry->source->index_type ||
-        memcmp(asked->indices->bytes, source->indices->bytes, asked->indices->size) == 0)
+    const struct geometry_inputs *requested, *source;
+    if (!find_both(updated_geometry, &requested, &source) || !requested->indices ||
+        !source->indices || requested->indices == source->indices ||
+        requested->indices->size != source->indices->size ||
+        updated_geometry->requested->index_type != updated_geometry->source->index_type ||
+        memcmp(requested->indices->bytes, source->indices->bytes, requested->indices->size) == 0)
         return true;
     uint64_t at = 0;
-    while (asked->indices->bytes[at] == source->indices->bytes[at])
+    while (requested->indices->bytes[at] == source->indices->bytes[at])
         at++;
-    uint64_t bytes_each = asked->indices->size / asked->primitive_count;
+    uint64_t bytes_each = requested->indices->size / requested->primitive_count;
     return changed(updated_geometry, finding,
                    "gives primitive {} other indices than it had when {} was last built ({})",
                    (uint32_t)(at / bytes_each));

@@ -91,18 +91,18 @@ static bool differs(const struct updated_micromap_view *view, struct finding *fi
 
 static bool are_triangles(const struct updated_micromap_view *view)
 {
-    return type_is_triangles(view->geometry->asked->type) &&
+    return type_is_triangles(view->geometry->requested->type) &&
            type_is_triangles(view->geometry->source->type);
 }
 
 bool opacity_micromap_is_kept_where_source_had_one(
     const struct updated_micromap_view *updated_micromap, struct finding *finding)
 {
-    const struct micromap_shape *asked = &updated_micromap->asked;
+    const struct micromap_shape *requested = &updated_micromap->requested;
     uint64_t before = updated_micromap->source.handle;
-    if (!are_triangles(updated_micromap) || !before || asked->handle)
+    if (!are_triangles(updated_micromap) || !before || requested->handle)
         return true;
-    return asked->given
+    return requested->given
                ? differs(updated_micromap, finding, OPACITY_DATA "micromap", "is VK_NULL_HANDLE",
                          NULL, before)
                : differs(updated_micromap, finding, "geometry.triangles.pNext",
@@ -112,23 +112,23 @@ bool opacity_micromap_is_kept_where_source_had_one(
 bool opacity_micromap_stays_null_where_source_had_null(
     const struct updated_micromap_view *updated_micromap, struct finding *finding)
 {
-    const struct micromap_shape *asked = &updated_micromap->asked;
+    const struct micromap_shape *requested = &updated_micromap->requested;
     const struct micromap_shape *source = &updated_micromap->source;
     if (!are_triangles(updated_micromap) || !source->given || source->handle ||
-        (asked->given && !asked->handle))
+        (requested->given && !requested->handle))
         return true;
-    return asked->given ? differs(updated_micromap, finding, OPACITY_DATA "micromap", "is given",
-                                  "VK_NULL_HANDLE there", 0)
-                        : differs(updated_micromap, finding, "geometry.triangles.pNext",
-                                  "has no VkAccelerationStructureTrianglesOpacityMicromapKHR",
-                                  "one whose micromap is VK_NULL_HANDLE", 0);
+    return requested->given ? differs(updated_micromap, finding, OPACITY_DATA "micromap",
+                                      "is given", "VK_NULL_HANDLE there", 0)
+                            : differs(updated_micromap, finding, "geometry.triangles.pNext",
+                                      "has no VkAccelerationStructureTrianglesOpacityMicromapKHR",
+                                      "one whose micromap is VK_NULL_HANDLE", 0);
 }
 
 bool opacity_micromap_stays_absent_where_source_had_none(
     const struct updated_micromap_view *updated_micromap, struct finding *finding)
 {
     return !are_triangles(updated_micromap) || updated_micromap->source.given ||
-           !updated_micromap->asked.given ||
+           !updated_micromap->requested.given ||
            differs(updated_micromap, finding, "geometry.triangles.pNext",
                    "has a VkAccelerationStructureTrianglesOpacityMicromapKHR", "none", 0);
 }
@@ -139,14 +139,15 @@ bool opacity_micromap_matches_source(const struct updated_micromap_view *updated
     const VkBuildAccelerationStructureFlagsKHR may_change =
         VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR |
         VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT;
-    uint64_t asked = updated_micromap->asked.handle, before = updated_micromap->source.handle;
+    uint64_t requested = updated_micromap->requested.handle,
+             before = updated_micromap->source.handle;
     const struct update_view *update = updated_micromap->geometry->update;
-    if (!are_triangles(updated_micromap) || !asked || !before || asked == before ||
+    if (!are_triangles(updated_micromap) || !requested || !before || requested == before ||
         (update->source->flags & may_change))
         return true;
     return violated(finding, OPACITY_DATA "micromap",
                     "is {}, but {} was last built with {} ({}), and without flags that "
                     "let micromaps change",
-                    structure(asked), structure(update->src), structure(before),
+                    structure(requested), structure(update->src), structure(before),
                     built_at(update->source));
 }

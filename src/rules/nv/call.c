@@ -195,27 +195,27 @@ static bool compatible_counts(const struct nv_call_view *nv_call, struct finding
                               uint32_t index)
 {
     const struct nv_counts *created = &nv_call->dst_facts.created->geometries[index];
-    struct nv_counts asked = nv_counts_of(&nv_call->geometries[index]);
+    struct nv_counts requested = nv_counts_of(&nv_call->geometries[index]);
     const struct {
         const char *noun;
-        uint32_t asked, created;
-    } counts[] = {{"vertex", asked.vertices, created->vertices},
-                  {"index", asked.indices, created->indices},
-                  {"AABB", asked.aabbs, created->aabbs}};
+        uint32_t requested, created;
+    } counts[] = {{"vertex", requested.vertices, created->vertices},
+                  {"index", requested.indices, created->indices},
+                  {"AABB", requested.aabbs, created->aabbs}};
     for (int i = 0; i < 3; i++)
-        if (counts[i].asked > counts[i].created)
+        if (counts[i].requested > counts[i].created)
             return violated(finding, "dst",
                             "{} was created for {} in geometry {}, but pInfo has {} there",
                             nv_structure(nv_call->dst), count_of(counts[i].created, counts[i].noun),
-                            number(index), count_of(counts[i].asked, counts[i].noun));
+                            number(index), count_of(counts[i].requested, counts[i].noun));
     return true;
 }
 
 static bool created_for_fewer(const struct nv_call_view *nv_call, struct finding *finding,
-                              const char *member, uint32_t created, uint32_t asked)
+                              const char *member, uint32_t created, uint32_t requested)
 {
     return violated(finding, "dst", "{} was created with {} {}, less than that of pInfo ({})",
-                    nv_structure(nv_call->dst), phrase(member), number(created), number(asked));
+                    nv_structure(nv_call->dst), phrase(member), number(created), number(requested));
 }
 
 bool nv_dst_was_created_compatible(const struct nv_call_view *nv_call, struct finding *finding)

@@ -110,14 +110,14 @@ void size_queries_add(struct size_queries *queries,
 
 /* ---- differences */
 
-static void compare_members(const uint64_t *asked, const uint64_t *built, uint32_t count,
+static void compare_members(const uint64_t *queried, const uint64_t *built, uint32_t count,
                             enum size_member first, uint32_t geometry,
                             struct size_differences *differences)
 {
     for (uint32_t i = 0; i < count; i++)
-        if (asked[i] != built[i] && differences->count++ < SIZE_DIFFERENCES)
+        if (queried[i] != built[i] && differences->count++ < SIZE_DIFFERENCES)
             differences->items[differences->count - 1] = (struct size_difference){
-                (enum size_member)(first + i), geometry, asked[i], built[i]};
+                (enum size_member)(first + i), geometry, queried[i], built[i]};
 }
 
 /* Counts all differences, and lists the first ones. */

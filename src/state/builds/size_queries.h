@@ -44,7 +44,7 @@ struct size_differences {
     struct size_difference {
         enum size_member member;
         uint32_t geometry;
-        uint64_t asked, built;
+        uint64_t queried, built;
     } items[SIZE_DIFFERENCES];
 };
 

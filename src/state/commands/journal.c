@@ -69,8 +69,8 @@ void journal_add(struct journal *journal, const struct journal_entry *entry)
 {
     struct journal_entry *place = journal_begin_entry(journal);
     if (!place) {
-        struct journal_entry lost = *entry;
-        release_entry(&lost);
+        struct journal_entry refused = *entry;
+        release_entry(&refused);
         return;
     }
     const unsigned char size = place->size;

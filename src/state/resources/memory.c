@@ -53,7 +53,7 @@ static void remove_memory(struct resources *resources, VkDeviceMemory handle)
     resources_count_destroyed(resources);
     memory_record_unmap(resources, memory);
     memory->alive = false;
-    nv_accel_records_lose_memory(resources, memory);
+    nv_accel_records_end_memory(resources, memory);
     for (struct buffer_record *buffer = memory->buffers; buffer; buffer = buffer->next)
         resources_refresh(resources, buffer);
     memory_record_release(memory);

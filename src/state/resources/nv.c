@@ -196,7 +196,7 @@ static void note_freed_memory(void *record, void *context)
     resources_note_reference(freed->resources, accel->value, true);
 }
 
-void nv_accel_records_lose_memory(struct resources *resources, const struct memory_record *memory)
+void nv_accel_records_end_memory(struct resources *resources, const struct memory_record *memory)
 {
     handle_table_each(&resources->nv_accels, note_freed_memory,
                       &(struct freed_memory){resources, memory});

@@ -191,7 +191,7 @@ void accel_record_free(struct accel_record *accel);
 void accel_record_forget_address(struct resources *resources, struct accel_record *accel);
 
 /* Notes that the memory of structures of VK_NV_ray_tracing was freed. */
-void nv_accel_records_lose_memory(struct resources *resources, const struct memory_record *memory);
+void nv_accel_records_end_memory(struct resources *resources, const struct memory_record *memory);
 /* Notes that what a value refers to has changed (reference_changes.h). */
 void resources_note_reference(struct resources *resources, uint64_t reference, bool is_nv);
 

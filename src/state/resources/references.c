@@ -206,16 +206,16 @@ static enum tristate is_alive(const struct resources *resources, const struct ac
     return at->first || at->destroyed_at > destroy_count ? UNKNOWN : NO;
 }
 
-bool resources_reference_is_dead(struct resources *resources, VkDeviceAddress address,
-                                 uint64_t destroy_count)
+bool resources_reference_is_destroyed(struct resources *resources, VkDeviceAddress address,
+                                      uint64_t destroy_count)
 {
     unsigned token = resources_begin_reading(resources);
     const struct accel_address *at = handle_table_find(&resources->accel_addresses, address);
-    const bool is_dead = at && !at->first && !unknown_is_set(&resources->unknown) &&
-                         !resources->unknown_references &&
-                         resources->unknown_destroyed_at <= destroy_count;
+    const bool is_destroyed = at && !at->first && !unknown_is_set(&resources->unknown) &&
+                              !resources->unknown_references &&
+                              resources->unknown_destroyed_at <= destroy_count;
     resources_end_reading(resources, token);
-    return is_dead;
+    return is_destroyed;
 }
 
 static bool is_one(const struct accel_address *at, uint64_t destroy_count)

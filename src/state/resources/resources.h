@@ -93,8 +93,8 @@ void resources_find_referenced(struct resources *resources, VkDeviceAddress addr
                                uint64_t destroy_count, struct accel_facts *facts);
 /* Returns whether all structures at an address were destroyed, as far as none of them may have been
  * alive under another, unknown address. */
-bool resources_reference_is_dead(struct resources *resources, VkDeviceAddress address,
-                                 uint64_t destroy_count);
+bool resources_reference_is_destroyed(struct resources *resources, VkDeviceAddress address,
+                                      uint64_t destroy_count);
 
 /* Micromaps of VK_EXT_opacity_micromap (micromap.c). */
 void resources_add_micromap(struct resources *resources, VkMicromapEXT handle,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "src/report/told_queries.h"
+#include "src/report/reported_queries.h"
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -7,8 +7,8 @@
 enum { WORDS_OF_PLACE = 8, WORDS_OF_VALUE = 3 };
 
 /* Texts are literals: equal ones mostly have one address, and else count as different. */
-uint64_t told_query(enum rule rule, const struct location *location, const struct finding *finding,
-                    const struct call_site *site)
+uint64_t reported_query(enum rule rule, const struct location *location,
+                        const struct finding *finding, const struct call_site *site)
 {
     uint64_t words[WORDS_OF_PLACE + WORDS_OF_VALUE * FINDING_VALUES] = {
         rule,
@@ -27,20 +27,20 @@ uint64_t told_query(enum rule rule, const struct location *location, const struc
         to[1] = value->number;
         to[2] = (uintptr_t)value->text;
     }
-    return (XXH3_64bits(words, sizeof(words)) | 2) & ~TOLD_SKIPS;
+    return (XXH3_64bits(words, sizeof(words)) | 2) & ~REPORTED_SKIPS;
 }
 
-uint64_t told_queries_find(struct told_queries *told, uint64_t query)
+uint64_t reported_queries_find(struct reported_queries *reported, uint64_t query)
 {
-    for (uint32_t i = 0; i < TOLD_QUERIES; i++) {
-        const uint64_t item = atomic_load(&told->items[i]);
-        if ((item & ~TOLD_SKIPS) == query)
+    for (uint32_t i = 0; i < REPORTED_QUERIES; i++) {
+        const uint64_t item = atomic_load(&reported->items[i]);
+        if ((item & ~REPORTED_SKIPS) == query)
             return item;
     }
     return 0;
 }
 
-void told_queries_add(struct told_queries *told, uint64_t query)
+void reported_queries_add(struct reported_queries *reported, uint64_t query)
 {
-    atomic_store(&told->items[atomic_fetch_add(&told->next, 1) % TOLD_QUERIES], query);
+    atomic_store(&reported->items[atomic_fetch_add(&reported->next, 1) % REPORTED_QUERIES], query);
 }

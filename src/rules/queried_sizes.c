@@ -66,26 +66,26 @@ static struct value member_value(enum size_member member, uint64_t value)
 static bool remarks_on_difference(struct finding *finding, VkDeviceSize size,
                                   const struct size_difference *difference)
 {
-    const struct value asked = member_value(difference->member, difference->asked);
+    const struct value queried = member_value(difference->member, difference->queried);
     const struct value built = member_value(difference->member, difference->built);
     const struct value name = phrase(member_name(difference->member));
     if (difference->member < SIZED_GEOMETRY_TYPE)
         return remarks(finding, "The query that returned {} had {} {} instead of {}", number(size),
-                       name, asked, built);
+                       name, queried, built);
     return remarks(finding,
                    difference->member == SIZED_PRIMITIVE_COUNT
                        ? "The query that returned {} had {}[{}] {} instead of {}"
                        : "The query that returned {} had {} of pGeometries[{}] {} instead of {}",
-                   number(size), name, number(difference->geometry), asked, built);
+                   number(size), name, number(difference->geometry), queried, built);
 }
 
 __attribute__((cold, noinline)) bool remarks_on_size_query(struct finding *finding,
                                                            const struct build_view *build,
                                                            enum queried_size which)
 {
-    const struct size_differences *asked = build->asked;
-    const bool is_same_query = asked && asked->build == build->index && asked->which == which;
-    for (uint32_t i = 0; is_same_query && i < asked->count; i++)
-        remarks_on_difference(finding, asked->size, &asked->items[i]);
+    const struct size_differences *queried = build->queried;
+    const bool is_same_query = queried && queried->build == build->index && queried->which == which;
+    for (uint32_t i = 0; is_same_query && i < queried->count; i++)
+        remarks_on_difference(finding, queried->size, &queried->items[i]);
     return false;
 }
