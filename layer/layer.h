@@ -170,7 +170,7 @@ struct layer_device *layer_find_reporting_device(const void *dispatchable);
  * a command buffer of that handle: the handle is VK_NULL_HANDLE, was freed, or was never allocated.
  * The intercept must then skip the command, because the handle may point to unreadable memory.
  * layer_find_recording_device() warns about that, once for each device; build commands use
- * layer_find_build_device() and report the handle themselves. If a device lost a record for lack of
+ * layer_find_build_device() and report the handle themselves. If a device has no record for lack of
  * memory, or is below level STATE, its dispatch key also identifies it. */
 struct layer_device *layer_find_recording_device(VkCommandBuffer handle);
 struct layer_device *layer_find_build_device(VkCommandBuffer handle);

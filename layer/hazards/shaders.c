@@ -137,8 +137,8 @@ static const VkPipelineCreateFlags2 unfollowed_flags =
     VK_PIPELINE_CREATE_2_DESCRIPTOR_BUFFER_BIT_EXT | VK_PIPELINE_CREATE_2_DESCRIPTOR_HEAP_BIT_EXT |
     VK_PIPELINE_CREATE_2_LIBRARY_BIT_KHR;
 
-/* Structures in the chain of a pipeline's parameters that neither add shaders nor change what
- * these access. Of all others that is unknown. */
+/* Whether the chain of a pipeline's parameters has only structures that neither add shaders nor
+ * change what shaders access. For all other structures that is unknown. */
 static bool is_plain_chain(const void *chain)
 {
     for (const VkBaseInStructure *s = chain; s; s = s->pNext)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Records what the shaders of a command may write, and which structures they trace, as far as code,
- * push constants and descriptors tell. */
+ * push constants and descriptors show. */
 #ifndef ASSAY_LAYER_HAZARDS_TRACED_H
 #define ASSAY_LAYER_HAZARDS_TRACED_H
 

@@ -111,7 +111,7 @@ static struct host_work begin_host_copy(struct layer_device *device, struct jour
     return work;
 }
 
-/* The driver tells the compacted size of src before the copy is validated. A deferred copy executes
+/* Queries the compacted size of src before the copy is validated. A deferred copy executes
  * later, perhaps behind the build of src. */
 static void query_size(struct layer_device *device, const VkCopyAccelerationStructureInfoKHR *info)
 {

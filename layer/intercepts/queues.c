@@ -196,7 +196,7 @@ void end_bind_sparse(struct submission *submission, VkResult result)
 
 /* ---- presentation */
 
-/* If the call fails, its waits may not have happened. To forget the signals only loses their order.
+/* If the call fails, its waits may not have happened. Without the signals their order is unknown.
  */
 void note_present(struct layer_device *device, const VkPresentInfoKHR *info)
 {

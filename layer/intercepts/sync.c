@@ -62,14 +62,14 @@ void end_host_signal(struct submission *submission, VkResult result)
     submission_finish(submission, result);
 }
 
-/* A wait for any of several semaphores does not tell which one has reached its value. */
-/* An application that passes 0 only asks. */
+/* An application that passes timeout 0 does not wait. */
 static void note_timeout(struct layer_device *device, uint64_t timeout, VkResult result)
 {
     if (result == VK_TIMEOUT && timeout)
         execution_order_note_timeout(device->order, timeout);
 }
 
+/* A wait for any of several semaphores does not show which one has reached its value. */
 void observe_semaphores(struct layer_device *device, const VkSemaphoreWaitInfo *info,
                         uint64_t timeout, VkResult result)
 {

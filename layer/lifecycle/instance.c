@@ -105,8 +105,8 @@ static uint32_t requested_api_version(const VkInstanceCreateInfo *create_info)
     return application && application->apiVersion ? application->apiVersion : VK_API_VERSION_1_0;
 }
 
-/* Whether a layer calls. The first address that is not of this library tells: the compiler may or
- * may not have left a frame of the library's own entry in front of it. */
+/* Whether the caller is a layer. The caller is the first address outside this library: the compiler
+ * may or may not have left a frame of the library's own entry in front of it. */
 static bool is_called_by_layer(const struct call_stack *stack)
 {
     struct module_place own, place;

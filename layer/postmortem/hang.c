@@ -139,7 +139,7 @@ static bool look_for_progress(struct watch *watch)
 
 /* ---- waits in slices */
 
-/* Whether the wait has an end: a later one cannot be told from none. */
+/* Whether the wait has an end: one that is too late is the same as none. */
 static bool has_end(uint64_t begin, uint64_t timeout)
 {
     return timeout < UINT64_MAX - begin;

@@ -34,8 +34,8 @@ VkResult hang_wait_semaphores(struct layer_device *device, PFN_vkWaitSemaphores 
                               const VkSemaphoreWaitInfo *info, uint64_t timeout);
 
 /* Called before a wait for idle, which cannot be cut into slices: waits until the executions of a
- * queue, or of all queues if it is VK_NULL_HANDLE, are complete or the device is lost. The layer's
- * own fences tell that, so no queue is used. */
+ * queue, or of all queues if it is VK_NULL_HANDLE, are complete or the device is lost. The layer
+ * waits for its own fences, so no queue is used. */
 void hang_wait_before_idle(struct layer_device *device, VkQueue queue);
 
 /* ---- Setting crash_report: the report when the process gets SIGSEGV, SIGBUS, SIGFPE or SIGABRT.
@@ -71,7 +71,7 @@ struct pending_faults {
  * first: builds with findings about their inputs; builds whose structures or inputs contain a
  * faulting address; builds whose inputs had been copied and that had not finished, in the order of
  * submission; then those of unknown progress, those that the device had not reached, and those that
- * had finished. If nothing tells them apart, it says that they are in the order of submission.
+ * had finished. If their progress is the same, it says that they are in the order of submission.
  * Returns their number; appends nothing if there are none.
  *
  * Unless `waits`, this neither allocates nor waits for a lock, so a signal handler may call it. It

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The list of advice of a device (setting advice), which is sent at the end of a run, except what
- * is sent before. Of each id it keeps the worst few pieces of advice, and counts the others. Has a
+ * is sent before. It keeps the worst few pieces of advice of each id, and counts the others. Has a
  * lock. */
 #ifndef ASSAY_ADVICE_LIST_H
 #define ASSAY_ADVICE_LIST_H

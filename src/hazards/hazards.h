@@ -68,7 +68,7 @@ enum hazard_type {
     READ_AFTER_WRITE,
     WRITE_AFTER_READ,
     WRITE_AFTER_WRITE,
-    /* Only the caller can tell them: */
+    /* Only the caller finds these: */
     EARLY_TRACE,       /* a command that traces rays, and no top-level structure is visible to it */
     READ_AFTER_SHADER, /* a build reads what a shader must have written */
     READ_RACING_HOST,  /* the host has written what a build reads that need not be complete */

@@ -78,7 +78,7 @@ static bool index_grow(struct ranges *ranges)
     return true;
 }
 
-/* Lets the index have all leaves. Without memory, it loses only those that were removed. */
+/* Lets the index have all leaves. Without memory, it lacks only those that were removed. */
 static void index_renew(struct ranges *ranges)
 {
     size_t count = 0;

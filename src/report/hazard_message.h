@@ -28,8 +28,8 @@ struct hazard_barrier_text {
     bool lacks_stage; /* and perhaps the access; else the access alone */
     VkCommandBuffer command_buffer;
     const struct call_site *call_site; /* NULL: unknown */
-    /* The command before it; NULL: it is the command buffer's first. Of a build command: the number
-     * of its builds, and the position of the first one. */
+    /* The command before the barrier; NULL: the barrier is the command buffer's first command. If
+     * it builds: the number of its builds, and the position of the first one. */
     const char *follows;
     uint32_t builds, first_build;
 };
@@ -50,8 +50,8 @@ struct hazard_report {
     bool is_used;      /* a descriptor is used statically; whether rays are traced is unknown */
     uint32_t more;     /* accesses of the same kind in this command that have such a hazard, too */
     bool is_own_write; /* READ_OF_OVERWRITTEN: both accesses are of one build */
-    /* Of a READ_AFTER_WRITE: the command also writes the bytes with this kind of access, and needs
-     * the same barrier for that; ACCESS_KINDS: it does not. */
+    /* READ_AFTER_WRITE: the command also writes the bytes with this kind of access, and needs the
+     * same barrier for that; ACCESS_KINDS: it does not. */
     enum access_kind write;
 };
 

@@ -165,8 +165,8 @@ struct recording {
         enum left_out reason;
     } left_out[LEFT_OUT_NAMED];
     bool left_out_reported;
-    /* Out of memory, the device executes the commands without an execution. So the executions
-     * cannot be told apart, and nothing says when the device has ended. */
+    /* Memory ran out, and the device executes the commands without an execution. So nothing says
+     * which execution wrote the snapshots, or when the device has completed it. */
     atomic_bool is_invalidated;
     pthread_mutex_t lock;     /* guards the members below, and additions to chunks */
     struct execution *latest; /* the executions that exist: the one made last, then the others */

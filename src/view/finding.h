@@ -24,7 +24,7 @@ enum value_kind {
     VALUE_TEXT,      /* a string that outlives the report, such as an enumerant's spelling */
     VALUE_QUOTED,    /* a text from outside the layer, such as a path, cut to `number` bytes */
     VALUE_OBJECT,    /* a handle, shown with its type and debug name, and listed as an object */
-    VALUE_DESTROYED, /* the same of an object that is destroyed; another one may have the handle */
+    VALUE_DESTROYED, /* the handle of a destroyed object; another one may have it now */
     VALUE_FIELD,     /* a field of another build of the call: pInfos[build].text */
     VALUE_BUILT,     /* the command buffer or host call of an earlier build: see built_at() */
 };

@@ -75,7 +75,8 @@ enum copy_direction { COPY_BETWEEN_OBJECTS, COPY_TO_MEMORY, COPY_FROM_MEMORY };
 struct copy_view {
     const struct call_view *call;
     enum copy_direction direction;
-    /* Of a micromap: that of structures with the same name, and MAX_ENUM for any other value. */
+    /* The mode of a copy of a micromap is the mode of structures that has the same name, and
+     * MAX_ENUM for any other value. */
     VkCopyAccelerationStructureModeKHR mode;
     struct value given_mode; /* as the command spells it */
     /* COPY_TO_MEMORY has no dst, and COPY_FROM_MEMORY no src: these have the handle 0. */
@@ -237,7 +238,7 @@ struct used_source_view {
                         * was certainly not deserialized; or 0 */
 };
 
-/* A query when a command that writes it executes; it is not unavailable. */
+/* A query that is not unavailable when a command that writes it executes. */
 struct written_query_view {
     VkQueryPool pool;
     uint32_t number;   /* of the query in the pool */

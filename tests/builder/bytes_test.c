@@ -3,7 +3,7 @@
  * digests below were written. Other tests ask whether a tree is right, but most mistakes in a
  * builder only make its trees worse, which no ray tells.
  *
- * Who changes the builder on purpose replaces the digests by those that the test prints, after a
+ * If you change the builder on purpose, replace the digests by those that the test prints, after a
  * look at the nodes and the area heuristic beside them. */
 #include <inttypes.h>
 #include <math.h>

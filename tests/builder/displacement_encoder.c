@@ -47,7 +47,7 @@ struct block {
     uint32_t done[6]; /* fields of each level */
 };
 
-/* Of weights within the block. */
+/* Returns the point with these weights within the block. */
 static struct point in_whole(const struct block *block, struct point p)
 {
     int edge = 1 << block->level, w = edge - p.u - p.v;

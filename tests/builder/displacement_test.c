@@ -76,7 +76,7 @@ TEST(test_decimated_edges)
     assert_true(c[0].u == 0 && c[1].u == 1 && c[2].v == 1);
 }
 
-/* Of format 3: predictions, corrections of either sign, shifts, and what wraps at 11 bits. */
+/* Format 3: predictions, corrections of either sign, shifts, and what wraps at 11 bits. */
 TEST(test_corrections)
 {
     static const struct {

@@ -7,7 +7,7 @@
 #include "tests/builder/fixture.h"
 #include "tests/state/unit_test.h"
 
-/* Of what a header and the alignment of four parts add. */
+/* The bytes that a header and the alignment of four parts add, at most. */
 #define FIXED_BYTES 512.0
 
 static void check_build(struct fixture_input *input)

@@ -162,7 +162,7 @@ SCOPE_TEST(test_team)
     make_expected(&expected);
     builder_team_open(&team);
     for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++)
-        check_same(&expected, quality, 0, &team); /* nobody helps */
+        check_same(&expected, quality, 0, &team); /* no thread helps */
     struct leader leader = {&expected, &team};
     assert_int_equal(pthread_create(&early, NULL, help, &team), 0);
     assert_int_equal(pthread_create(&other, NULL, lead, &leader), 0);

@@ -3,8 +3,8 @@
  * messages: today as when the digests below were written. Answers are the reference's own, made
  * worse in many ways, by a little and by much.
  *
- * Who changes any of that on purpose replaces the digests by those that the test prints;
- * judge_test.c tells whether the judgements are right. */
+ * If you change any of that on purpose, replace the digests by those that the test prints;
+ * judge_test.c checks whether the judgements are right. */
 #include <inttypes.h>
 #include <math.h>
 #include <string.h>

@@ -201,7 +201,7 @@ static VkAccelerationStructureInstanceKHR instance_of(const struct placed *place
         .instanceCustomIndex = 99};
 }
 
-/* Of the subject or of a copy of it. */
+/* Builds a top-level structure with instances of the subject, or of a copy of it. */
 static void build_top(const struct placed *placed, uint32_t count, bool array_of_pointers,
                       bool is_copied)
 {

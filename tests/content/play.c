@@ -131,7 +131,7 @@ static bool submit(const struct play *play, struct fixture *fixture, struct scen
     return good;
 }
 
-/* Of the two kinds of data, the better one is submitted first, or is what is recorded with. */
+/* The better one of the two kinds of data is submitted first, or is there during recording. */
 static bool record_and_submit(const struct play *play, struct fixture *fixture, struct scene *scene,
                               const struct call *call, struct report *report)
 {

@@ -45,7 +45,8 @@ __attribute__((constructor)) static void choose_level(void)
 
 #define SCENE_TEST(name) TEST_BETWEEN(name, open_scene, close_scene)
 
-/* Of the second triangle; in the host's data, or in what is copied when commands run. */
+/* Makes the second triangle inactive or active, in the host's data or in data that commands copy.
+ */
 static void set_asleep(void *data, bool is_asleep)
 {
     ((float *)data)[FLOATS] = is_asleep ? NAN : 1;
@@ -186,7 +187,7 @@ SCENE_TEST(test_cloned)
     expect(DEVICE PUT_TO_SLEEP);
 }
 
-/* Nobody waits in between. */
+/* The host does not wait in between. */
 SCENE_TEST(test_all_at_once)
 {
     record(0, VK_NULL_HANDLE);

@@ -324,7 +324,7 @@ OFFER_TEST(test_two_devices)
     vk.DestroyDevice(with, NULL);
 }
 
-/* Whatever stands before and behind the features in the chain, also what nobody knows. */
+/* Known and unknown structures stand before and behind the features in the chain. */
 OFFER_TEST(test_chains)
 {
     enum { LINKS = 5 };

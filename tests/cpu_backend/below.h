@@ -38,7 +38,7 @@ enum { MANY = 500 }; /* more than fit on the stack */
 /* A call that the backend refuses. */
 #define REFUSED(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED_EXT)
 
-/* What cpu_report_unsupported() was last told, and how often. */
+/* The last command that cpu_report_unsupported() got, and the number of calls. */
 extern const char *refused_command;
 extern unsigned refusals;
 

@@ -158,7 +158,7 @@ SILENT_TEST(test_copies)
 
 /* ---- mistakes */
 
-/* What fails is told by the operation, and the call's other builds are done. */
+/* The operation returns the failure, and the other builds of the call are done. */
 NOISY_TEST(test_failing)
 {
     struct many *many = open_many(10);

@@ -22,7 +22,7 @@ static VkAccelerationStructureKHR create_generic(VkBuffer buffer, VkDeviceSize o
     return structure;
 }
 
-/* Stable, of nobody else, and as far apart as the offsets of generic structures. */
+/* Addresses are stable, unique, and as far apart as the offsets of generic structures. */
 SILENT_TEST(test_addresses)
 {
     open_pair(10, 0);

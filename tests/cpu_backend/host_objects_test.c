@@ -171,7 +171,7 @@ TEST(test_an_update_starts_from_the_start_of_one_that_is_not_made)
     expect_counts(&late[0], 0, 1);
 }
 
-/* Whoever holds a tree keeps it, though its structure gets another one or dies. */
+/* A tree with a reference stays, though its structure gets another one or is destroyed. */
 STRUCTURES_TEST(test_trees_of_structures)
 {
     uint64_t handle = add_bottom(structures);

@@ -61,7 +61,7 @@ void play(struct world *world, struct journal *journal, uint64_t batch);
                 ARRAY_COUNT(((const struct command[]){__VA_ARGS__}))),                             \
          1)
 
-/* Of the structure's bytes; 0 if it is not built. */
+/* Returns the number of bytes of the structure; 0 if it is not built. */
 uint64_t size_of(struct world *world, uint64_t structure);
 
 /* The host has seen the end of so many batches of queue 1. */

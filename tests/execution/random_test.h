@@ -135,7 +135,7 @@ struct random_test {
     char batch[256];         /* the words of the batch that is being put together */
     uint64_t findings, silent_programs;
 
-    /* A faulty program: calls may fail by what somebody else has planned, and objects are created
+    /* A faulty program: calls may fail by a planned fault, and objects are created
      * again. Otherwise the program itself has calls that fail, or that the messenger skips. */
     bool is_faulty;
     const char *queue; /* of all batches: others belong to other threads. NULL: q0 and q2 */

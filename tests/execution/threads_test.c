@@ -76,7 +76,7 @@ static VkDeferredOperationKHR operation(void)
     return play_object(&runners[2].play, "d1")->operation;
 }
 
-/* Who has learned that the operation is complete can rely on what it has built. */
+/* A thread that knows that the operation is complete can rely on what it has built. */
 static void *build_on_host(void *unused)
 {
     for (uint32_t i = 0; i < ROUNDS; i++) {

@@ -59,7 +59,7 @@ TEST(test_formats)
     other.is_float = false;
     assert_true(contradict(one, other));
     other = one;
-    other.format = one.format + 1; /* one that reads fewer components, say */
+    other.format = one.format + 1; /* such as one that reads fewer components */
     assert_false(contradict(one, other));
 }
 

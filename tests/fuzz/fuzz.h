@@ -6,8 +6,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Of what the target has built, traced and decoded since the program began. Builds and traces are
- * the same everywhere, so a digest of a corpus tells whether they have changed. */
+/* The digest of what the target has built, traced and decoded since the program began. Builds and
+ * traces are the same everywhere, so a digest of a corpus shows whether they have changed. */
 extern uint64_t fuzz_digest;
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);

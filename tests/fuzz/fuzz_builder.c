@@ -231,7 +231,7 @@ static void refit(const struct builder_input *input, void *structure)
     free(scratch);
 }
 
-/* Of a geometry's flags, those that Vulkan doesn't have. */
+/* Flags of a geometry that Vulkan does not have. */
 #define HAS_MOTION 0x100u
 #define HAS_POINTERS 0x200u
 #define HAS_OPACITY 0x400u

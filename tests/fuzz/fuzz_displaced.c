@@ -2,7 +2,7 @@
 /* Displacements of any kind, of the fuzz target's data. */
 #include "fuzz_displaced.h"
 
-/* Of displacements: a block, used at several levels. */
+/* A block of displacements, used at several levels. */
 const void *fuzz_find_displacing(void *context, uint64_t reference)
 {
     static _Alignas(BUILDER_ALIGNMENT) uint8_t micromap[2048];

@@ -14,7 +14,7 @@ typedef VkAccelerationStructureBuildGeometryInfoKHR build_info;
 
 static struct fixture fixture;
 
-/* The same build so often, of handles that nobody looks up at level parameters. */
+/* Many copies of one build, of handles that are not looked up at level parameters. */
 static build_info *map_infos(const struct scene *scene)
 {
     build_info *infos = mmap(NULL, BUILDS * sizeof(*infos), PROT_READ | PROT_WRITE,

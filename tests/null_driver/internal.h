@@ -300,7 +300,7 @@ VkResult deferred_start(VkDevice device, VkDeferredOperationKHR operation);
 
 uint32_t requirements_types(const struct null_driver_config *config, VkMemoryPropertyFlags required,
                             VkMemoryPropertyFlags refused);
-/* Of a VkMemoryRequirements2. */
+/* Fills the chain of a VkMemoryRequirements2. */
 void requirements_fill_chain(void *pNext);
 
 void sync_signal_fence(VkFence fence);

@@ -215,7 +215,7 @@ CASE(39, 0, 0, "large stride times index")
     munmap(vertices, size);
 }
 
-/* Vertices end where a page that nobody may touch begins. */
+/* Vertices end where a page without access begins. */
 CASE(40, 0, 0, "index out of range")
 {
     size_t page = (size_t)sysconf(_SC_PAGESIZE);

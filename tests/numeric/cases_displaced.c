@@ -5,7 +5,7 @@
 #include "cases.h"
 #include "displacement_encoder.h"
 
-/* ---- a triangle in the plane z = 0 that rises and sinks: everything can be told from above */
+/* ---- a triangle in the plane z = 0 that rises and sinks: all of it can be seen from above */
 
 static const float flat[9] = {0, 0, 0, 4, 0, 0, 0, 4, 0};
 static const float up[9] = {0, 0, 1, 0, 0, 2, 0, 0, 0.5f};

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Programs of submits for the tests of execution order, and a user of the order that writes down
- * what it is told. Handles are small numbers of the test's choice. */
+/* Programs of submits for the tests of execution order, and a consumer of the order that writes
+ * down what it gets. Handles are small numbers of the test's choice. */
 #ifndef ORDER_PROGRAM_H
 #define ORDER_PROGRAM_H
 

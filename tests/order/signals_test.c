@@ -59,7 +59,7 @@ PROGRAM_TEST(presented_and_acquired_semaphores_are_unknown)
     play(p, "20 waits S; 20 ends nothing; idle; 21 waits S; 21 ends nothing;");
 }
 
-/* Nobody hears of bindings without work, so when they are complete is unknown. */
+/* The order gets no bindings without work, so when they are complete is unknown. */
 PROGRAM_TEST(bindings_are_met_once_their_value_is_observed)
 {
     play(p, "timeline S; bind 0 on 1 signals S=1; idle; 20 waits S=1; sees S=1; 21 waits S=1;");

@@ -77,7 +77,7 @@ SCRIPT_TEST(a_foreign_timeline_leaves_predecessors_unknown,
             "30 unknown; sees F; 23; 31; 23 known; 31 known; 24 waits S=2; 32; 24 unknown;"
             "32 known;")
 
-/* Nobody signalled 4. */
+/* Nothing signalled 4. */
 SCRIPT_TEST(a_foreign_value_that_the_host_saw_is_no_riddle,
             "timeline S; 10 waits S=5; ran; sees S=4; ran 10; 10 unknown; 20 waits S=4; 20 known;"
             "losses 0;")

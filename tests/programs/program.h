@@ -56,7 +56,7 @@ struct source {
 struct sources {
     struct source *items;
     unsigned count;
-    /* Of common.cases, for the other files of the folder. */
+    /* The definitions of common.cases, for the other files of the folder. */
     struct definition *definitions;
     struct table *tables;
 };

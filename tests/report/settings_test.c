@@ -213,7 +213,7 @@ static const struct row {
     NO_FILTER("filter_without_an_id", "@scene*"),
     NO_FILTER("filter_of_nothing", "@"),
 
-    /* ---- keys that nobody reads */
+    /* ---- keys that are not read */
     {"unknown_key",
      NULL,
      "LEVLE=content",

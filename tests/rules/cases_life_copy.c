@@ -53,7 +53,7 @@ static uint64_t of_two_instances(struct scene *scene)
     return object_in(scene, place_buffer_of_instances(scene, 3));
 }
 
-/* Of VK_NV_ray_tracing: with a dst of its own. */
+/* A copy of VK_NV_ray_tracing has a dst of its own. */
 static uint64_t in_the_memory_of_dst(struct scene *scene)
 {
     if (!command_is_of_nv(scene->command))

@@ -25,7 +25,7 @@ void features_fill(struct features *features, const struct fixture *fixture,
 /* NULL, or which extension or feature of the setup the physical device lacks. */
 const char *features_missing(const struct fixture *fixture);
 
-/* What the null driver must be told to offer the setup. */
+/* Configures the null driver so that it offers the setup. */
 void features_configure(struct null_driver_config *config, const struct setup *setup);
 
 #endif

@@ -94,7 +94,7 @@ struct fixture {
     VkQueueFamilyProperties families[FIXTURE_QUEUE_FAMILIES];
     uint32_t family_count;
     bool has_indirect, has_host; /* features that the driver offers */
-    /* Of the scenes to be opened. */
+    /* The route of the inputs of scenes to be opened. */
     enum input_route inputs;
     bool uses_two_queues;   /* of families 0 and 1: what comes before the call is for the other */
     bool fails;             /* debug_action is fail: calls that break rules are skipped */

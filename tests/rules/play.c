@@ -129,7 +129,7 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
         fixture->messages.answer = is_skipped(play, call) && !fixture->fails ? VK_TRUE : VK_FALSE;
         const bool reaches_driver = play->platform->is_null && !play->platform->is_cpu;
         const uint64_t before = reaches_driver ? driver->calls(name) : 0;
-        /* A call on a device that nobody knows can go nowhere, told or not. */
+        /* A call on an unknown device cannot go down, with or without a message. */
         const bool can_fail =
             !command_is_recorded(play->command) && scene->device != fixture->device;
         const VkResult result = scene_call(scene);

@@ -333,7 +333,7 @@ void scene_note_binding(struct scene *scene, struct test_buffer *buffer,
 VkDeviceAddress scene_buffer_address(struct scene *scene, VkBuffer buffer);
 VkDeviceSize scene_buffer_memory_size(struct scene *scene, const struct test_buffer *buffer);
 
-/* Of the first memory type that the bits allow. */
+/* Allocates memory of the first type that the bits allow. */
 struct test_memory scene_allocate_of_type(struct scene *scene, VkDeviceSize size,
                                           uint32_t memory_type_bits);
 
@@ -495,7 +495,7 @@ VkQueryPool scene_query_pool(struct scene *scene, VkQueryType type, uint32_t cou
 VkCommandPool scene_pool(struct scene *scene, uint32_t family, VkCommandPoolCreateFlags flags);
 VkCommandBuffer scene_allocate_command_buffer(struct scene *scene, VkCommandPool pool,
                                               VkCommandBufferLevel level);
-/* Of a new resettable pool of `family`; in the initial state. */
+/* Returns a command buffer of a new resettable pool of `family`, in the initial state. */
 VkCommandBuffer scene_command_buffer(struct scene *scene, uint32_t family);
 void scene_begin(struct scene *scene, VkCommandBuffer command_buffer,
                  VkCommandBufferUsageFlags flags);

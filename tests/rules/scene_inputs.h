@@ -6,9 +6,9 @@
 #include <stdbool.h>
 #include <vulkan/vulkan.h>
 
-/* Of what device builds read. Builds that come before the call are in its command buffer in the
- * cases of rules_test, which submits few of them; INPUTS_VISIBLE, _COPIED and _UPLOADED submit them
- * at once, for the data may change afterwards. */
+/* The route of what device builds read. Builds that come before the call are in its command buffer
+ * in the cases of rules_test, which submits few of them; INPUTS_VISIBLE, _COPIED and _UPLOADED
+ * submit them at once, for the data may change afterwards. */
 enum input_route {
     INPUTS_IN_PLACE, /* memory that the host sees */
     INPUTS_VISIBLE,  /* likewise */

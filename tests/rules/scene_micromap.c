@@ -210,7 +210,7 @@ struct scene_micromap_build scene_build_of_micromap(struct scene *scene, VkMicro
                  .triangleArrayStride = sizeof(triangle))};
 }
 
-/* Of one triangle, which isn't cut; builds on the host read it at once. */
+/* Builds a displacement of one undivided triangle; builds on the host read it at once. */
 static void build_displacement(struct scene *scene, VkMicromapEXT micromap)
 {
     const VkMicromapBuildInfoEXT info =

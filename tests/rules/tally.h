@@ -33,7 +33,7 @@ struct tally {
 
 /* Reads [--filter [!]NAME] [--list] [--verbose] [--results FILE] [--level NAME] from argument 2 on,
  * and opens the platform that argument 1 names. Returns 0, or the exit status of the program of
- * this usage, which it has told why. */
+ * this usage, which it has explained. */
 int tally_open(struct tally *tally, struct platform *platform, int argc, char **argv,
                const char *usage);
 

@@ -136,7 +136,7 @@ static void write_inputs(struct random *random, unsigned char *bytes)
     }
 }
 
-/* As a build needs it, of what came before; and of what comes next, as if nobody else read. */
+/* The barrier that a build needs: for what came before it, and for what comes next. */
 static void barrier(const struct player *player, bool is_before_build)
 {
     const STRUCT(VkMemoryBarrier, memory,
@@ -228,7 +228,7 @@ static void wait_for_writes(const struct player *player)
                                           0, NULL);
 }
 
-/* Of the commands here dispatches depend on it. */
+/* Dispatches are the only commands here that depend on the condition. */
 static void end_condition(struct player *player)
 {
     if (player->is_conditional)

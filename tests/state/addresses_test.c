@@ -36,7 +36,7 @@ RESOURCES_TEST(usage_may_have_64_bits)
     assert_true(address_facts(resources, AT).usage == usage);
 }
 
-/* A range without an end that can be told is as good as lost. */
+/* A range whose end is unknown is not found. */
 RESOURCES_TEST(a_buffer_at_the_end_of_the_address_space)
 {
     have_memory(resources, 1);
@@ -84,7 +84,7 @@ TEST(resources_need_memory)
     assert_null(resources);
 }
 
-/* A captured address that replays elsewhere, say: the last one counts. */
+/* The last address counts, for example if a captured address replays elsewhere. */
 RESOURCES_TEST(a_structure_has_one_address)
 {
     struct accel_facts facts;

@@ -120,7 +120,7 @@ COMMAND_BUFFERS_TEST(a_journal_frees_what_its_entries_hold)
 }
 
 /* They outlive the queue's: this program fails if memory is left. */
-/* Who has copied a stack learns that it was emptied. */
+/* The owner of a copy of a stack sees that the stack was emptied. */
 TEST(a_stack_of_labels_that_is_emptied_has_changed)
 {
     struct label_stack stack = {0};

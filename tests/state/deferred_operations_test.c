@@ -42,7 +42,7 @@ TEST(work_ends_when_its_operation_completes)
     assert_int_equal(work.result, VK_SUCCESS);
     assert_int_equal(deferred_operations_ticket(operations, handle(1)), 0);
 
-    /* Who asked before the second began has learned of the first. */
+    /* A query before the second began has returned the first. */
     assert_true(deferred_operations_defer(operations, handle(1), &work));
     const uint64_t second = deferred_operations_ticket(operations, handle(1));
     assert_false(deferred_operations_complete(operations, handle(1), first, VK_SUCCESS));

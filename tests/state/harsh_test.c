@@ -113,7 +113,7 @@ TEST(a_transform_needs_more)
     assert_true(transformed.buildScratchSize > plain.buildScratchSize);
 }
 
-/* Of structures and of scratch memory. */
+/* Sizes of structures and of scratch memory. */
 TEST(no_size_is_a_multiple_of_an_alignment)
 {
     const sizes_info sizes = grown_for(UPDATE);

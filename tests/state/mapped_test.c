@@ -97,7 +97,7 @@ TEST(addresses_lead_to_what_is_mapped)
 
     resources = make_buffer(VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT);
     resources_map_memory(resources, memory(4), 0, VK_WHOLE_SIZE, at(0x10000));
-    expect_mapped(resources, BUFFER_AT, 8, 0, 0); /* nobody knows what is flushed */
+    expect_mapped(resources, BUFFER_AT, 8, 0, 0); /* what is flushed is unknown */
     resources_remove_memory(resources, memory(4));
     expect_mapped(resources, BUFFER_AT, 8, 0, 0);
     resources_destroy(resources);

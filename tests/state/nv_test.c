@@ -149,7 +149,7 @@ RESOURCES_TEST(test_memory_that_goes_away)
     have_nv(resources, 2);
     resources_bind_nv_accel(resources, nv(1), memory(1), 0, false);
     resources_bind_nv_accel(resources, nv(2), memory(2), 0, false);
-    assert_binding(resources, 2, NV_BINDING_UNKNOWN); /* of memory that nobody allocated */
+    assert_binding(resources, 2, NV_BINDING_UNKNOWN); /* of memory that was never allocated */
     resources_remove_memory(resources, memory(1));
     assert_binding(resources, 1, NV_MEMORY_FREED);
     have_memory(resources, 1);

@@ -139,7 +139,7 @@ TEST(two_transforms_have_one_shape)
     assert_true(same_shape(&a, &b));
 }
 
-/* What a geometry's union holds beside the member that its type selects is nobody's. */
+/* The members of a geometry's union that its type does not select are ignored. */
 TEST(the_rest_of_the_union_does_not_matter)
 {
     struct build a = a_build(VK_GEOMETRY_TYPE_AABBS_KHR), b = a;

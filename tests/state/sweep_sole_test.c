@@ -17,7 +17,7 @@ struct sole {
     struct build_view view;
 };
 
-/* Of memory 0 nothing is known. */
+/* Nothing is known about memory 0. */
 static struct accel_facts random_accel(struct random *random, uintptr_t handle)
 {
     return (struct accel_facts){

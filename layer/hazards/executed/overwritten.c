@@ -102,7 +102,7 @@ static void leave_place(struct hazard_search *search, const struct written *writ
         free_places(handle_table_remove(&search->written_places, written->bytes.memory + 1));
 }
 
-/* Without memory the structure is not found by its bytes, and nothing is told of it. */
+/* Without memory the structure is not found by its bytes, and nothing is reported about it. */
 static void take_place(struct hazard_search *search, struct written *written)
 {
     struct written_places *places = find_places(search, written->bytes.memory);

@@ -11,7 +11,7 @@
 void hazard_search_note_write(struct hazard_search *search, uint64_t structure, uint64_t number,
                               const struct hazard_bytes *bytes);
 void hazard_search_forget_all_written(struct hazard_search *search);
-/* Returns the bytes of a structure that begins there, as far as its last write tells; else `first`.
+/* Returns the bytes of a structure that begins there, as far as its last write shows; else `first`.
  */
 struct hazard_bytes hazard_search_written_bytes(const struct hazard_search *search,
                                                 uint64_t structure,

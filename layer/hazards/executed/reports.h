@@ -16,7 +16,7 @@ struct kind_of_hazard {
     struct hazard first;
     uint32_t count;
     uint64_t last_earlier; /* number of the last one's earlier access */
-    /* Of a READ_AFTER_WRITE: the command also writes what it reads, with this kind of access, and
+    /* READ_AFTER_WRITE: the kind of access with which the command also writes what it reads, if
      * the same dependency is missing for that; else ACCESS_KINDS. */
     enum access_kind write;
     bool earlier_is_known; /* `earlier` describes the earlier access: its batch may be forgotten */

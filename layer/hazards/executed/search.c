@@ -80,7 +80,7 @@ static bool is_of_structure(const struct hazard_entry *item)
            (item->role == HAZARD_DST || item->role == HAZARD_TOP_DST || item->role == HAZARD_SRC);
 }
 
-/* A structure is written or read. Of the dst of a copy, the journal has the first byte. */
+/* A structure is written or read. The journal has only the first byte of the dst of a copy. */
 static void judge_structure(struct hazard_search *search, const struct hazard_command *command,
                             const struct hazard_entry *item)
 {

@@ -35,9 +35,9 @@ void guard_update(struct guard *guard);
 
 /* The count of the next build. After 2^32 builds it stays at GUARD_UNLIMITED. */
 uint32_t guard_next_count(const struct guard *guard);
-/* A structure has been built: counts the build, and tells the table if it is the structure's first.
- * `count`: of the build; 0 if the structure counts as built for all orders, because they may follow
- * the build. */
+/* A structure has been built: counts the build, and renews the table if it is the structure's
+ * first. `count`: of the build; 0 if the structure counts as built for all orders, because they may
+ * follow the build. */
 void guard_note_built(struct guard *guard, uint64_t handle, uint64_t id, uint32_t count);
 
 /* The submissions with guarded builds that have limits. */

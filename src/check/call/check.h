@@ -21,8 +21,8 @@ void check_free_sweep(struct sweep *sweep);
  * rest of the view. */
 void check_builds(struct check_context *context, struct call_view *call);
 
-/* Evaluates the rules about the call as a whole. Of the context, only `hooks`, `user` and `active`
- * are needed. */
+/* Evaluates the rules about the call as a whole. Only `hooks`, `user` and `active` of the
+ * context are needed. */
 void check_call(struct check_context *context, const struct call_view *call);
 
 /* Validates one call of COMMAND_NV. The caller fills the parameters and the view of the call. */

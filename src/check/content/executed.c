@@ -265,7 +265,7 @@ static void read_micromap(struct executed_call *call, const struct executed_buil
     walk_micromap_triangles(&call->walk, &view, &location);
 }
 
-/* Whether the version is compatible is asked at the end, without locks. */
+/* Whether the version is compatible is queried at the end, without locks. */
 static void retain_data(struct executed_call *call, const struct executed_build *executed)
 {
     const struct recorded_build *build = executed->build;

@@ -45,7 +45,7 @@ struct implicit_check {
     bool is_pointer;
     bool is_array;              /* of `count` elements, or as many as another member says */
     bool is_optional;           /* NULL, VK_NULL_HANDLE and 0 are valid */
-    bool elements_are_optional; /* the same of the elements of an array */
+    bool elements_are_optional; /* likewise for the elements of an array */
     bool counts_through;        /* that member is in the structure that a pointer leads to */
     uint8_t count_size;         /* 0: `count` elements */
     uint16_t count_at, pointer_at;

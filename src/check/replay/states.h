@@ -63,8 +63,8 @@ void replay_ranges(struct journal_walk *walk, const struct journal_entry *entry)
 void replay_judge_query(struct replay *replay, const struct journal *journal,
                         const struct journal_entry *entry);
 void replay_query(struct journal_walk *walk, const struct journal_entry *entry);
-/* Notes a compacting copy whose source has a compacted size that a query of the layer's own will
- * tell, and nothing has told so far. */
+/* Notes a compacting copy if the compacted size of its source is not known yet, and a query of the
+ * layer's own will return it. */
 void replay_note_compaction(struct replay *replay, const struct journal *journal,
                             const struct journal_entry *entry);
 void replay_reset_queries(struct journal_walk *walk, const struct journal_entry *entry);

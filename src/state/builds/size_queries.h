@@ -25,7 +25,7 @@ enum size_member {
     SIZED_TYPE,
     SIZED_FLAGS,
     SIZED_GEOMETRY_COUNT,
-    /* Of a geometry: */
+    /* Members of a geometry: */
     SIZED_GEOMETRY_TYPE,
     SIZED_GEOMETRY_FLAGS,
     SIZED_PRIMITIVE_COUNT,

@@ -132,7 +132,7 @@ static inline struct addressed_access hazard_access_of(bool is_partitioned,
                                                                  : HAZARD_REFERENCE};
 }
 
-/* Returns the id of memory, or 0 if its bytes cannot be told apart: see
+/* Returns the id of memory, or 0 if its bytes cannot be distinguished: see
  * resources_find_memory_id(). The journal remembers some ids, so that few accesses look one up. */
 uint64_t hazard_memory_id(struct journal *journal, struct resources *resources,
                           VkDeviceMemory memory);

@@ -78,7 +78,7 @@ struct semaphore_operation {
     bool is_signal;
     VkPipelineStageFlags2 stages; /* see submission_set_stages() */
 
-    /* Of the second group. Signals have numbers, unique within the device; 0: unknown. */
+    /* The second group. Signals have numbers, unique within the device; 0: unknown. */
     bool is_met;     /* a wait for what the host had observed at the submission, or for a value that
                         the timeline had from the start: it orders nothing */
     uint64_t signal; /* the signal; or the one with which the wait ends */

@@ -94,7 +94,7 @@ static void *replace(struct descriptor_sets *sets, struct handle_table *table, u
     return old;
 }
 
-/* A layout without such bindings has a record, too: it tells that its sets need none. */
+/* A layout without such bindings has a record, too: without it the sets would be unknown. */
 bool descriptor_sets_note_layout(struct descriptor_sets *sets, VkDescriptorSetLayout handle,
                                  const VkDescriptorSetLayoutCreateInfo *info)
 {

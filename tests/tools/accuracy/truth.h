@@ -23,7 +23,7 @@ void truth_close(struct truth_mesh *truth);
 
 enum { TRUTH_MOST = 64 };
 
-/* Of one ray. */
+/* The true result of one ray. */
 struct truth {
     uint32_t count;
     uint32_t primitives[TRUTH_MOST];

@@ -21,7 +21,7 @@ struct command_line_option {
     const char *choices; /* the values that it may have, as "one|other"; NULL: any */
 };
 
-/* Of one program. Every program also has --help. */
+/* The options of one program. Every program also has --help. */
 struct command_line {
     const char *program, *usage;
     const struct command_line_option *options;

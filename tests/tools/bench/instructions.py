@@ -17,7 +17,7 @@ from callgrind import count_recording  # noqa: E402
 
 STRUCTURES, TIMES = 1000, 10
 
-# Of STRUCTURES, in calls of so many builds.
+# Builds of STRUCTURES, in calls of so many builds.
 Case = namedtuple("Case", "buffers order call")
 CASES = [Case(buffers, order, call) for call in (STRUCTURES, 1)
          for buffers in ("shared", "separate") for order in ("created", "shuffled")]

@@ -33,7 +33,7 @@ struct options {
     uint32_t profile_times;
 };
 
-/* Of the comparison with the other layer. */
+/* Options of the comparison with the other layer. */
 struct peer_options {
     const char *driver;
     const char *layers; /* a folder in which the other layer may be, or NULL */

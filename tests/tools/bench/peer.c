@@ -46,7 +46,7 @@ struct comparison {
     struct side sides[CONTENDERS];
     struct recorder recorders[CONTENDERS];
 
-    /* Of the figure in hand: who is measured, what on, and the samples of each. */
+    /* The current figure: which contenders are measured, on what, and the samples of each. */
     bool is_measured[CONTENDERS];
     uint32_t builds; /* a call */
     struct scene scenes[CONTENDERS];
@@ -164,8 +164,8 @@ static struct figures quantiles(struct comparison *comparison, uint32_t count, d
 
 /* ---- recording */
 
-/* The contender before leaves its own in the processor's caches, and more of it the more it costs:
- * unless that is asked for, nobody is measured by it. */
+/* The contender before leaves its data in the processor's caches, and leaves the more the more it
+ * costs. So a recording that is not measured comes in between, unless an option forbids it. */
 static double take_recording(struct comparison *comparison, int c, void *user)
 {
     const struct scene *scene = &comparison->scenes[c];

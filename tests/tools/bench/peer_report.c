@@ -6,7 +6,7 @@
 
 #include "command_line.h"
 
-/* Of calls of so many builds, and of more up to the next. */
+/* The bar for calls of so many builds, and of more up to the next bar. */
 static const struct recording_bar {
     uint32_t builds;
     double most_overhead; /* nanoseconds a build */

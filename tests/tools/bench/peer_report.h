@@ -7,7 +7,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-/* Who takes turns. */
+/* The contenders, which take turns. */
 enum contender { NO_LAYER, PARAMETERS, STATE, EXECUTION, CONTENT, PEER, CONTENDERS };
 const char *contender_name(enum contender contender);
 
@@ -20,7 +20,8 @@ struct peer_report {
     FILE *csv; /* or NULL */
     bool with_bars;
     uint32_t bars, missed, unmeasured;
-    double at_reference; /* what the layer adds at the size that growth is told against, or NAN */
+    double
+        at_reference; /* what the layer adds at the size that growth is measured against, or NAN */
 };
 
 void peer_report_open(struct peer_report *report, const char *csv_path);

@@ -54,7 +54,7 @@ struct thread_times {
     double wall, cpu;
 };
 
-/* Of `count` threads that all record `times` calls of `builds` builds. The scene has the builds of
+/* Lets `count` threads record `times` calls of `builds` builds each. The scene has the builds of
  * all of them. */
 struct thread_times threads_time(const struct side *side, const struct scene *scene, uint32_t count,
                                  uint32_t builds, uint32_t times);

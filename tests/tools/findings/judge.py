@@ -66,12 +66,12 @@ class Verdict:
     def __init__(self, kind, reason=""):
         self.kind = kind  # mistake, valid, or left out
         self.reason = reason
-        # Of a mistake: found, another id, missed, crashed, or hung; and whether Assay found it. Of a
+        # For a mistake: found, another id, missed, crashed, or hung; and whether Assay found it. For a
         # valid play: crashed, hung, or nothing.
         self.outcome = ""
         self.others = []  # ids of which none was expected
         self.assay = False
-        # Of a valid call: ids of false alarms; whether the layer crashed; and the same of Assay.
+        # For a valid call: ids of false alarms, and whether the layer crashed; and the same for Assay.
         self.is_valid_call = False
         self.alarms = []
         self.crashed = False
