@@ -61,6 +61,24 @@ TEST(test_limit_of_file_sizes)
     assert_int_equal(warnings, 1);
 }
 
+/* The kernel sends SIGPIPE, which must not end the application. */
+TEST(test_closed_pipe)
+{
+    int ends[2];
+    char path[32];
+    assert_int_equal(pipe(ends), 0);
+    snprintf(path, sizeof(path), "/dev/fd/%d", ends[1]);
+    surrounding_json(path);
+    signal(SIGPIPE, SIG_DFL);
+    struct reporter *reporter = reporter_of(NULL);
+    close(ends[0]);
+    capture_begin(STDERR_FILENO);
+    send_one(reporter);
+    reporter_destroy(reporter);
+    assert_has(capture_end(), "cannot be written (Broken pipe)");
+    close(ends[1]);
+}
+
 /* After a line that was cut by a full disk, a new one begins on its own line. */
 static void expect_new_line_after(size_t part)
 {

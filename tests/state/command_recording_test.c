@@ -2,6 +2,7 @@
 /* What recording does to a command buffer, beyond what rules about command buffers see. */
 #include <stdlib.h>
 
+#include "src/state/commands/bound_shaders.h"
 #include "src/state/commands/label_stack.h"
 #include "tests/state/command_fixture.h"
 
@@ -162,4 +163,33 @@ TEST(readers_of_writes_and_uses_get_all_kinds_of_them)
         assert_int_equal(writes.of_kind[kind] != NULL, journal_entry_writes(&entry));
         assert_int_equal(uses.of_kind[kind] != NULL, journal_entry_use(&entry) != NO_USE);
     }
+}
+
+TEST(stages_belong_to_one_bind_point)
+{
+    static const struct {
+        VkPipelineBindPoint bind_point;
+        enum shader_point point;
+        VkShaderStageFlags stages[8]; /* 0 ends them */
+    } rows[SHADER_POINTS] = {
+        {VK_PIPELINE_BIND_POINT_COMPUTE, SHADERS_OF_COMPUTE, {VK_SHADER_STAGE_COMPUTE_BIT}},
+        {VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR,
+         SHADERS_OF_RAYS,
+         {VK_SHADER_STAGE_RAYGEN_BIT_KHR, VK_SHADER_STAGE_ANY_HIT_BIT_KHR,
+          VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, VK_SHADER_STAGE_MISS_BIT_KHR,
+          VK_SHADER_STAGE_INTERSECTION_BIT_KHR, VK_SHADER_STAGE_CALLABLE_BIT_KHR}},
+        {VK_PIPELINE_BIND_POINT_GRAPHICS,
+         SHADERS_OF_GRAPHICS,
+         {VK_SHADER_STAGE_VERTEX_BIT, VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT,
+          VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT, VK_SHADER_STAGE_GEOMETRY_BIT,
+          VK_SHADER_STAGE_FRAGMENT_BIT, VK_SHADER_STAGE_TASK_BIT_EXT,
+          VK_SHADER_STAGE_MESH_BIT_EXT}},
+    };
+    for (size_t i = 0; i < SHADER_POINTS; i++)
+        for (size_t j = 0; rows[i].stages[j]; j++) {
+            const VkShaderStageFlags stage = rows[i].stages[j];
+            assert_int_equal(shader_stages_of(rows[i].bind_point) & stage, stage);
+            for (size_t other = 0; other < SHADER_POINTS; other++)
+                assert_int_equal(shader_point_has(rows[other].point, stage), other == i);
+        }
 }
