@@ -75,10 +75,14 @@ static void enter(struct capturer *capturer)
     pthread_mutex_lock(&capturer->lock);
 }
 
-/* `may_warn`: the caller holds no other lock. */
+/* `may_warn`: the caller holds no other lock. Then the lines are written, too. */
 static void leave(struct capturer *capturer, bool may_warn)
 {
     char warning[WARNING_SIZE] = "";
+    if (may_warn) {
+        capture_folder_flush(&capturer->writer.folder);
+        end_if_failed(capturer);
+    }
     if (may_warn && capturer->warning[0]) {
         memcpy(warning, capturer->warning, sizeof(warning));
         capturer->warning[0] = '\0';
@@ -172,7 +176,6 @@ static void write_queue(struct capturer *capturer)
         write_line(capturer, line);
         free(line);
     }
-    end_if_failed(capturer);
 }
 
 static struct queued_line *make_line(const char *text, size_t size, const char *more,

@@ -11,7 +11,7 @@
 
 #include "src/platform/files.h"
 
-enum { NAME_SIZE = LOG_PATH_SIZE + 64 };
+enum { NAME_SIZE = LOG_PATH_SIZE + 64, PENDING_SIZE = 1 << 16 };
 
 /* ---- the folder */
 
@@ -55,8 +55,11 @@ int capture_folder_open(struct capture_folder *folder, const char *path, uint64_
 
 void capture_folder_close(struct capture_folder *folder)
 {
-    if (folder->lines)
+    if (folder->lines) {
+        capture_folder_flush(folder);
         fclose(folder->lines);
+    }
+    free(folder->pending);
     handle_table_release(&folder->known);
     handle_table_drop(&folder->held, free);
     folder->lines = NULL;
@@ -105,9 +108,36 @@ static bool write_to(struct capture_folder *folder, FILE *file, const char *firs
     return !error;
 }
 
+bool capture_folder_flush(struct capture_folder *folder)
+{
+    const size_t size = folder->pending_size;
+    folder->pending_size = 0;
+    return !size ||
+           (!folder->error && write_to(folder, folder->lines, folder->pending, size, "", 0));
+}
+
+/* Lines that follow each other are written at once. */
+static bool add_parts(struct capture_folder *folder, const char *first, size_t first_size,
+                      const char *second, size_t second_size)
+{
+    const size_t size = first_size + second_size;
+    if (!may_write(folder, size))
+        return false;
+    if (!folder->pending)
+        folder->pending = malloc(PENDING_SIZE);
+    if (size > PENDING_SIZE - folder->pending_size && !capture_folder_flush(folder))
+        return false;
+    if (!folder->pending || size > PENDING_SIZE)
+        return write_to(folder, folder->lines, first, first_size, second, second_size);
+    memcpy(folder->pending + folder->pending_size, first, first_size);
+    memcpy(folder->pending + folder->pending_size + first_size, second, second_size);
+    folder->pending_size += size;
+    return true;
+}
+
 bool capture_folder_add_line(struct capture_folder *folder, const char *line, size_t size)
 {
-    return may_write(folder, size) && write_to(folder, folder->lines, line, size, "", 0);
+    return add_parts(folder, line, size, "", 0);
 }
 
 bool capture_folder_add_command(struct capture_folder *folder, uint64_t number, const char *line,
@@ -115,8 +145,7 @@ bool capture_folder_add_command(struct capture_folder *folder, uint64_t number, 
 {
     char begin[32];
     const int length = snprintf(begin, sizeof(begin), "{\"n\":%" PRIu64 ",", number);
-    return may_write(folder, (size_t)length + size - 1) &&
-           write_to(folder, folder->lines, begin, (size_t)length, line + 1, size - 1);
+    return add_parts(folder, begin, (size_t)length, line + 1, size - 1);
 }
 
 /* ---- arrays */

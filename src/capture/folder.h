@@ -2,8 +2,8 @@
 /* The folder of a capture: lines of JSON in builds.jsonl, and arrays that NumPy opens in data/.
  * docs/capture.md describes both.
  *
- * What is written stays valid if the process is killed: a line is written at once, and an array
- * gets its name when it is complete. The caller serializes access. */
+ * What is written stays valid if the process is killed: an array gets its name when it is complete,
+ * before the line that names it. The caller serializes access. */
 #ifndef ASSAY_CAPTURE_FOLDER_H
 #define ASSAY_CAPTURE_FOLDER_H
 
@@ -19,7 +19,9 @@ enum { CAPTURE_HASH_SIZE = 33 }; /* hexadecimal digits, and the terminating zero
 
 struct capture_folder {
     char path[LOG_PATH_SIZE];
-    FILE *lines;               /* NULL: not open */
+    FILE *lines;   /* NULL: not open */
+    char *pending; /* lines that are not written yet; owned */
+    size_t pending_size;
     uint64_t written, limit;   /* bytes */
     struct handle_table known; /* the arrays that it has, by half of their hashes */
     struct handle_table held;  /* the arrays that are held in memory, likewise */
@@ -44,8 +46,10 @@ int capture_folder_open(struct capture_folder *folder, const char *path, uint64_
 /* Accepts a folder that is not open. */
 void capture_folder_close(struct capture_folder *folder);
 
-/* Return false if nothing was written: folder->error or folder->is_full says why. */
+/* Return false if nothing was written: folder->error or folder->is_full says why. Lines are in the
+ * file once capture_folder_flush() returns, at the latest. */
 bool capture_folder_add_line(struct capture_folder *folder, const char *line, size_t size);
+bool capture_folder_flush(struct capture_folder *folder);
 /* Numbers the line among those of commands: `line` is an object without n. */
 bool capture_folder_add_command(struct capture_folder *folder, uint64_t number, const char *line,
                                 size_t size);

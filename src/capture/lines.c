@@ -209,10 +209,10 @@ void capture_write_structure(struct capture_writer *writer, const struct accel_f
 
 /* ---- builds */
 
-/* The buffers of a build's addresses are described before its line is composed. */
+/* A build whose line is being composed. Lines of buffers that it names are written meanwhile. */
 struct composed {
     struct capture_writer *writer;
-    struct json *json; /* NULL: only describe buffers, and write data */
+    struct json *json;
     const struct capture_build *build;
     bool has_motion;
     bool is_incomplete; /* some data could not be read */
@@ -225,8 +225,6 @@ static void compose_address(const struct composed *composed, uint64_t address)
     resources_look_up_address(composed->writer->resources, address, &facts);
     const bool is_found = facts.status == ADDRESS_IN_BUFFER &&
                           find_buffer(composed->writer, facts.buffer, facts.buffer_id, &buffer);
-    if (!composed->json)
-        return;
     json_hex(composed->json, "address", address);
     if (is_found)
         write_place(composed->json, &buffer, facts.bytes_left);
@@ -331,20 +329,6 @@ static void compose_references(struct json *json, const struct capture_build *bu
     json_end_array(json);
 }
 
-/* Describes the buffers of all addresses, in lines before that of the build. */
-static void describe_buffers(struct composed *composed, const struct build_parameters *given)
-{
-    compose_address(composed, given->info.scratchData.deviceAddress);
-    for (uint32_t i = 0; i < given->info.geometryCount; i++) {
-        struct geometry_input inputs[GEOMETRY_INPUTS];
-        const uint32_t count = inputs_of_geometry(given->info.flags, &given->geometries[i],
-                                                  given->chained ? &given->chained[i] : NULL,
-                                                  &given->ranges[i], inputs);
-        for (uint32_t n = 0; n < count; n++)
-            compose_address(composed, inputs[n].address.deviceAddress);
-    }
-}
-
 static void compose_geometries(struct composed *composed, const struct build_parameters *given,
                                const VkAccelerationStructureBuildRangeInfoKHR *ranges)
 {
@@ -380,8 +364,6 @@ static bool compose(struct composed *composed, const struct build_parameters *gi
                     const VkAccelerationStructureBuildRangeInfoKHR *ranges)
 {
     struct capture_writer *writer = composed->writer;
-    composed->json = NULL;
-    describe_buffers(composed, given);
     composed->json = &writer->build;
     json_begin(&writer->build);
     for (;;) {

@@ -63,6 +63,7 @@ TEST(test_files)
     assert_string_equal(hash, again);
     assert_int_equal(folder.written, written); /* once */
     assert_true(capture_folder_add_line(&folder, "{}\n", 3));
+    assert_true(capture_folder_flush(&folder));
     snprintf(leaf, sizeof(leaf), "a/b/files/data/%s.npy", hash);
     const long size = read_file(leaf, bytes);
     const long header = size - (long)sizeof(vertices);

@@ -44,13 +44,24 @@ static void append_character(struct text_buffer *text, const unsigned char *byte
     }
 }
 
+/* Returns how many characters at the beginning stand for themselves. */
+static size_t count_plain(const unsigned char *bytes, size_t size)
+{
+    size_t count = 0;
+    while (count < size && bytes[count] >= ' ' && bytes[count] < 0x7f && bytes[count] != '"' &&
+           bytes[count] != '\\')
+        count++;
+    return count;
+}
+
 static void append_string(struct text_buffer *text, const char *string, size_t size)
 {
     const unsigned char *bytes = (const unsigned char *)string;
     text_append(text, "\"");
     while (size > 0) {
         uint32_t character;
-        const size_t length = text_decode(bytes, size, &character);
+        const size_t plain = count_plain(bytes, size);
+        const size_t length = plain ? plain : text_decode(bytes, size, &character);
         append_character(text, bytes, length);
         bytes += length ? length : 1;
         size -= length ? length : 1;
