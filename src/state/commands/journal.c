@@ -110,6 +110,7 @@ void journal_add_place(struct journal *journal, const struct placed *placed)
 {
     journal_add(journal, &(struct journal_entry){.kind = JOURNAL_PLACE, .placed = *placed});
     journal->place_count++;
+    journal->has_references = true;
 }
 
 void journal_add_binding(struct journal *journal, const struct sparse_binding *binding)
@@ -283,6 +284,7 @@ __attribute__((cold, noinline)) static void release_held(struct journal *journal
 {
     if (journal->has_references)
         release_entries(journal_start(journal, NULL, NULL));
+    journal->place_count = 0;
     while (journal->origin_count)
         label_stack_clear(&journal->origins[--journal->origin_count].labels);
     if (journal->work)
@@ -301,7 +303,7 @@ ON_RECORDING_PATH void journal_clear(struct journal *journal)
         forget_recent_inputs(journal);
     chunk_list_clear(&journal->entries);
     journal->has_references = journal->has_sources_to_check = false;
-    journal->secondary_count = journal->place_count = 0;
+    journal->secondary_count = 0;
     journal->has_events = journal->writes_queries = false;
     journal->unknown = journal->accesses_unknown = (struct unknown){0};
     journal->awaits_inputs = journal->has_condition = false;

@@ -203,7 +203,6 @@ struct journal {
     const char *shaders_name;
     struct bound_shaders *bound; /* owned; NULL: nothing is known to be bound */
     uint32_t secondary_count;    /* JOURNAL_EXECUTE entries */
-    uint32_t place_count;        /* JOURNAL_PLACE entries */
     bool binds;                  /* all entries are JOURNAL_BIND */
     /* journal_clear() clears those that follow: side by side, they take two instructions. */
     bool has_condition;        /* setting hazards: conditional rendering may leave dispatches out */
@@ -220,6 +219,7 @@ struct journal {
     bool has_copies; /* it or a secondary has a JOURNAL_COPY */
     /* Setting hazards: it or a secondary has builds that read buffers which no command writes. */
     bool reads_host_data;
+    uint32_t place_count; /* JOURNAL_PLACE entries; has_references is set with it */
 };
 
 /* Returns NULL if memory runs out. The caller owns one reference. */
