@@ -957,6 +957,7 @@ static void set_layer(const struct replay_options *options)
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 0);
     setenv("VK_ASSAY_VALIDATION_HAZARDS", "false", 0); /* the replay has barriers of its own */
     setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "callback", 0);
+    setenv("VK_ASSAY_VALIDATION_ENABLE_MESSAGE_LIMIT", "false", 0);
     if (options->compares)
         setenv("VK_ASSAY_VALIDATION_COMPARE_RAYS", "1000", 0);
 }
