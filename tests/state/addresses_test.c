@@ -150,3 +150,20 @@ RESOURCES_TEST(an_address_that_is_used_again_is_remembered)
         assert_int_equal(referenced(resources, 1 << 16, resources_destroy_count(resources)), NO);
     }
 }
+
+/* An engine creates structures, and queries their addresses, while submissions are pending. */
+RESOURCES_TEST(an_address_that_becomes_known_changes_nothing_before)
+{
+    have_buffer(resources, 1, 0x1000, VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    have_accel(resources, 2, 1, 0, 0x100);
+    resources_set_accel_address(resources, accel(2), 1 << 16);
+    const uint64_t before = resources_destroy_count(resources);
+    resources_remove_accel(resources, accel(2));
+    assert_int_equal(referenced(resources, 0x1234, before), NO);
+    have_accel(resources, 3, 1, 0x100, 0x100);
+    resources_set_accel_address(resources, accel(3), 0); /* has not been queried */
+    assert_int_equal(referenced(resources, 0x1234, before), UNKNOWN);
+    resources_set_accel_address(resources, accel(3), 2 << 16);
+    assert_int_equal(referenced(resources, 0x1234, before), NO);
+    assert_int_equal(referenced(resources, 2 << 16, before), YES);
+}

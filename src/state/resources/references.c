@@ -155,7 +155,8 @@ void resources_set_accel_address(struct resources *resources, VkAccelerationStru
 {
     reader_lock_write(&resources->lock);
     struct accel_record *accel = handle_table_find(&resources->accels, handle_number(handle));
-    if (accel && accel->address != address)
+    /* That an address becomes known takes nothing from what is known of submissions before. */
+    if (accel && accel->address && accel->address != address)
         accel_record_forget_address(resources, accel);
     if (accel && !accel->address)
         add_address(resources, accel, address);
