@@ -122,12 +122,14 @@ struct data_look content_look_of_instance(const struct content *content,
                                           const VkAccelerationStructureInstanceKHR *instance)
 {
     const struct content_elements *elements = &content->elements;
+    const bool has_array =
+        elements->bytes && !has_instance_pointers(content->range->geometry->geometry);
     struct data_look look = {.kind = LOOKS_AS_ASKED};
-    if (elements->bytes)
+    if (has_array)
         look.stride = find_stride(elements);
     if (look.stride)
         look.kind = LOOKS_STRIDED;
-    else if (elements->bytes && holds_pointers(elements))
+    else if (has_array && holds_pointers(elements))
         look.kind = LOOKS_LIKE_POINTERS;
     else if (looks_unwritten(instance))
         look.kind = LOOKS_UNWRITTEN;
