@@ -455,10 +455,15 @@ static const struct field buffer_fields[] = {
     {.key = NULL},
 };
 static const struct field structure_fields[] = {
-    NEEDED(structure, "structure", NUMBER, id), FIELD(structure, "handle", HEX, handle),
-    FIELD(structure, "name", TEXT, name),       FIELD(structure, "type", LEVEL, type),
-    FIELD(structure, "buffer", BUFFER, buffer), FIELD(structure, "offset", NUMBER, offset),
-    FIELD(structure, "size", NUMBER, size),     {.key = NULL},
+    NEEDED(structure, "structure", NUMBER, id),
+    FIELD(structure, "handle", HEX, handle),
+    FIELD(structure, "name", TEXT, name),
+    FIELD(structure, "type", LEVEL, type),
+    FIELD(structure, "buffer", BUFFER, buffer),
+    FIELD(structure, "offset", NUMBER, offset),
+    FIELD(structure, "size", NUMBER, size),
+    FIELD(structure, "missing", TEXT, missing),
+    {.key = NULL},
 };
 static const struct field command_fields[] = {
     NEEDED(command, "n", NUMBER, n),
@@ -484,6 +489,7 @@ static const struct field command_fields[] = {
     FIELD(command, "scratch.address", HEX, scratch_address),
     FIELD(command, "scratch.buffer", BUFFER, scratch_buffer),
     FIELD(command, "scratch.offset", NUMBER, scratch_offset),
+    FIELD(command, "scratch_size", NUMBER, scratch_size),
     {.key = NULL},
 };
 static const struct field geometry_fields[] = {

@@ -112,6 +112,7 @@ struct captured_structure {
     enum capture_structure_type type;
     uint32_t buffer;
     uint64_t offset, size;
+    const char *missing; /* why what was built into it before is not in the capture */
 };
 
 /* The elements of an array of a geometry, packed. */
@@ -181,6 +182,7 @@ struct captured_command {
     uint32_t dst, src;
     uint64_t compacted_size;
     uint64_t scratch_address, scratch_offset;
+    uint64_t scratch_size; /* that the driver of the capture needed; 0: unknown, or none */
     uint32_t scratch_buffer;
     struct captured_geometry *geometries;
     struct captured_reference *references; /* sorted by `reference` */

@@ -9,6 +9,7 @@
 #include <string.h>
 #include <vulkan/vk_enum_string_helper.h>
 
+#include "src/platform/files.h"
 #include "src/scene/driver.h"
 #include "src/scene/tool.h"
 
@@ -31,6 +32,7 @@ struct placed_structure {
     struct driver_buffer own; /* if there is no room where it lay */
     VkDeviceAddress address;
     bool is_built;
+    bool is_left_out; /* what was built into it is not in the capture, or was not replayed */
 };
 
 /* Memory for what has no place in the capture, used again by the next call. */
@@ -59,6 +61,8 @@ struct replay {
 static void skip(struct replay *replay, const struct captured_command *command, const char *why)
 {
     replay->skipped++;
+    if (command->dst != CAPTURE_NONE)
+        replay->structures[command->dst].is_left_out = true;
     printf("not replayed: %" PRIu64 " (%s): %s\n", command->n,
            command->command ? command->command : "build", why);
 }
@@ -464,17 +468,21 @@ static bool lacks_source(const struct captured_command *build)
     return build->mode == CAPTURE_UPDATE && build->src == CAPTURE_NONE;
 }
 
-/* Under the layer such builds are replayed: it finds mistakes in them. */
+/* Under the layer, builds that need what the application never built are replayed: it finds
+ * mistakes in them. */
+static bool is_unusable(const struct replay *replay, uint32_t structure)
+{
+    return structure != CAPTURE_NONE && !replay->structures[structure].is_built &&
+           (replay->structures[structure].is_left_out || !uses_layer(replay));
+}
+
 static bool needs_unbuilt(const struct replay *replay, const struct captured_command *build)
 {
-    if (build->mode == CAPTURE_UPDATE && build->src != CAPTURE_NONE &&
-        !replay->structures[build->src].is_built)
+    if (build->mode == CAPTURE_UPDATE && is_unusable(replay, build->src))
         return true;
-    for (uint32_t i = 0; i < build->reference_count; i++) {
-        const uint32_t structure = build->references[i].structure;
-        if (structure != CAPTURE_NONE && !replay->structures[structure].is_built)
+    for (uint32_t i = 0; i < build->reference_count; i++)
+        if (is_unusable(replay, build->references[i].structure))
             return true;
-    }
     return false;
 }
 
@@ -558,22 +566,24 @@ static VkAccelerationStructureBuildSizesInfoKHR sizes_of(const struct replay *re
     return sizes;
 }
 
-/* On the driver of the capture scratch memory stays where it was, right or wrong. */
+/* On the driver of the capture scratch memory stays where it was, right or wrong. Where another
+ * driver needs more, that of the next build may begin too early. */
 static bool place_scratch(struct replay *replay, struct replayed_build *build)
 {
     const struct captured_command *command = build->command;
     VkDeviceAddress *address = &build->info.scratchData.deviceAddress;
+    const VkAccelerationStructureBuildSizesInfoKHR sizes = sizes_of(replay, build);
+    const VkDeviceSize size =
+        command->mode == CAPTURE_UPDATE ? sizes.updateScratchSize : sizes.buildScratchSize;
     if (command->scratch_buffer != CAPTURE_NONE) {
         const struct placed_buffer *buffer = place_buffer(replay, command->scratch_buffer);
         if (!buffer)
             return false;
         *address = buffer->address + command->scratch_offset * replay->scale;
-        if (replay->is_same_driver || *address % replay->driver.scratch_alignment == 0)
+        if (replay->is_same_driver || (*address % replay->driver.scratch_alignment == 0 &&
+                                       size <= command->scratch_size * replay->scale))
             return true;
     }
-    const VkAccelerationStructureBuildSizesInfoKHR sizes = sizes_of(replay, build);
-    const VkDeviceSize size =
-        command->mode == CAPTURE_UPDATE ? sizes.updateScratchSize : sizes.buildScratchSize;
     return take_spare(replay, size + 1, address);
 }
 
@@ -705,7 +715,7 @@ static bool replay_call(struct replay *replay, uint32_t begin, uint32_t end)
     for (uint32_t i = begin; i < end && is_ready; i++) {
         const struct captured_command *command = &replay->capture->commands[i];
         const char *obstacle = find_obstacle(replay, command);
-        if (!obstacle && !uses_layer(replay) && needs_unbuilt(replay, command))
+        if (!obstacle && needs_unbuilt(replay, command))
             obstacle = "it needs structures that were not built in the capture";
         if (obstacle) {
             skip(replay, command, obstacle);
@@ -887,20 +897,10 @@ static void find_scale(struct replay *replay)
         struct replayed_build build;
         describe_build(&build, command);
         const VkAccelerationStructureBuildSizesInfoKHR sizes = sizes_of(replay, &build);
-        uint64_t scale =
+        const uint64_t scale =
             times_needed(sizes.accelerationStructureSize, capture->structures[command->dst].size);
         if (scale > replay->scale)
             replay->scale = scale;
-        const VkDeviceSize scratch =
-            command->mode == CAPTURE_UPDATE ? sizes.updateScratchSize : sizes.buildScratchSize;
-        if (command->scratch_buffer != CAPTURE_NONE) {
-            const VkDeviceSize size = capture->buffers[command->scratch_buffer].size;
-            scale = size > command->scratch_offset
-                        ? times_needed(scratch, size - command->scratch_offset)
-                        : 1;
-            if (scale > replay->scale)
-                replay->scale = scale;
-        }
         free_build(&build);
     }
 }
@@ -911,6 +911,14 @@ static bool is_driver_of(const struct capture *capture, const struct driver *dri
     return device && device->name && device->driver_info &&
            strcmp(device->name, driver->properties.deviceName) == 0 &&
            strcmp(device->driver_info, driver->driver.driverInfo) == 0;
+}
+
+static bool make_dump_folder(const struct replay_options *options, struct capture_error *error)
+{
+    const int number = options->dump ? file_make_folder(options->dump) : 0;
+    if (number)
+        snprintf(error->text, sizeof(error->text), "%.512s: %s", options->dump, strerror(number));
+    return !number;
 }
 
 static bool dump_all(struct replay *replay)
@@ -978,7 +986,10 @@ bool replay_capture(struct capture *capture, const struct replay_options *option
     if (has_layer)
         set_layer(options);
     find_last_uses(&replay);
-    bool is_done = driver_open(&replay.driver, has_layer, on_message, &replay, error);
+    for (uint32_t i = 0; i < capture->structure_count; i++)
+        replay.structures[i].is_left_out = capture->structures[i].missing;
+    bool is_done = make_dump_folder(options, error) &&
+                   driver_open(&replay.driver, has_layer, on_message, &replay, error);
     if (is_done) {
         replay.is_same_driver = is_driver_of(capture, &replay.driver);
         find_scale(&replay);

@@ -26,11 +26,11 @@ def environment(manifest, **settings):
             **{f"VK_ASSAY_VALIDATION_{key.upper()}": str(value) for key, value in settings.items()}}
 
 
-def capture(manifest, folder, *arguments):
+def capture(manifest, folder, *arguments, **settings):
     """Captures a run of the demo, whose exit status does not count."""
     result = subprocess.run([DEMO, "--no-picture", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                             text=True, timeout=600, check=False,
-                            env={**environment(manifest, level="content", capture=folder, hazards="false"),
+                            env={**environment(manifest, level="content", capture=folder, hazards="false", **settings),
                                  "VK_INSTANCE_LAYERS": "VK_LAYER_ASSAY_validation"})
     assert (folder / "builds.jsonl").is_file(), result.stdout + result.stderr
 
@@ -92,10 +92,24 @@ class ReplayTest(unittest.TestCase):
 
     @unittest.skipUnless(LAVAPIPE, "no lavapipe")
     def test_demo(self):
-        result = scene(LAVAPIPE, "replay", self.demo, "--time", "--repeat", 2)
+        dump = self.folder / "dump"
+        result = scene(LAVAPIPE, "replay", self.demo, "--time", "--repeat", 2, "--dump", dump)
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         self.assertIn("built: 4; copied: 1; not replayed: 0", result.stdout)
         self.assertIn("  twisted BLAS\n", result.stdout)
+        self.assertEqual({path.name for path in dump.iterdir()},
+                         {f"{structure['structure']}.bin" for structure in lines(self.demo, "Structure")})
+
+    @unittest.skipUnless(LAVAPIPE, "no lavapipe")
+    def test_what_was_built_before_is_no_mistake(self):
+        """The first build of the demo, of what its instances refer to, is before this capture."""
+        later = self.folder / "later"
+        capture(LAVAPIPE, later, capture_from="submission:2")
+        self.assertTrue(any("missing" in structure for structure in lines(later, "Structure")))
+        result = scene(LAVAPIPE, "replay", later, "--layer")
+        self.assertIn("it needs structures that were not built in the capture", result.stdout)
+        self.assertIn("findings: 0", result.stdout)
+        self.assertEqual(result.returncode, 2)
 
     @unittest.skipUnless(LAVAPIPE, "no lavapipe")
     def test_capture_of_a_replay(self):
