@@ -963,7 +963,8 @@ static void *zeros(size_t count, size_t size)
 static void set_layer(const struct replay_options *options)
 {
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 0);
-    setenv("VK_ASSAY_VALIDATION_HAZARDS", "false", 0); /* the replay has barriers of its own */
+    setenv("VK_ASSAY_VALIDATION_GUARD", "references", 0); /* a wild one may crash the driver */
+    setenv("VK_ASSAY_VALIDATION_HAZARDS", "false", 0);    /* the replay has barriers of its own */
     setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "callback", 0);
     setenv("VK_ASSAY_VALIDATION_ENABLE_MESSAGE_LIMIT", "false", 0);
     if (options->compares)

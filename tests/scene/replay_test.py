@@ -6,6 +6,7 @@ replay_test.py ASSAY_SCENE DEMO LAYER_FOLDER NULL_MANIFEST [LAVAPIPE_MANIFEST]""
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -110,6 +111,18 @@ class ReplayTest(unittest.TestCase):
         self.assertIn("it needs structures that were not built in the capture", result.stdout)
         self.assertIn("findings: 0", result.stdout)
         self.assertEqual(result.returncode, 2)
+
+    @unittest.skipUnless(LAVAPIPE, "no lavapipe")
+    def test_wild_reference(self):
+        wild = self.folder / "wild"
+        shutil.copytree(self.demo, wild)
+        build = next(build for build in lines(wild, "Build") if "references" in build)
+        path = wild / "data" / (build["geometry"][0]["inputs"][0]["data"] + ".npy")
+        before, after = (number.to_bytes(8, "little") for number in (int(build["references"][0]["reference"], 16), 0x5000))
+        path.write_bytes(path.read_bytes().replace(before, after, 1))
+        result = scene(LAVAPIPE, "replay", wild, "--layer")
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertIn("finding: VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-12281", result.stdout)
 
     @unittest.skipUnless(LAVAPIPE, "no lavapipe")
     def test_capture_of_a_replay(self):
