@@ -1030,7 +1030,7 @@ static json_t *value_of(const struct capture *capture, const struct field *field
         name = *(const char *const *)from;
         break;
     case FLAG:
-        return json_boolean(*(const bool *)from);
+        return json_integer(*(const bool *)from);
     case LEVEL:
     case GEOMETRY:
     case ROLE:

@@ -222,7 +222,7 @@ static void reduce_primitives(struct search *search, uint32_t command, uint32_t 
     struct captured_geometry *geometry = &search->capture->commands[command].geometries[index];
     uint32_t rows;
     const struct captured_input *input = rows_of(geometry, &rows);
-    if (!input || input->data == CAPTURE_NONE || geometry->array_of_pointers ||
+    if (!input || input->data == CAPTURE_NONE ||
         search->capture->data[input->data].rows != (uint64_t)geometry->primitive_count * rows)
         return;
     whole = (struct whole){.data = input->data};

@@ -61,7 +61,10 @@ struct replay {
 static void skip(struct replay *replay, const struct captured_command *command, const char *why)
 {
     replay->skipped++;
-    if (command->dst != CAPTURE_NONE)
+    /* The application, or who made the capture smaller, may have left out the source of a copy. */
+    if (command->dst != CAPTURE_NONE &&
+        (command->kind == CAPTURE_COMMAND_BUILD || command->src == CAPTURE_NONE ||
+         replay->structures[command->src].is_left_out))
         replay->structures[command->dst].is_left_out = true;
     printf("not replayed: %" PRIu64 " (%s): %s\n", command->n,
            command->command ? command->command : "build", why);
