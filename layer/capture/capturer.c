@@ -162,7 +162,8 @@ static void write_line(struct capturer *capturer, const struct queued_line *line
         capture_write_end(writer, "capture_until was reached");
         capturer->is_over = true;
     } else {
-        capture_folder_add_command(&writer->folder, ++capturer->lines, line->text, line->size);
+        capture_folder_add_command(&writer->folder, ++capturer->lines, false, line->text,
+                                   line->size);
     }
 }
 

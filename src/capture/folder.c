@@ -140,11 +140,12 @@ bool capture_folder_add_line(struct capture_folder *folder, const char *line, si
     return add_parts(folder, line, size, "", 0);
 }
 
-bool capture_folder_add_command(struct capture_folder *folder, uint64_t number, const char *line,
-                                size_t size)
+bool capture_folder_add_command(struct capture_folder *folder, uint64_t number, bool is_kept,
+                                const char *line, size_t size)
 {
-    char begin[32];
-    const int length = snprintf(begin, sizeof(begin), "{\"n\":%" PRIu64 ",", number);
+    char begin[48];
+    const int length = snprintf(begin, sizeof(begin), "{\"n\":%" PRIu64 ",%s", number,
+                                is_kept ? "\"kept\":1," : "");
     return add_parts(folder, begin, (size_t)length, line + 1, size - 1);
 }
 

@@ -50,9 +50,10 @@ void capture_folder_close(struct capture_folder *folder);
  * file once capture_folder_flush() returns, at the latest. */
 bool capture_folder_add_line(struct capture_folder *folder, const char *line, size_t size);
 bool capture_folder_flush(struct capture_folder *folder);
-/* Numbers the line among those of commands: `line` is an object without n. */
-bool capture_folder_add_command(struct capture_folder *folder, uint64_t number, const char *line,
-                                size_t size);
+/* Numbers the line among those of commands: `line` is an object without n. `is_kept`: the command
+ * ran before the capture began. */
+bool capture_folder_add_command(struct capture_folder *folder, uint64_t number, bool is_kept,
+                                const char *line, size_t size);
 /* Writes the array unless the folder has it, and sets `hash`, which is the file's name. If the
  * folder holds new arrays, keeps it in memory instead, with one reference more. */
 bool capture_folder_add_array(struct capture_folder *folder, const struct capture_array *array,

@@ -95,7 +95,7 @@ void capture_kept_write(struct capture_kept *kept, struct capture_folder *folder
             continue;
         line->is_written = true;
         if (capture_folder_write_held(folder, line->text, line->size))
-            capture_folder_add_command(folder, ++*number, line->text, line->size);
+            capture_folder_add_command(folder, ++*number, true, line->text, line->size);
     }
     free_list(folder, list);
 }

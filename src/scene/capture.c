@@ -477,6 +477,7 @@ static const struct field command_fields[] = {
     FIELD(command, "build", NUMBER, build),
     FIELD(command, "call", NUMBER, call),
     FIELD(command, "info", NUMBER, info),
+    FIELD(command, "kept", NUMBER, kept),
     FIELD(command, "command", TEXT, command),
     FIELD(command, "mode", MODE, mode),
     FIELD(command, "type", LEVEL, type),

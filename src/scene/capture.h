@@ -175,6 +175,8 @@ struct captured_command {
     uint64_t n;
     uint64_t device, queue, command_buffer; /* handles; 0: the host has executed it */
     uint64_t submission, frame, build, call, info;
+    uint64_t
+        kept; /* 1: it ran before the capture began, and before commands that precede it here */
     const char *region, *command_buffer_name, *command, *query, *missing;
     enum capture_mode mode;
     enum capture_structure_type type;

@@ -95,6 +95,7 @@ static bool run_export(struct capture *capture, const struct arguments *argument
 static bool run_replay(struct capture *capture, const struct arguments *arguments,
                        struct capture_error *error)
 {
+    setvbuf(stdout, NULL, _IOLBF, 0); /* a driver's crash would lose what was not printed */
     return replay_capture(capture, &arguments->replay, error);
 }
 

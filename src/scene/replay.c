@@ -33,6 +33,7 @@ struct placed_structure {
     VkDeviceAddress address;
     bool is_built;
     bool is_left_out; /* what was built into it is not in the capture, or was not replayed */
+    bool is_kept; /* built before the capture: something else may lie there by then in a replay */
 };
 
 /* Memory for what has no place in the capture, used again by the next call. */
@@ -278,7 +279,7 @@ static bool create_structure(struct replay *replay, uint32_t index, VkDeviceSize
         .offset = captured->offset * replay->scale,
         .size = size > least ? size : least,
         .type = type_of(captured->type)};
-    if (captured->buffer != CAPTURE_NONE && size >= least) {
+    if (captured->buffer != CAPTURE_NONE && size >= least && !structure->is_kept) {
         const struct placed_buffer *buffer = place_buffer(replay, captured->buffer);
         if (!buffer)
             return false;
@@ -342,10 +343,11 @@ static VkIndexType index_type_named(const char *name)
 
 /* Where the bytes from an address on lie, so far as the capture says it; otherwise in spare memory.
  * Returns NULL, with an error, without memory. */
-static unsigned char *place_input(struct replay *replay, const struct captured_input *input,
-                                  uint64_t size, VkDeviceAddress *address)
+static unsigned char *place_input(struct replay *replay, const struct captured_command *build,
+                                  const struct captured_input *input, uint64_t size,
+                                  VkDeviceAddress *address)
 {
-    if (input->buffer != CAPTURE_NONE) {
+    if (input->buffer != CAPTURE_NONE && !build->kept) {
         const struct placed_buffer *buffer = place_buffer(replay, input->buffer);
         const uint64_t offset = input->offset * replay->scale,
                        room = replay->capture->buffers[input->buffer].size * replay->scale;
@@ -355,9 +357,9 @@ static unsigned char *place_input(struct replay *replay, const struct captured_i
         if (offset <= room && input->first <= room - offset && size <= room - offset - input->first)
             return buffer->bytes + offset + input->first;
     }
-    unsigned char *bytes = take_spare(replay, size, address);
-    *address -= input->first;
-    return bytes;
+    /* The address itself must be in a buffer, too. */
+    unsigned char *bytes = take_spare(replay, input->first + size, address);
+    return bytes ? bytes + input->first : NULL;
 }
 
 /* Replaces references by those of the replayed structures. */
@@ -405,7 +407,7 @@ static bool write_input(struct replay *replay, const struct captured_command *bu
                           (geometry->array_of_pointers ? sizeof(uint64_t) : data->row_size);
     if (!rows)
         return false;
-    unsigned char *to = place_input(replay, input, size, address);
+    unsigned char *to = place_input(replay, build, input, size, address);
     if (!to)
         return false;
     if (input->role == CAPTURE_INSTANCE_ROWS)
@@ -575,18 +577,21 @@ static bool place_scratch(struct replay *replay, struct replayed_build *build)
 {
     const struct captured_command *command = build->command;
     VkDeviceAddress *address = &build->info.scratchData.deviceAddress;
-    const VkAccelerationStructureBuildSizesInfoKHR sizes = sizes_of(replay, build);
-    const VkDeviceSize size =
-        command->mode == CAPTURE_UPDATE ? sizes.updateScratchSize : sizes.buildScratchSize;
-    if (command->scratch_buffer != CAPTURE_NONE) {
+    const bool has_place = command->scratch_buffer != CAPTURE_NONE && !command->kept;
+    if (has_place) {
         const struct placed_buffer *buffer = place_buffer(replay, command->scratch_buffer);
         if (!buffer)
             return false;
         *address = buffer->address + command->scratch_offset * replay->scale;
-        if (replay->is_same_driver || (*address % replay->driver.scratch_alignment == 0 &&
-                                       size <= command->scratch_size * replay->scale))
+        if (replay->is_same_driver)
             return true;
     }
+    const VkAccelerationStructureBuildSizesInfoKHR sizes = sizes_of(replay, build);
+    const VkDeviceSize size =
+        command->mode == CAPTURE_UPDATE ? sizes.updateScratchSize : sizes.buildScratchSize;
+    if (has_place && *address % replay->driver.scratch_alignment == 0 &&
+        size <= command->scratch_size * replay->scale)
+        return true;
     return take_spare(replay, size + 1, address);
 }
 
@@ -990,6 +995,9 @@ bool replay_capture(struct capture *capture, const struct replay_options *option
     if (has_layer)
         set_layer(options);
     find_last_uses(&replay);
+    for (uint32_t i = 0; i < capture->command_count; i++)
+        if (capture->commands[i].kept && capture->commands[i].dst != CAPTURE_NONE)
+            replay.structures[capture->commands[i].dst].is_kept = true;
     for (uint32_t i = 0; i < capture->structure_count; i++)
         replay.structures[i].is_left_out = capture->structures[i].missing;
     bool is_done = make_dump_folder(options, error) &&

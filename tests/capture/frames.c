@@ -65,6 +65,17 @@ static bool is_compacted(uint32_t mesh)
     return mesh % 4 == 2;
 }
 
+static VkBuildAccelerationStructureFlagsKHR flags_of(uint32_t mesh)
+{
+    return (is_refitted(mesh) ? VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR : 0u) |
+           (is_compacted(mesh) ? VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR : 0u);
+}
+
+static VkDeviceSize largest(VkDeviceSize a, VkDeviceSize b)
+{
+    return a > b ? a : b;
+}
+
 static VkAccelerationStructureGeometryKHR describe_mesh(const struct scene *scene, uint32_t mesh)
 {
     return MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
@@ -82,13 +93,9 @@ static VkAccelerationStructureGeometryKHR describe_mesh(const struct scene *scen
 static VkAccelerationStructureBuildGeometryInfoKHR
 describe_build(uint32_t mesh, const VkAccelerationStructureGeometryKHR *geometry)
 {
-    return MAKE(
-        VkAccelerationStructureBuildGeometryInfoKHR,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-        .flags =
-            (is_refitted(mesh) ? VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR : 0u) |
-            (is_compacted(mesh) ? VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR : 0u),
-        .geometryCount = 1, .pGeometries = geometry);
+    return MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, .flags = flags_of(mesh),
+                .geometryCount = 1, .pGeometries = geometry);
 }
 
 static VkAccelerationStructureBuildSizesInfoKHR
@@ -136,14 +143,15 @@ static void create_meshes(struct scene *scene)
     struct gpu *gpu = &scene->gpu;
     const VkAccelerationStructureGeometryKHR geometry = describe_mesh(scene, 0);
     VkAccelerationStructureBuildGeometryInfoKHR info = describe_build(0, &geometry);
-    info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
-                 VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
-    const VkAccelerationStructureBuildSizesInfoKHR sizes = sizes_of(scene, &info, TRIANGLES);
-    scene->bottom_size = sizes.accelerationStructureSize;
-    scene->scratch_size =
-        gpu_align(sizes.buildScratchSize > sizes.updateScratchSize ? sizes.buildScratchSize
-                                                                   : sizes.updateScratchSize,
-                  256);
+    /* Sizes differ by flags, and fewer flags may need more. */
+    for (uint32_t mesh = 0; mesh < 4; mesh++) {
+        info.flags = flags_of(mesh);
+        const VkAccelerationStructureBuildSizesInfoKHR sizes = sizes_of(scene, &info, TRIANGLES);
+        scene->bottom_size = largest(scene->bottom_size, sizes.accelerationStructureSize);
+        scene->scratch_size = largest(scene->scratch_size, sizes.buildScratchSize);
+        scene->scratch_size = largest(scene->scratch_size, sizes.updateScratchSize);
+    }
+    scene->scratch_size = gpu_align(scene->scratch_size, 256);
     scene->scratch = gpu_create_scratch(gpu, "scratch", BUILDS_A_CALL * scene->scratch_size);
     for (uint32_t mesh = 0; mesh < scene->meshes; mesh++) {
         char name[NAME_SIZE];
