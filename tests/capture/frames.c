@@ -152,7 +152,6 @@ static void create_meshes(struct scene *scene)
         scene->scratch_size = largest(scene->scratch_size, sizes.updateScratchSize);
     }
     scene->scratch_size = gpu_align(scene->scratch_size, 256);
-    scene->scratch = gpu_create_scratch(gpu, "scratch", BUILDS_A_CALL * scene->scratch_size);
     for (uint32_t mesh = 0; mesh < scene->meshes; mesh++) {
         char name[NAME_SIZE];
         snprintf(name, sizeof(name), "mesh-%u", mesh);
@@ -263,30 +262,41 @@ static void write_instances(struct scene *scene, uint32_t frame)
     }
 }
 
+static VkAccelerationStructureGeometryKHR describe_instances(const struct gpu_buffer *from)
+{
+    return MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+                .geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
+                                           .data.deviceAddress = from->address));
+}
+
+static VkAccelerationStructureBuildGeometryInfoKHR
+describe_top(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    return MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                .type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, .geometryCount = 1,
+                .pGeometries = geometry);
+}
+
+static void create_top(struct scene *scene)
+{
+    const VkAccelerationStructureGeometryKHR geometry = describe_instances(&scene->staged);
+    const VkAccelerationStructureBuildGeometryInfoKHR info = describe_top(&geometry);
+    const VkAccelerationStructureBuildSizesInfoKHR sizes = sizes_of(scene, &info, scene->instances);
+    scene->top =
+        gpu_create_structure(&scene->gpu, "top", VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
+                             sizes.accelerationStructureSize);
+    scene->scratch =
+        gpu_create_scratch(&scene->gpu, "scratch",
+                           largest(sizes.buildScratchSize, BUILDS_A_CALL * scene->scratch_size));
+}
+
 static void build_top(struct scene *scene, VkCommandBuffer commands, bool by_device)
 {
-    const struct gpu_buffer *from = by_device ? &scene->written : &scene->staged;
     const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = scene->instances};
     const VkAccelerationStructureBuildRangeInfoKHR *ranges = &range;
     const VkAccelerationStructureGeometryKHR geometry =
-        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-             .geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
-                                        .data.deviceAddress = from->address));
-    VkAccelerationStructureBuildGeometryInfoKHR info =
-        MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
-             .type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, .geometryCount = 1,
-             .pGeometries = &geometry);
-    if (!scene->top.handle) {
-        const VkAccelerationStructureBuildSizesInfoKHR sizes =
-            sizes_of(scene, &info, scene->instances);
-        scene->top =
-            gpu_create_structure(&scene->gpu, "top", VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
-                                 sizes.accelerationStructureSize);
-        if (sizes.buildScratchSize > BUILDS_A_CALL * scene->scratch_size) {
-            gpu_destroy_buffer(&scene->gpu, &scene->scratch);
-            scene->scratch = gpu_create_scratch(&scene->gpu, "scratch", sizes.buildScratchSize);
-        }
-    }
+        describe_instances(by_device ? &scene->written : &scene->staged);
+    VkAccelerationStructureBuildGeometryInfoKHR info = describe_top(&geometry);
     info.dstAccelerationStructure = scene->top.handle;
     info.scratchData.deviceAddress = gpu_scratch_address(&scene->gpu, &scene->scratch);
     if (by_device) {
@@ -337,6 +347,7 @@ int main(int count, char **arguments)
                           INPUT | ADDRESS | VK_BUFFER_USAGE_TRANSFER_DST_BIT, instances_size);
     write_indices(&scene);
     create_meshes(&scene);
+    create_top(&scene);
     build_all(&scene);
     for (uint32_t mesh = 2; mesh < scene.meshes; mesh += 4)
         compact(&scene, mesh);
