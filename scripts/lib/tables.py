@@ -163,7 +163,8 @@ def features(root):
 
 def values_text(setting):
     listed = ", ".join(f"`{word}`" for word in setting.words)
-    return {"FLAGS": f"list of {listed}", "INT": "a number", "LIST": "a list", "SAVE_FILE": "a file"}.get(setting.kind, listed)
+    return {"FLAGS": f"list of {listed}", "INT": "a number", "LIST": "a list", "SAVE_FILE": "a file",
+            "SAVE_FOLDER": "a folder", "STRING": "a text"}.get(setting.kind, listed)
 
 
 def write_readme(root, text):

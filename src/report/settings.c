@@ -124,6 +124,9 @@ static bool load_capture(const struct loader *loader, const char *value)
 static bool read_point(const char *value, struct capture_point *point)
 {
     char *end;
+    *point = (struct capture_point){.kind = AT_ANY_POINT};
+    if (text_equals_in_any_case(value, "none"))
+        return true;
     const bool is_frame = strncmp(value, "frame:", 6) == 0;
     *point = (struct capture_point){.kind = AT_LABEL, .label = value + 6};
     if (strncmp(value, "label:", 6) == 0)
@@ -373,6 +376,8 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info, struct kept_line
     if (result == VK_SUCCESS) {
         settle_actions(&loader);
         settings->capture = settings->values[SETTING_capture];
+        if (settings->capture && text_equals_in_any_case(settings->capture, "none"))
+            settings->capture = NULL;
         if (settings->values[SETTING_capture_from])
             read_point(settings->values[SETTING_capture_from], &settings->capture_from);
         if (settings->values[SETTING_capture_until])

@@ -94,6 +94,12 @@ class CaptureTest(unittest.TestCase):
         self.assertEqual(shown.count("ends here: File too large. The application goes on."), 1, shown)
         Capture(self.folder / "disk", was_killed=True)
 
+    def test_none(self):
+        """Vulkan Configurator writes all settings."""
+        shown = run("none", builds=20, capture_from="none", capture_until="none").stderr
+        self.assertNotIn("capture", shown)
+        self.assertFalse(pathlib.Path("none").exists())
+
     def test_low_level(self):
         shown = run(self.folder / "low", level="execution").stderr
         self.assertIn("capture needs level = content. Nothing is captured.", shown)
