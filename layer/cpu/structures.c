@@ -176,9 +176,11 @@ VkResult cpu_read_queries(struct layer_device *device, VkQueryPool pool, uint32_
     struct cpu_query_pools *pools = device->cpu->device->query_pools;
     int left = flags & VK_QUERY_RESULT_WAIT_BIT ? QUERY_WAITS : 0;
     for (;; left--) {
+        /* First: a batch that is no longer pending has written its queries. */
+        const bool waits = left && execution_order_has_pending(device->order);
         const VkResult result =
             cpu_query_pools_read(pools, (uint64_t)pool, first, count, size, data, stride, flags);
-        if (result != VK_NOT_READY || !left || !execution_order_holds_any(device->order))
+        if (result != VK_NOT_READY || !waits)
             return result;
         clock_sleep(QUERY_WAIT_NANOSECONDS);
     }

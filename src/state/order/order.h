@@ -188,8 +188,8 @@ void execution_order_run(struct execution_order *order);
 /* Whether the queue waits for a signal that was not submitted yet. False if the order is unknown.
  */
 bool execution_order_holds_queue(struct execution_order *order, VkQueue queue);
-/* Whether a batch is held. */
-bool execution_order_holds_any(struct execution_order *order);
+/* Whether a batch is held, or another thread runs one or is about to. */
+bool execution_order_has_pending(struct execution_order *order);
 /* The submission whose call is under way on the queue. NULL: none, or the order is unknown. */
 struct submission *execution_order_under_way(struct execution_order *order, VkQueue queue);
 /* Hands an execution of the call's command buffer at `index`, counted over all batches, to its

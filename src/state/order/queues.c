@@ -343,12 +343,13 @@ bool execution_order_holds_queue(struct execution_order *order, VkQueue handle)
     return holds;
 }
 
-bool execution_order_holds_any(struct execution_order *order)
+bool execution_order_has_pending(struct execution_order *order)
 {
     pthread_mutex_lock(&order->lock);
-    bool holds = order->held_count;
+    const bool is_own = order->drain.is_busy && pthread_equal(order->runner, pthread_self());
+    const bool has_pending = order->held_count || (!is_own && (order->run_list || order->running));
     pthread_mutex_unlock(&order->lock);
-    return holds;
+    return has_pending;
 }
 
 struct submission *execution_order_under_way(struct execution_order *order, VkQueue handle)
