@@ -2,6 +2,7 @@
 /* Files. */
 #include "src/platform/files.h"
 
+#include <direct.h>
 #include <errno.h>
 #include <io.h>
 #include <stdlib.h>
