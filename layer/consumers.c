@@ -6,51 +6,33 @@
 /* ---- the consumers. An option of CMake leaves each one out; then a warning says that its setting
  * has no effect. */
 
+#define LEFT_OUT(name, setting, says)                                                              \
+    static VkResult warn_of_##name(struct layer_device *device, void **self)                       \
+    {                                                                                              \
+        (void)self;                                                                                \
+        if (reporter_settings(device->instance->reporter)->setting)                                \
+            reporter_warn(device->instance->reporter,                                              \
+                          "assay_validation." #setting ": this library was built without " says);  \
+        return VK_SUCCESS;                                                                         \
+    }                                                                                              \
+    static const struct consumer name = {.start = warn_of_##name}
+
 #ifdef ASSAY_ADVICE
 extern const struct consumer adviser; /* layer/advice/adviser.c */
 #else
-static VkResult warn_of_advice(struct layer_device *device, void **self)
-{
-    (void)self;
-    if (reporter_settings(device->instance->reporter)->advice)
-        reporter_warn(device->instance->reporter,
-                      "assay_validation.advice: this library was built without ASSAY_ADVICE. No "
-                      "advice is given.");
-    return VK_SUCCESS;
-}
-static const struct consumer adviser = {.start = warn_of_advice};
+LEFT_OUT(adviser, advice, "ASSAY_ADVICE. No advice is given.");
 #endif
 
 #ifdef ASSAY_COMPARE
 extern const struct consumer comparison; /* layer/compare/comparer.c */
 #else
-static VkResult warn_of_comparison(const struct layer_device *device,
-                                   const VkDeviceCreateInfo **info, void **self)
-{
-    (void)info;
-    (void)self;
-    if (reporter_settings(device->instance->reporter)->compare_rays)
-        reporter_warn(device->instance->reporter,
-                      "assay_validation.compare_rays: this library was built without "
-                      "ASSAY_COMPARE. No rays are compared.");
-    return VK_SUCCESS;
-}
-static const struct consumer comparison = {.begin = warn_of_comparison};
+LEFT_OUT(comparison, compare_rays, "ASSAY_COMPARE. No rays are compared.");
 #endif
 
 #ifdef ASSAY_CAPTURE
 extern const struct consumer capturing; /* layer/capture/capturer.c */
 #else
-static VkResult warn_of_capture(struct layer_device *device, void **self)
-{
-    (void)self;
-    if (reporter_settings(device->instance->reporter)->capture)
-        reporter_warn(device->instance->reporter,
-                      "assay_validation.capture: this library was built without ASSAY_CAPTURE. "
-                      "Nothing is captured.");
-    return VK_SUCCESS;
-}
-static const struct consumer capturing = {.start = warn_of_capture};
+LEFT_OUT(capturing, capture, "ASSAY_CAPTURE. Nothing is captured.");
 #endif
 
 static const struct consumer *const consumers[] = {&adviser, &comparison, &capturing};

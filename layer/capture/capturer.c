@@ -36,10 +36,6 @@ struct queued_line {
 
 struct capturer {
     struct layer_device *device;
-    struct capture_device described;
-    VkPhysicalDeviceProperties2 properties;
-    VkPhysicalDeviceDriverProperties driver;
-    VkPhysicalDeviceAccelerationStructurePropertiesKHR limits;
     pthread_mutex_t lock; /* guards what follows */
     struct capture_writer writer;
     struct queued_line *first, **last;
@@ -116,6 +112,27 @@ static void warn_of_folder(const struct capturer *capturer, const char *path, in
         quoted(path, PATH_SHOWN), phrase(error == EEXIST ? "it has a capture" : strerror(error)));
 }
 
+static void write_device(struct capturer *capturer)
+{
+    const struct layer_device *device = capturer->device;
+    PFN_vkGetPhysicalDeviceProperties2 get_properties = physical_device_properties2(
+        device->instance, &device->instance->vk, device->physical_device);
+    VkPhysicalDeviceAccelerationStructurePropertiesKHR limits = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
+    VkPhysicalDeviceDriverProperties driver = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES, .pNext = &limits};
+    VkPhysicalDeviceProperties2 properties = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &driver};
+    if (get_properties)
+        get_properties(device->physical_device, &properties);
+    capture_write_device(&capturer->writer, &(struct capture_device){
+                                                .handle = device->handle,
+                                                .properties = &properties.properties,
+                                                .driver = &driver,
+                                                .limits = &limits,
+                                            });
+}
+
 /* Returns 0 or an error number. */
 static int open_folder(struct capturer *capturer, const struct settings *settings,
                        struct reporter *reporter)
@@ -129,7 +146,7 @@ static int open_folder(struct capturer *capturer, const struct settings *setting
         capture_writer_open(&capturer->writer, path, (uint64_t)settings->capture_limit_mib << 20);
     if (error)
         return error;
-    capture_write_device(&capturer->writer, &capturer->described);
+    write_device(capturer);
     struct text_buffer text = {path, sizeof(path), strlen(path), false};
     text_append(&text, "/findings.jsonl");
     error = text.cut ? ENAMETOOLONG : reporter_copy_messages(reporter, path);
@@ -179,15 +196,13 @@ static void write_queue(struct capturer *capturer)
     }
 }
 
-static struct queued_line *make_line(const char *text, size_t size, const char *more,
-                                     size_t more_size)
+static struct queued_line *make_line(const char *text, size_t size)
 {
-    struct queued_line *line = malloc(sizeof(*line) + size + more_size);
+    struct queued_line *line = malloc(sizeof(*line) + size);
     if (!line)
         return NULL;
-    *line = (struct queued_line){.size = size + more_size};
+    *line = (struct queued_line){.size = size};
     memcpy(line->text, text, size);
-    memcpy(line->text + size, more, more_size);
     return line;
 }
 
@@ -202,22 +217,21 @@ static void complete_line(struct capturer *capturer, struct queued_line **place,
                           size_t size)
 {
     struct queued_line *line = *place;
-    struct queued_line *whole = make_line(line->text, line->size, more, size);
+    const bool is_last = capturer->last == &line->next;
+    struct queued_line *whole = realloc(line, sizeof(*line) + line->size + size);
     if (!whole) { /* as if its data could not be read */
-        line->batch = NULL;
-        memcpy(line->text + line->size, "}\n", 2);
-        line->size += 2;
-        return;
+        more = "}\n";
+        size = 2; /* for which there is room */
+        whole = line;
     }
-    whole->text[line->size] = ','; /* instead of the { of `more` */
-    whole->next = line->next;
-    whole->is_before = line->is_before;
-    whole->dst = line->dst;
-    whole->src = line->src;
+    memcpy(whole->text + whole->size, more, size);
+    if (*more == '{')
+        whole->text[whole->size] = ','; /* the line has members */
+    whole->size += size;
+    whole->batch = NULL;
     *place = whole;
-    if (capturer->last == &line->next)
+    if (is_last)
         capturer->last = &whole->next;
-    free(line);
 }
 
 static void complete_without_data(struct capturer *capturer, struct queued_line **place,
@@ -320,7 +334,7 @@ static void queue_record(struct captured_record *captured)
     captured->record.write_more = write_more;
     if (!line_of_record(json, &captured->record))
         return;
-    struct queued_line *line = make_line(json->text.text, json->text.length, "", 0);
+    struct queued_line *line = make_line(json->text.text, json->text.length);
     if (!line)
         return;
     line->size -= captured->waits_for ? 2 : 0; /* } and the newline */
@@ -397,7 +411,7 @@ static bool ends(struct capturer *capturer, const struct capture_point *until,
 
 static void queue_end(struct capturer *capturer)
 {
-    struct queued_line *line = make_line("", 0, "", 0);
+    struct queued_line *line = make_line("", 0);
     capturer->has_ended = true;
     if (!line)
         return;
@@ -596,27 +610,6 @@ static void report(void *self, const struct order_batch *batch, uint32_t command
 
 /* ---- the device */
 
-static void describe_device(struct capturer *capturer)
-{
-    const struct layer_device *device = capturer->device;
-    PFN_vkGetPhysicalDeviceProperties2 get_properties = physical_device_properties2(
-        device->instance, &device->instance->vk, device->physical_device);
-    capturer->limits = (VkPhysicalDeviceAccelerationStructurePropertiesKHR){
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
-    capturer->driver = (VkPhysicalDeviceDriverProperties){
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES, .pNext = &capturer->limits};
-    capturer->properties = (VkPhysicalDeviceProperties2){
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &capturer->driver};
-    if (get_properties)
-        get_properties(device->physical_device, &capturer->properties);
-    capturer->described = (struct capture_device){
-        .handle = device->handle,
-        .properties = &capturer->properties.properties,
-        .driver = &capturer->driver,
-        .limits = &capturer->limits,
-    };
-}
-
 static void destroy(void *self)
 {
     struct capturer *capturer = self;
@@ -644,7 +637,6 @@ static VkResult start(struct layer_device *device, void **self)
     capturer->writer.resources = device->resources;
     capturer->writer.names = device->names;
     pthread_mutex_init(&capturer->lock, NULL);
-    describe_device(capturer);
     const int error = open_folder(capturer, settings, reporter);
     if (error) {
         warn_of_folder(capturer, settings->capture, error);

@@ -223,7 +223,6 @@ static bool hold_array(struct capture_folder *folder, uint64_t key, const char *
     held->size = size;
     memcpy(held->bytes, header, HEADER_SIZE);
     memcpy(held->bytes + HEADER_SIZE, rows, size);
-    folder->held_size += size;
     return true;
 }
 
@@ -300,7 +299,6 @@ void capture_folder_let_go(struct capture_folder *folder, const char *line, size
     const char *at = line;
     for (struct held_array *held; (held = next_held(folder, &at, line + size));)
         if (!--held->references) {
-            folder->held_size -= held->size;
             handle_table_remove(&folder->held, key_of(strtoull(held->hash + 16, NULL, 16)));
             free(held);
         }

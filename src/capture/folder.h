@@ -25,7 +25,6 @@ struct capture_folder {
     uint64_t written, limit;   /* bytes */
     struct handle_table known; /* the arrays that it has, by half of their hashes */
     struct handle_table held;  /* the arrays that are held in memory, likewise */
-    uint64_t held_size;        /* bytes of them */
     bool holds;                /* new arrays are held */
     int error;                 /* of the first failure; nothing is written afterwards */
     bool is_full;              /* the limit is reached; the same */

@@ -172,16 +172,14 @@ static void write_place(struct json *json, const struct buffer_facts *buffer, ui
     json_number(json, "offset", buffer->size - bytes_left);
 }
 
-static void write_structure_place(struct capture_writer *writer, const struct accel_facts *accel)
+static void write_structure_place(struct capture_writer *writer, const struct accel_facts *accel,
+                                  const struct buffer_facts *buffer)
 {
-    struct buffer_facts buffer;
     struct buffer_memory memory;
-    if (!find_buffer(writer, accel->buffer, accel->buffer_id, &buffer))
-        return;
     if (!resources_find_buffer_memory(writer->resources, accel->buffer, &memory) ||
         memory.handle != accel->memory)
         return;
-    json_number(&writer->json, "buffer", buffer.id);
+    json_number(&writer->json, "buffer", buffer->id);
     json_number(&writer->json, "offset", accel->begin - memory.begin);
 }
 
@@ -191,7 +189,8 @@ void capture_write_structure(struct capture_writer *writer, const struct accel_f
     struct buffer_facts buffer;
     if (!is_new(&writer->structures, accel->id))
         return;
-    find_buffer(writer, accel->buffer, accel->buffer_id, &buffer); /* its line comes first */
+    /* The line of the buffer comes first. */
+    const bool has_buffer = find_buffer(writer, accel->buffer, accel->buffer_id, &buffer);
     struct json *json = begin_line(writer, "Structure");
     json_number(json, "structure", accel->id);
     json_hex(json, "handle", handle_number(accel->handle));
@@ -200,7 +199,8 @@ void capture_write_structure(struct capture_writer *writer, const struct accel_f
     if (accel->details_known) {
         json_text(json, "type", record_type_name(accel->type));
         json_number(json, "size", accel->size);
-        write_structure_place(writer, accel);
+        if (has_buffer)
+            write_structure_place(writer, accel, &buffer);
     }
     if (missing)
         json_text(json, "missing", missing);

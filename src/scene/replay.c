@@ -17,7 +17,8 @@ enum { SPARE_SIZE = 1 << 24, SPARE_ALIGNMENT = 256, CALL_BUILDS = 4096 };
 
 struct placed_memory {
     struct driver_memory memory;
-    uint32_t last_use; /* the last command that needs it */
+    VkDeviceSize extent; /* the captured end of the last buffer in it */
+    uint32_t last_use;   /* the last command that needs it */
 };
 
 struct placed_buffer {
@@ -160,6 +161,16 @@ static void find_last_uses(struct replay *replay)
         note_use(replay, capture->structures[i].buffer, CAPTURE_NONE);
 }
 
+static void find_extents(struct replay *replay)
+{
+    for (uint32_t i = 0; i < replay->capture->buffer_count; i++) {
+        const struct captured_buffer *buffer = &replay->capture->buffers[i];
+        const VkDeviceSize end = buffer->memory_offset + buffer->size;
+        if (buffer->memory != CAPTURE_NONE && end > replay->memories[buffer->memory].extent)
+            replay->memories[buffer->memory].extent = end;
+    }
+}
+
 /* Usage that the device has without extensions but the one for acceleration structures. */
 static VkBufferUsageFlags usage_of(const struct captured_buffer *buffer)
 {
@@ -168,18 +179,6 @@ static VkBufferUsageFlags usage_of(const struct captured_buffer *buffer)
         VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
         VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR;
     return ((VkBufferUsageFlags)buffer->usage & known) | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
-}
-
-static VkDeviceSize extent_of(const struct replay *replay, uint32_t memory)
-{
-    VkDeviceSize extent = 0;
-    for (uint32_t i = 0; i < replay->capture->buffer_count; i++) {
-        const struct captured_buffer *buffer = &replay->capture->buffers[i];
-        const VkDeviceSize end = buffer->memory_offset + buffer->size;
-        if (buffer->memory == memory && end > extent)
-            extent = end;
-    }
-    return extent;
 }
 
 /* Binds a buffer where it lay. Returns false if the device wants it elsewhere. */
@@ -192,8 +191,7 @@ static bool bind_in_memory(struct replay *replay, const struct captured_buffer *
     VkMemoryRequirements requirements;
     driver->vk.GetBufferMemoryRequirements(driver->device, buffer->handle, &requirements);
     /* A buffer may need more bytes than it has. */
-    const VkDeviceSize extent =
-        extent_of(replay, captured->memory) * replay->scale + requirements.alignment;
+    const VkDeviceSize extent = memory->extent * replay->scale + requirements.alignment;
     if (!memory->memory.handle && !driver_allocate(driver, extent, requirements.memoryTypeBits,
                                                    &memory->memory, replay->error))
         return false;
@@ -995,6 +993,7 @@ bool replay_capture(struct capture *capture, const struct replay_options *option
     if (has_layer)
         set_layer(options);
     find_last_uses(&replay);
+    find_extents(&replay);
     for (uint32_t i = 0; i < capture->command_count; i++)
         if (capture->commands[i].kept && capture->commands[i].dst != CAPTURE_NONE)
             replay.structures[capture->commands[i].dst].is_kept = true;
