@@ -224,8 +224,7 @@ static void on_placed_reference(void *user, uint32_t build, VkDeviceAddress refe
         hazard_checks_add_input(ran->device->hazard_checks, ran->batch, &input);
 }
 
-/* Of elements that are apart, the first and the last one are added, as by hazards_add_elements().
- */
+/* Adds the first and the last one of elements that are apart, as hazards_add_elements() does. */
 static void on_access(void *user, uint32_t number, bool is_partitioned,
                       const struct addressed_range *range)
 {

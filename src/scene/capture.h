@@ -11,7 +11,7 @@
 
 #include "src/base/handle_table.h"
 
-/* Of an index into one of the arrays: there is none. */
+/* An index with this value names no element. */
 #define CAPTURE_NONE UINT32_MAX
 
 enum { CAPTURE_ERROR_SIZE = 1024, CAPTURE_HASH_SIZE = 33 };

@@ -22,7 +22,7 @@ static const char help[] =
     "Looks at what an application has built: a folder that setting `capture` of the layer\n"
     "VK_LAYER_ASSAY_validation has written.\n"
     "\n"
-    "info: what the capture has, and which effects the scene uses or enables in vain\n"
+    "info: lists structures, the effects that the scene uses, and those that it never uses\n"
     "  --json              as JSON\n"
     "  --all               also what is beyond 40 rows of a table\n"
     "\n"

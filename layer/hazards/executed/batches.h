@@ -38,7 +38,7 @@ struct hazard_input {
         struct {
             uint64_t structure;
             struct hazard_bytes bytes;
-            /* Of an INPUT_ACCESS, and of a reference to a structure without a handle; then
+            /* An INPUT_ACCESS has it, and a reference to a structure without a handle: then
              * `structure` is the VkBuffer. */
             bool is_placed;
             enum access_kind access;

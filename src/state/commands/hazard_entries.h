@@ -29,7 +29,7 @@ enum hazard_role {
     HAZARD_SHADER,      /* a shader of a dispatch, trace or draw; bytes that it may write */
     HAZARD_TRACED,      /* a structure that such a shader may trace, in front of the trace */
     HAZARD_USED,        /* a structure of a descriptor that such a shader uses statically */
-    /* Of builds of structures at addresses. */
+    /* Builds of structures at addresses have these. */
     HAZARD_DST_ADDRESSES, /* dstAddressesArray */
     HAZARD_DST_SIZES,
     HAZARD_INFOS,
