@@ -11,10 +11,8 @@
 #include <vulkan/vulkan_core.h>
 
 #include "src/base/array.h"
-#include "src/bvh/input/formats.h"
-#include "src/bvh/motion.h"
+#include "src/scene/contents.h"
 #include "src/scene/tool.h"
-#include "src/view/names.h"
 
 enum {
     INSTANCES_PER_NODE = 100, /* more share a node */
@@ -28,24 +26,8 @@ enum {
     COMPONENT_FLOAT = 5126,
 };
 
-/* What the file lacks, and why. Counts are in `extras` of the scene. */
-#define LEFT_OUT_LIST(X)                                                                           \
-    X(INACTIVE_PRIMITIVES, "inactive primitives")                                                  \
-    X(NOT_FINITE, "primitives and instances with infinite coordinates")                            \
-    X(NOT_IN_CAPTURE, "primitives whose data is not in the capture")                               \
-    X(OTHER_GEOMETRIES, "geometries of other types or formats")                                    \
-    X(LEFT_NULL_INSTANCES, "instances without a structure")                                        \
-    X(LEFT_UNKNOWN, "instances that refer to no known structure")                                  \
-    X(LEFT_DESTROYED, "instances that refer to a destroyed structure")                             \
-    X(LEFT_NOT_BUILT, "instances of structures whose build is not in the capture")
-#define NUMBER_OF(name, text) name,
-#define TEXT_OF(name, text) text,
-enum left_out { LEFT_OUT_LIST(NUMBER_OF) LEFT_OUT };
-static const char *const left_out_names[] = {LEFT_OUT_LIST(TEXT_OF)};
-
-/* What was last built or copied into a structure, and its meshes. */
+/* The meshes of a structure. */
 struct structure_state {
-    uint32_t build;     /* the command; CAPTURE_NONE: unknown */
     json_t *mesh;       /* once made; without an array `primitives` it is empty */
     int32_t index, red; /* of the mesh, and of its copy in red; -1: none */
     uint32_t instances; /* of this export */
@@ -58,6 +40,7 @@ struct gltf {
     const struct export_options *options;
     struct capture_error *error;
     struct structure_state *states;
+    uint32_t *builds; /* of contents_find_builds() */
     uint8_t *bytes;
     size_t size, capacity;
     json_t *views, *accessors, *meshes, *nodes, *roots, *materials;
@@ -198,44 +181,6 @@ static void add_index(struct soup *soup, bool is_red, uint32_t index)
     soup->indices[is_red][soup->index_count[is_red]++] = index;
 }
 
-/* The rows of an input; none if they are not in the capture. */
-struct rows {
-    const uint8_t *bytes;
-    uint64_t count;
-    uint32_t size;
-    const struct captured_input *input;
-};
-
-static struct rows load(struct gltf *gltf, const struct captured_geometry *geometry,
-                        enum capture_role role)
-{
-    struct rows rows = {.input = capture_input_of(geometry, role)};
-    if (!rows.input || rows.input->data == CAPTURE_NONE)
-        return rows;
-    const struct captured_data *data = &gltf->capture->data[rows.input->data];
-    rows.bytes = capture_load_data(gltf->capture, rows.input->data, gltf->error);
-    rows.count = rows.bytes ? data->rows : 0;
-    rows.size = data->row_size;
-    return rows;
-}
-
-static const struct vertex_format *find_format(const char *name)
-{
-    for (int i = 1; name && i <= VK_FORMAT_D32_SFLOAT_S8_UINT; i++) {
-        const struct value value = format((VkFormat)i);
-        if (value.kind == VALUE_TEXT && strcmp(value.text, name) == 0)
-            return vertex_format_find((VkFormat)i);
-    }
-    return NULL;
-}
-
-static uint32_t index_at(const struct rows *rows, uint64_t at)
-{
-    uint32_t index = 0;
-    memcpy(&index, rows->bytes + at * rows->size, rows->size); /* of the lowest bytes */
-    return index;
-}
-
 static bool is_finite(const float position[3])
 {
     return isfinite(position[0]) && isfinite(position[1]) && isfinite(position[2]);
@@ -249,40 +194,15 @@ static void transform(const float matrix[12], float position[3])
                               matrix[4 * i + 3]);
 }
 
-/* What corners of triangles need. `places` has the position of each row, once it is in the soup. */
-struct triangles {
-    const struct captured_geometry *geometry;
-    const struct vertex_format *format;
-    struct rows vertices, indices, transform;
-    uint32_t *places;
-};
-
-/* Finds the row of a vertex. Returns false if it is not in the capture. */
-static bool find_row(const struct triangles *triangles, uint64_t corner, uint64_t *row)
-{
-    const struct captured_geometry *geometry = triangles->geometry;
-    const struct captured_input *input = triangles->vertices.input;
-    const bool is_indexed = triangles->indices.input;
-    if (!triangles->vertices.count || (is_indexed && corner >= triangles->indices.count))
-        return false;
-    const uint64_t vertex =
-        (is_indexed ? index_at(&triangles->indices, corner) : corner) + geometry->first_vertex;
-    const unsigned __int128 at =
-        (is_indexed ? 0 : geometry->primitive_offset) + (unsigned __int128)vertex * input->stride;
-    if (at < input->first || !input->stride)
-        return false;
-    *row = (uint64_t)((at - input->first) / input->stride);
-    return *row < triangles->vertices.count;
-}
-
 /* Adds a triangle to the soup, or returns why it is left out. */
-static enum left_out add_triangle(const struct triangles *triangles, struct soup *soup,
-                                  uint64_t primitive, bool is_red)
+/* `places` has the position of each row, once it is in the soup. */
+static enum left_out add_triangle(const struct triangle_rows *triangles, uint32_t *places,
+                                  struct soup *soup, uint64_t primitive, bool is_red)
 {
     float positions[3][3];
     uint64_t rows[3];
     for (uint32_t i = 0; i < 3; i++) {
-        if (!find_row(triangles, 3 * primitive + i, &rows[i]))
+        if (!triangle_rows_find(triangles, 3 * primitive + i, &rows[i]))
             return NOT_IN_CAPTURE;
         triangles->format->read(triangles->vertices.bytes + rows[i] * triangles->vertices.size,
                                 positions[i]);
@@ -299,7 +219,7 @@ static enum left_out add_triangle(const struct triangles *triangles, struct soup
             return NOT_FINITE;
     }
     for (int i = 0; i < 3; i++) {
-        uint32_t *place = &triangles->places[rows[i]];
+        uint32_t *place = &places[rows[i]];
         if (*place == CAPTURE_NONE)
             *place = add_position(soup, positions[i]);
         add_index(soup, is_red, *place);
@@ -385,31 +305,24 @@ static void add_geometry(struct gltf *gltf, uint32_t command, uint32_t index, js
                          int material)
 {
     const struct captured_geometry *geometry = &gltf->capture->commands[command].geometries[index];
-    struct triangles triangles = {.geometry = geometry};
+    struct triangle_rows triangles = {.count = 0};
     struct rows boxes = {.bytes = NULL};
-    uint64_t known = 0; /* primitives that have data */
-    if (geometry->type == CAPTURE_TRIANGLES) {
-        triangles.vertices = load(gltf, geometry, CAPTURE_VERTICES);
-        triangles.indices = load(gltf, geometry, CAPTURE_INDICES);
-        triangles.transform = load(gltf, geometry, CAPTURE_TRANSFORM);
-        triangles.format = find_format(geometry->vertex_format);
-        known = (triangles.indices.input ? triangles.indices.count : triangles.vertices.count) / 3;
+    uint64_t count = 0; /* primitives that have data */
+    uint32_t *places = NULL;
+    if (geometry->type == CAPTURE_TRIANGLES &&
+        triangle_rows_load(gltf->capture, geometry, &triangles, gltf->error)) {
+        count = triangles.count;
     } else if (geometry->type == CAPTURE_AABBS) {
-        boxes = load(gltf, geometry, CAPTURE_BOXES);
-        known = boxes.count;
-    }
-    if (geometry->type != CAPTURE_AABBS &&
-        (!triangles.format ||
-         (triangles.vertices.count && triangles.vertices.size < triangles.format->size))) {
+        boxes = rows_load(gltf->capture, geometry, CAPTURE_BOXES, gltf->error);
+        count = boxes.count < geometry->primitive_count ? boxes.count : geometry->primitive_count;
+    } else {
         gltf->left_out[OTHER_GEOMETRIES]++;
         return;
     }
-    const uint64_t count = known < geometry->primitive_count ? known : geometry->primitive_count;
     gltf->left_out[NOT_IN_CAPTURE] += geometry->primitive_count - count;
     if (triangles.vertices.count) {
-        triangles.places =
-            capture_allocate(NULL, triangles.vertices.count, sizeof(*triangles.places));
-        memset(triangles.places, 0xff, triangles.vertices.count * sizeof(*triangles.places));
+        places = capture_allocate(NULL, triangles.vertices.count, sizeof(*places));
+        memset(places, 0xff, triangles.vertices.count * sizeof(*places));
     }
     struct soup soup = {.position_count = 0};
     json_t *findings = NULL;
@@ -418,7 +331,7 @@ static void add_geometry(struct gltf *gltf, uint32_t command, uint32_t index, js
         const bool is_red = red && red[i];
         const enum left_out why = geometry->type == CAPTURE_AABBS
                                       ? add_box(&boxes, &soup, i, is_red)
-                                      : add_triangle(&triangles, &soup, i, is_red);
+                                      : add_triangle(&triangles, places, &soup, i, is_red);
         if (why != LEFT_OUT)
             gltf->left_out[why]++;
     }
@@ -428,10 +341,8 @@ static void add_geometry(struct gltf *gltf, uint32_t command, uint32_t index, js
     free(soup.positions);
     free(soup.indices[0]);
     free(soup.indices[1]);
-    free(triangles.places);
-    for (uint32_t i = 0; i < geometry->input_count; i++)
-        if (geometry->inputs[i].data != CAPTURE_NONE)
-            capture_release_data(gltf->capture, geometry->inputs[i].data);
+    free(places);
+    rows_release(gltf->capture, geometry);
 }
 
 /* Returns the mesh of a structure, or of its copy in red, which are made at their first use; -1 if
@@ -440,18 +351,18 @@ static int mesh_of(struct gltf *gltf, uint32_t structure, bool is_red)
 {
     struct structure_state *state = &gltf->states[structure];
     if (!state->mesh) {
-        const struct captured_command *build = &gltf->capture->commands[state->build];
+        const struct captured_command *build = &gltf->capture->commands[gltf->builds[structure]];
         const struct captured_structure *captured = &gltf->capture->structures[structure];
         json_t *primitives = json_array();
         int material = -1;
         for (uint32_t i = 0; i < build->geometry_count; i++) {
             if (material < 0 || gltf->options->colors_flags)
                 material = material_of(gltf, structure, build->geometries[i].flags);
-            add_geometry(gltf, state->build, i, primitives, material);
+            add_geometry(gltf, gltf->builds[structure], i, primitives, material);
         }
         json_t *extras = json_pack("{s:I, s:I}", "structure", (json_int_t)captured->id, "build",
                                    (json_int_t)build->n);
-        set_findings(gltf, extras, state->build, CAPTURE_NONE);
+        set_findings(gltf, extras, gltf->builds[structure], CAPTURE_NONE);
         state->mesh = json_pack("{s:o, s:o}", "primitives", primitives, "extras", extras);
         if (captured->name)
             json_object_set_new(state->mesh, "name", json_string(captured->name));
@@ -610,57 +521,6 @@ static struct parts take_apart(const VkTransformMatrixKHR *matrix)
 
 /* ---- nodes */
 
-/* What an instance says, moving or not. */
-struct placing {
-    VkAccelerationStructureInstanceKHR instance; /* of motion, with the first matrix */
-    uint32_t number;
-};
-
-/* Reads a row of instances. Returns false if its type of motion is unknown. */
-static bool read_instance(const struct rows *rows, uint64_t at, struct placing *placing)
-{
-    VkAccelerationStructureMotionInstanceNV motion;
-    struct motion_instance_record record = {.type = 0};
-    struct instance_record first;
-    placing->number = (uint32_t)at;
-    const uint8_t *row = rows->bytes + at * rows->size;
-    if (rows->size == sizeof(placing->instance)) {
-        memcpy(&placing->instance, row, sizeof(placing->instance));
-        return true;
-    }
-    memcpy(&motion, row, sizeof(motion));
-    record.type = motion.type;
-#define TAKE(from)                                                                                 \
-    record.base.instance = (VkAccelerationStructureInstanceKHR)                                    \
-    {                                                                                              \
-        .instanceCustomIndex = (from).instanceCustomIndex, .mask = (from).mask,                    \
-        .instanceShaderBindingTableRecordOffset = (from).instanceShaderBindingTableRecordOffset,   \
-        .flags = (from).flags,                                                                     \
-        .accelerationStructureReference = (from).accelerationStructureReference                    \
-    }
-    switch ((int)motion.type) {
-    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_STATIC_NV:
-        placing->instance = motion.data.staticInstance;
-        return true;
-    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV:
-        TAKE(motion.data.matrixMotionInstance);
-        record.at.matrix[0] = motion.data.matrixMotionInstance.transformT0;
-        record.at.matrix[1] = motion.data.matrixMotionInstance.transformT1;
-        break;
-    case VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV:
-        TAKE(motion.data.srtMotionInstance);
-        record.at.srt[0] = motion.data.srtMotionInstance.transformT0;
-        record.at.srt[1] = motion.data.srtMotionInstance.transformT1;
-        break;
-    default:
-        return false;
-    }
-#undef TAKE
-    motion_instance_at(&record, 0, &first);
-    placing->instance = first.instance;
-    return true;
-}
-
 static json_t *node_of(const double translation[3], const double rotation[4], const double scale[3])
 {
     json_t *node =
@@ -751,55 +611,6 @@ static void add_shared(struct gltf *gltf, uint32_t structure)
 
 /* ---- the scene */
 
-/* Finds what is in each structure once so many commands have been executed. What is destroyed
- * later stays: the reference of an instance says whether it was then. */
-static void find_states(struct gltf *gltf, uint32_t command_count)
-{
-    for (uint32_t i = 0; i < gltf->capture->structure_count; i++)
-        gltf->states[i] = (struct structure_state){.build = CAPTURE_NONE};
-    for (uint32_t i = 0; i < command_count; i++) {
-        const struct captured_command *command = &gltf->capture->commands[i];
-        if (command->dst == CAPTURE_NONE)
-            continue;
-        struct structure_state *state = &gltf->states[command->dst];
-        if (command->kind == CAPTURE_COMMAND_BUILD)
-            state->build = i;
-        else if (command->kind == CAPTURE_COMMAND_COPY)
-            state->build =
-                command->src == CAPTURE_NONE ? CAPTURE_NONE : gltf->states[command->src].build;
-    }
-}
-
-static bool is_top(const struct gltf *gltf, uint32_t command)
-{
-    const struct captured_command *build = &gltf->capture->commands[command];
-    return build->kind == CAPTURE_COMMAND_BUILD && build->geometry_count &&
-           build->geometries[0].type == CAPTURE_INSTANCES;
-}
-
-/* Finds the structure to export. Returns false with an error. */
-static bool find_top(struct gltf *gltf, uint32_t command_count, uint32_t *top)
-{
-    const char *wanted = gltf->options->tlas;
-    const struct capture *capture = gltf->capture;
-    *top = CAPTURE_NONE;
-    for (uint32_t i = 0; i < capture->structure_count && wanted; i++) {
-        char id[24];
-        const struct captured_structure *structure = &capture->structures[i];
-        snprintf(id, sizeof(id), "%" PRIu64, structure->id);
-        if (gltf->states[i].build != CAPTURE_NONE &&
-            (strcmp(id, wanted) == 0 || (structure->name && strcmp(structure->name, wanted) == 0)))
-            *top = i;
-    }
-    for (uint32_t i = 0; i < command_count && !wanted; i++)
-        if (capture->commands[i].dst != CAPTURE_NONE && is_top(gltf, i))
-            *top = capture->commands[i].dst;
-    if (*top == CAPTURE_NONE && wanted)
-        snprintf(gltf->error->text, sizeof(gltf->error->text),
-                 "%s: no structure with that name or id had been built by then", wanted);
-    return *top != CAPTURE_NONE || !wanted;
-}
-
 /* Places a structure at the origin. */
 static void add_alone(struct gltf *gltf, uint32_t structure)
 {
@@ -808,34 +619,12 @@ static void add_alone(struct gltf *gltf, uint32_t structure)
     add_node(gltf, CAPTURE_NONE, structure, &placing);
 }
 
-/* Finds the structure of an instance, or returns why it is left out. */
-static enum left_out find_structure(const struct gltf *gltf, const struct captured_command *build,
-                                    const struct placing *placing, uint32_t *structure)
-{
-    const uint64_t address = placing->instance.accelerationStructureReference;
-    const float(*m)[4] = placing->instance.transform.matrix;
-    if (!address)
-        return LEFT_NULL_INSTANCES;
-    const struct captured_reference *reference = capture_reference_of(build, address);
-    if (reference && reference->is_dead)
-        return LEFT_DESTROYED;
-    if (!reference || reference->structure == CAPTURE_NONE)
-        return LEFT_UNKNOWN;
-    *structure = reference->structure;
-    for (int i = 0; i < 3; i++)
-        if (!is_finite(m[i]) || !isfinite(m[i][3]))
-            return NOT_FINITE;
-    return gltf->states[*structure].build == CAPTURE_NONE ||
-                   is_top(gltf, gltf->states[*structure].build)
-               ? LEFT_NOT_BUILT
-               : LEFT_OUT;
-}
-
 /* Counts the instances of each structure first, and then adds them. */
 static void add_instances(struct gltf *gltf, uint32_t command)
 {
     const struct captured_command *build = &gltf->capture->commands[command];
-    const struct rows rows = load(gltf, &build->geometries[0], CAPTURE_INSTANCE_ROWS);
+    const struct rows rows =
+        rows_load(gltf->capture, &build->geometries[0], CAPTURE_INSTANCE_ROWS, gltf->error);
     const uint64_t asked = build->geometries[0].primitive_count,
                    count = rows.count < asked ? rows.count : asked;
     gltf->left_out[NOT_IN_CAPTURE] += asked - count;
@@ -843,8 +632,9 @@ static void add_instances(struct gltf *gltf, uint32_t command)
         for (uint64_t i = 0; i < count; i++) {
             struct placing placing;
             uint32_t structure = CAPTURE_NONE;
-            const enum left_out why = read_instance(&rows, i, &placing)
-                                          ? find_structure(gltf, build, &placing, &structure)
+            const enum left_out why = rows_read_instance(&rows, i, &placing)
+                                          ? contents_find_instance(gltf->capture, gltf->builds,
+                                                                   build, &placing, &structure)
                                           : LEFT_UNKNOWN;
             if (why == LEFT_OUT && is_adding)
                 add_node(gltf, command, structure, &placing);
@@ -937,19 +727,21 @@ bool export_gltf(struct capture *capture, const char *path, const struct export_
         .materials = json_array(),
     };
     error->text[0] = '\0';
-    find_states(&gltf, command_count);
-    bool is_done = find_top(&gltf, command_count, &top);
+    memset(gltf.states, 0, capture->structure_count * sizeof(*gltf.states));
+    gltf.builds = contents_find_builds(capture, command_count);
+    bool is_done =
+        contents_find_top(capture, gltf.builds, command_count, options->tlas, &top, error);
     if (is_done) {
         add_material(&gltf, "finding", 0, 1);
         for (uint32_t i = 0; i < capture->structure_count && top == CAPTURE_NONE; i++)
-            if (gltf.states[i].build != CAPTURE_NONE)
+            if (gltf.builds[i] != CAPTURE_NONE)
                 add_alone(&gltf, i);
-        if (top != CAPTURE_NONE && is_top(&gltf, gltf.states[top].build))
-            add_instances(&gltf, gltf.states[top].build);
+        if (top != CAPTURE_NONE && contents_is_top(capture, gltf.builds[top]))
+            add_instances(&gltf, gltf.builds[top]);
         else if (top != CAPTURE_NONE)
             add_alone(&gltf, top);
-        is_done = !error->text[0] &&
-                  write_glb(&gltf, top == CAPTURE_NONE ? top : gltf.states[top].build, path);
+        is_done =
+            !error->text[0] && write_glb(&gltf, top == CAPTURE_NONE ? top : gltf.builds[top], path);
     }
     for (uint32_t i = 0; i < capture->structure_count; i++) {
         json_decref(gltf.states[i].mesh);
@@ -960,6 +752,7 @@ bool export_gltf(struct capture *capture, const char *path, const struct export_
     for (size_t i = 0; i < sizeof(arrays) / sizeof(*arrays); i++)
         json_decref(arrays[i]);
     free(gltf.states);
+    free(gltf.builds);
     free(gltf.bytes);
     return is_done;
 }
