@@ -25,6 +25,9 @@ extern const char *const left_out_names[LEFT_OUT];
 
 /* ---- structures */
 
+/* Executes a command: notes in `builds` what is in its dst then. */
+void contents_execute(const struct capture *capture, uint32_t command, uint32_t *builds);
+
 /* Returns, for each structure, the command that last built what is in it after the first
  * `command_count` commands, or CAPTURE_NONE; the caller frees it. What is destroyed later stays:
  * the reference of an instance says whether it was destroyed by then. */
@@ -65,10 +68,29 @@ bool triangle_rows_load(struct capture *capture, const struct captured_geometry 
 /* Finds the row of a vertex. Returns false if it is not in the capture. */
 bool triangle_rows_find(const struct triangle_rows *triangles, uint64_t corner, uint64_t *row);
 
+/* ---- meshes */
+
+/* The corners of a geometry's triangles, with its transform, or of the boxes of its AABBs. Only
+ * primitives that are not left out have indices, `each` of them. */
+struct mesh {
+    float (*positions)[3];
+    uint32_t *indices;
+    uint32_t *primitives; /* their numbers in the geometry */
+    uint32_t position_count, position_capacity, index_count, index_capacity, primitive_count,
+        primitive_capacity, each;
+};
+/* Reads a geometry of a build, and counts what the mesh lacks. There is an error if its data cannot
+ * be read. The caller releases the mesh. */
+struct mesh mesh_read(struct capture *capture, const struct captured_geometry *geometry,
+                      uint64_t left_out[LEFT_OUT], struct capture_error *error);
+void mesh_release(struct mesh *mesh);
+
+/* ---- instances */
+
 /* What an instance says, moving or not. */
 struct placing {
     VkAccelerationStructureInstanceKHR instance; /* of motion, with the first matrix */
-    uint32_t number;
+    uint32_t number, structure;                  /* once it is found */
 };
 /* Reads a row of instances. Returns false if its type of motion is unknown. */
 bool rows_read_instance(const struct rows *rows, uint64_t at, struct placing *placing);
@@ -77,5 +99,11 @@ bool rows_read_instance(const struct rows *rows, uint64_t at, struct placing *pl
 enum left_out contents_find_instance(const struct capture *capture, const uint32_t *builds,
                                      const struct captured_command *build,
                                      const struct placing *placing, uint32_t *structure);
+
+/* Returns the instances of a build whose structures are known to hold meshes, and counts the
+ * others. There is an error if the data cannot be read. The caller frees the array. */
+struct placing *contents_read_instances(struct capture *capture, const uint32_t *builds,
+                                        const struct captured_command *build, uint32_t *count,
+                                        uint64_t left_out[LEFT_OUT], struct capture_error *error);
 
 #endif

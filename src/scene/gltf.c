@@ -10,15 +10,12 @@
 #include <jansson.h>
 #include <vulkan/vulkan_core.h>
 
-#include "src/base/array.h"
 #include "src/scene/contents.h"
 #include "src/scene/tool.h"
 
 enum {
     INSTANCES_PER_NODE = 100, /* more share a node */
     FLOATS_PER_INSTANCE = 10, /* of EXT_mesh_gpu_instancing: translation, rotation, scale */
-    BOX_CORNERS = 8,
-    BOX_INDICES = 36,
     /* constants of glTF */
     ARRAY_BUFFER = 34962,
     ELEMENT_ARRAY_BUFFER = 34963,
@@ -157,98 +154,6 @@ static bool set_findings(const struct gltf *gltf, json_t *extras, uint32_t comma
 
 /* ---- meshes */
 
-/* The corners and triangles of a geometry, each list for itself: [1] has those of findings. */
-struct soup {
-    float (*positions)[3];
-    uint32_t position_count, position_capacity;
-    uint32_t *indices[2];
-    uint32_t index_count[2], index_capacity[2];
-};
-
-static uint32_t add_position(struct soup *soup, const float position[3])
-{
-    if (!ARRAY_HAS_ROOM(soup->positions, soup->position_count, soup->position_capacity))
-        capture_allocate(NULL, SIZE_MAX, 2);
-    memcpy(soup->positions[soup->position_count], position, sizeof(*soup->positions));
-    return soup->position_count++;
-}
-
-static void add_index(struct soup *soup, bool is_red, uint32_t index)
-{
-    if (!ARRAY_HAS_ROOM(soup->indices[is_red], soup->index_count[is_red],
-                        soup->index_capacity[is_red]))
-        capture_allocate(NULL, SIZE_MAX, 2);
-    soup->indices[is_red][soup->index_count[is_red]++] = index;
-}
-
-static bool is_finite(const float position[3])
-{
-    return isfinite(position[0]) && isfinite(position[1]) && isfinite(position[2]);
-}
-
-static void transform(const float matrix[12], float position[3])
-{
-    const double x = position[0], y = position[1], z = position[2];
-    for (int i = 0; i < 3; i++)
-        position[i] = (float)(matrix[4 * i] * x + matrix[4 * i + 1] * y + matrix[4 * i + 2] * z +
-                              matrix[4 * i + 3]);
-}
-
-/* Adds a triangle to the soup, or returns why it is left out. */
-/* `places` has the position of each row, once it is in the soup. */
-static enum left_out add_triangle(const struct triangle_rows *triangles, uint32_t *places,
-                                  struct soup *soup, uint64_t primitive, bool is_red)
-{
-    float positions[3][3];
-    uint64_t rows[3];
-    for (uint32_t i = 0; i < 3; i++) {
-        if (!triangle_rows_find(triangles, 3 * primitive + i, &rows[i]))
-            return NOT_IN_CAPTURE;
-        triangles->format->read(triangles->vertices.bytes + rows[i] * triangles->vertices.size,
-                                positions[i]);
-    }
-    if (isnan(positions[0][0]) || isnan(positions[1][0]) || isnan(positions[2][0]))
-        return INACTIVE_PRIMITIVES;
-    for (int i = 0; i < 3; i++) {
-        if (triangles->transform.count) {
-            float matrix[12];
-            memcpy(matrix, triangles->transform.bytes, sizeof(matrix));
-            transform(matrix, positions[i]);
-        }
-        if (!is_finite(positions[i]))
-            return NOT_FINITE;
-    }
-    for (int i = 0; i < 3; i++) {
-        uint32_t *place = &places[rows[i]];
-        if (*place == CAPTURE_NONE)
-            *place = add_position(soup, positions[i]);
-        add_index(soup, is_red, *place);
-    }
-    return LEFT_OUT;
-}
-
-static enum left_out add_box(const struct rows *boxes, struct soup *soup, uint64_t primitive,
-                             bool is_red)
-{
-    static const uint8_t faces[BOX_INDICES] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6,
-                                               0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3,
-                                               0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
-    float box[2][3];
-    if (primitive >= boxes->count)
-        return NOT_IN_CAPTURE;
-    memcpy(box, boxes->bytes + primitive * sizeof(box), sizeof(box));
-    if (isnan(box[0][0]))
-        return INACTIVE_PRIMITIVES;
-    if (!is_finite(box[0]) || !is_finite(box[1]))
-        return NOT_FINITE;
-    const uint32_t first = soup->position_count;
-    for (int i = 0; i < BOX_CORNERS; i++)
-        add_position(soup, (const float[]){box[i & 1][0], box[i >> 1 & 1][1], box[i >> 2][2]});
-    for (int i = 0; i < BOX_INDICES; i++)
-        add_index(soup, is_red, first + faces[i]);
-    return LEFT_OUT;
-}
-
 /* Whether findings are about a primitive of a geometry; a finding that names none is about all. */
 static bool is_of_geometry(const struct captured_finding *finding, uint32_t command,
                            uint32_t geometry)
@@ -278,71 +183,50 @@ static bool *find_red(const struct gltf *gltf, uint32_t command, uint32_t geomet
     return red;
 }
 
-static void add_primitives(struct gltf *gltf, json_t *primitives, const struct soup *soup,
-                           int material, uint32_t geometry, json_t *findings)
+/* Adds the primitives of a geometry that are red, or the others. */
+static void add_primitives(struct gltf *gltf, json_t *primitives, const struct mesh *mesh,
+                           const bool *red, bool is_red, int positions, json_t *extras,
+                           int material)
 {
-    if (!soup->position_count)
-        return;
-    const int positions =
-        add_positions(gltf, (const float(*)[3])soup->positions, soup->position_count);
-    for (int is_red = 0; is_red < 2; is_red++) {
-        const uint32_t count = soup->index_count[is_red];
-        if (!count)
+    uint32_t *indices = capture_allocate(NULL, mesh->index_count, sizeof(*indices));
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < mesh->primitive_count; i++) {
+        if ((red && red[mesh->primitives[i]]) != is_red)
             continue;
-        const int indices = add_accessor(gltf, soup->indices[is_red], count * sizeof(uint32_t),
-                                         ELEMENT_ARRAY_BUFFER, COMPONENT_UINT, "SCALAR", count);
-        json_t *extras = json_pack("{s:i}", "geometry", geometry);
-        if (is_red)
-            json_object_set(extras, "findings", findings);
-        json_array_append_new(primitives,
-                              json_pack("{s:{s:i}, s:i, s:i, s:o}", "attributes", "POSITION",
-                                        positions, "indices", indices, "material",
-                                        is_red ? 0 : material, "extras", extras));
+        memcpy(&indices[count], &mesh->indices[(size_t)i * mesh->each],
+               mesh->each * sizeof(*indices));
+        count += mesh->each;
     }
+    if (count) {
+        const int accessor = add_accessor(gltf, indices, count * sizeof(*indices),
+                                          ELEMENT_ARRAY_BUFFER, COMPONENT_UINT, "SCALAR", count);
+        json_array_append_new(primitives, json_pack("{s:{s:i}, s:i, s:i, s:O}", "attributes",
+                                                    "POSITION", positions, "indices", accessor,
+                                                    "material", material, "extras", extras));
+    }
+    free(indices);
 }
 
 static void add_geometry(struct gltf *gltf, uint32_t command, uint32_t index, json_t *primitives,
                          int material)
 {
     const struct captured_geometry *geometry = &gltf->capture->commands[command].geometries[index];
-    struct triangle_rows triangles = {.count = 0};
-    struct rows boxes = {.bytes = NULL};
-    uint64_t count = 0; /* primitives that have data */
-    uint32_t *places = NULL;
-    if (geometry->type == CAPTURE_TRIANGLES &&
-        triangle_rows_load(gltf->capture, geometry, &triangles, gltf->error)) {
-        count = triangles.count;
-    } else if (geometry->type == CAPTURE_AABBS) {
-        boxes = rows_load(gltf->capture, geometry, CAPTURE_BOXES, gltf->error);
-        count = boxes.count < geometry->primitive_count ? boxes.count : geometry->primitive_count;
-    } else {
-        gltf->left_out[OTHER_GEOMETRIES]++;
-        return;
+    struct mesh mesh = mesh_read(gltf->capture, geometry, gltf->left_out, gltf->error);
+    if (mesh.position_count) {
+        json_t *findings = NULL, *extras = json_pack("{s:i}", "geometry", index);
+        bool *red = find_red(gltf, command, index,
+                             mesh.primitives[mesh.primitive_count - 1] + (uint64_t)1, &findings);
+        const int positions =
+            add_positions(gltf, (const float(*)[3])mesh.positions, mesh.position_count);
+        add_primitives(gltf, primitives, &mesh, red, false, positions, extras, material);
+        json_t *red_extras = json_pack("{s:i, s:O?}", "geometry", index, "findings", findings);
+        add_primitives(gltf, primitives, &mesh, red, true, positions, red_extras, 0);
+        json_decref(extras);
+        json_decref(red_extras);
+        json_decref(findings);
+        free(red);
     }
-    gltf->left_out[NOT_IN_CAPTURE] += geometry->primitive_count - count;
-    if (triangles.vertices.count) {
-        places = capture_allocate(NULL, triangles.vertices.count, sizeof(*places));
-        memset(places, 0xff, triangles.vertices.count * sizeof(*places));
-    }
-    struct soup soup = {.position_count = 0};
-    json_t *findings = NULL;
-    bool *red = find_red(gltf, command, index, count, &findings);
-    for (uint64_t i = 0; i < count; i++) {
-        const bool is_red = red && red[i];
-        const enum left_out why = geometry->type == CAPTURE_AABBS
-                                      ? add_box(&boxes, &soup, i, is_red)
-                                      : add_triangle(&triangles, places, &soup, i, is_red);
-        if (why != LEFT_OUT)
-            gltf->left_out[why]++;
-    }
-    add_primitives(gltf, primitives, &soup, material, index, findings);
-    json_decref(findings);
-    free(red);
-    free(soup.positions);
-    free(soup.indices[0]);
-    free(soup.indices[1]);
-    free(places);
-    rows_release(gltf->capture, geometry);
+    mesh_release(&mesh);
 }
 
 /* Returns the mesh of a structure, or of its copy in red, which are made at their first use; -1 if
@@ -532,9 +416,9 @@ static json_t *node_of(const double translation[3], const double rotation[4], co
     return node;
 }
 
-static void add_node(struct gltf *gltf, uint32_t command, uint32_t structure,
-                     const struct placing *placing)
+static void add_node(struct gltf *gltf, uint32_t command, const struct placing *placing)
 {
+    const uint32_t structure = placing->structure;
     struct structure_state *state = &gltf->states[structure];
     const VkAccelerationStructureInstanceKHR *instance = &placing->instance;
     const struct parts parts = take_apart(&instance->transform);
@@ -615,34 +499,23 @@ static void add_shared(struct gltf *gltf, uint32_t structure)
 static void add_alone(struct gltf *gltf, uint32_t structure)
 {
     const struct placing placing = {
-        .instance = {.transform = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}, .mask = 0xff}};
-    add_node(gltf, CAPTURE_NONE, structure, &placing);
+        .instance = {.transform = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}, .mask = 0xff},
+        .structure = structure};
+    add_node(gltf, CAPTURE_NONE, &placing);
 }
 
 /* Counts the instances of each structure first, and then adds them. */
 static void add_instances(struct gltf *gltf, uint32_t command)
 {
-    const struct captured_command *build = &gltf->capture->commands[command];
-    const struct rows rows =
-        rows_load(gltf->capture, &build->geometries[0], CAPTURE_INSTANCE_ROWS, gltf->error);
-    const uint64_t asked = build->geometries[0].primitive_count,
-                   count = rows.count < asked ? rows.count : asked;
-    gltf->left_out[NOT_IN_CAPTURE] += asked - count;
-    for (int is_adding = 0; is_adding < 2; is_adding++)
-        for (uint64_t i = 0; i < count; i++) {
-            struct placing placing;
-            uint32_t structure = CAPTURE_NONE;
-            const enum left_out why = rows_read_instance(&rows, i, &placing)
-                                          ? contents_find_instance(gltf->capture, gltf->builds,
-                                                                   build, &placing, &structure)
-                                          : LEFT_UNKNOWN;
-            if (why == LEFT_OUT && is_adding)
-                add_node(gltf, command, structure, &placing);
-            else if (why == LEFT_OUT)
-                gltf->states[structure].instances++;
-            else if (is_adding)
-                gltf->left_out[why]++;
-        }
+    uint32_t count;
+    struct placing *placings =
+        contents_read_instances(gltf->capture, gltf->builds, &gltf->capture->commands[command],
+                                &count, gltf->left_out, gltf->error);
+    for (uint32_t i = 0; i < count; i++)
+        gltf->states[placings[i].structure].instances++;
+    for (uint32_t i = 0; i < count; i++)
+        add_node(gltf, command, &placings[i]);
+    free(placings);
     for (uint32_t i = 0; i < gltf->capture->structure_count; i++)
         if (gltf->states[i].shared)
             add_shared(gltf, i);
