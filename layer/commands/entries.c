@@ -123,12 +123,16 @@ struct command_entry {
 
 #include "entries.h"
 
+static int compare_to_entry(const void *name, const void *entry)
+{
+    return strcmp(name, ((const struct command_entry *)entry)->name);
+}
+
+/* An application asks for some 600 commands a device. */
 static const struct command_entry *find_command_entry(const char *name)
 {
-    for (size_t i = 0; i < sizeof(entries) / sizeof(entries[0]); i++)
-        if (strcmp(entries[i].name, name) == 0)
-            return &entries[i];
-    return NULL;
+    return bsearch(name, entries, sizeof(entries) / sizeof(entries[0]), sizeof(entries[0]),
+                   compare_to_entry);
 }
 
 PFN_vkVoidFunction command_of_loader(const char *name, bool has_instance)

@@ -655,7 +655,7 @@ class Generator:
 
     def entries_text(self):
         functions, table, arrays = [], [], {}
-        for entry in self.entries:
+        for entry in sorted(self.entries, key=lambda entry: entry.command.name):  # as find_command_entry() expects
             names, texts = entry.variants()
             if entry.lowering:
                 arrays |= entry.lowering.arrays

@@ -45,7 +45,7 @@ static bool is_same_text(const char *a, const char *b)
     return a == b || (a != NULL && b != NULL && strcmp(a, b) == 0);
 }
 
-static bool is_same_setup(const struct setup *a, const struct setup *b)
+bool judge_is_same_setup(const struct setup *a, const struct setup *b)
 {
     return is_same_text(a->level, b->level) && is_same_text(a->muted, b->muted) &&
            a->configure == b->configure && a->enable == b->enable && a->disable == b->disable &&
@@ -53,15 +53,29 @@ static bool is_same_setup(const struct setup *a, const struct setup *b)
            a->by_environment == b->by_environment;
 }
 
-/* Makes the fixture be as the setup asks. NULL, or why there is no such fixture here. */
-static const char *enter_fixture(const struct play *play, struct fixture *fixture,
-                                 const struct setup *setup)
+/* A setup of the case, with what the play and its command need besides. */
+static struct setup setup_wanted(const struct play *play, const struct setup *setup)
 {
     struct setup wanted = *setup;
     if (play->level != NULL)
         wanted.level = play->level;
     wanted.enable |= command_enables(play->command);
-    if (fixture->device != VK_NULL_HANDLE && is_same_setup(&fixture->setup, &wanted))
+    return wanted;
+}
+
+struct setup judge_first_setup(const struct play *play)
+{
+    const struct test_case *test_case = play->test_case;
+    return setup_wanted(play, judge_setup(test_case->right_setup != NULL ? test_case->right_setup
+                                                                         : test_case->setup));
+}
+
+/* Makes the fixture be as the setup asks. NULL, or why there is no such fixture here. */
+static const char *enter_fixture(const struct play *play, struct fixture *fixture,
+                                 const struct setup *setup)
+{
+    const struct setup wanted = setup_wanted(play, setup);
+    if (fixture->device != VK_NULL_HANDLE && judge_is_same_setup(&fixture->setup, &wanted))
         return NULL;
     fixture_close(fixture);
     return fixture_open(fixture, play->platform, &wanted);

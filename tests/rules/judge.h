@@ -71,6 +71,10 @@ void judge_play(const struct play *play, struct fixture *fixture, struct report 
 
 /* The default one for NULL. */
 const struct setup *judge_setup(const struct setup *setup);
+/* The setup of the fixture in which judge_play() begins. Another setup takes a new instance and
+ * device. */
+struct setup judge_first_setup(const struct play *play);
+bool judge_is_same_setup(const struct setup *a, const struct setup *b);
 
 /* The make_call of rules_test (play.c). */
 bool play_call(const struct play *play, struct fixture *fixture, const struct call *call,

@@ -19,13 +19,25 @@ static const struct case_list *const lists[] = {
 };
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
+enum { PLAYS_MAX = 20000, SETUPS_MAX = 2000 };
+
+struct planned_play {
+    const struct case_list *list;
+    struct play play;
+    bool is_muted; /* the play of wording_mute() instead */
+    uint32_t setup;
+};
+
 struct run {
     struct platform platform;
     struct tally tally;
     struct fixture fixture;
     struct report report;
-    const char *lower_level; /* that all cases are played at */
-    bool mutes;              /* the plays of wording_mute() instead of the cases' own */
+    const char *lower_level; /* that all cases are planned at */
+    bool mutes;              /* the plays of wording_mute() are planned instead of the cases' own */
+    struct planned_play plays[PLAYS_MAX];
+    struct setup setups[SETUPS_MAX]; /* in the order of the plays that begin with them */
+    uint32_t play_count, setup_count;
     bool fired[MESSAGE_ID_COUNT];
 };
 
@@ -166,17 +178,31 @@ static void play_one(struct run *run, const struct case_list *list, const struct
     count_result(run);
 }
 
-/* Plays a case; or the case with its first rule muted, if the message of that rule names others. */
-static void play_either(struct run *run, const struct case_list *list, const struct play *play)
+static uint32_t find_setup(struct run *run, const struct setup *setup)
 {
-    struct muted_play muted;
-    if (!run->mutes)
-        play_one(run, list, play);
-    else if (wording_mute(play, &muted))
-        play_one(run, list, &muted.play);
+    for (uint32_t i = 0; i < run->setup_count; i++)
+        if (judge_is_same_setup(&run->setups[i], setup))
+            return i;
+    if (run->setup_count == SETUPS_MAX)
+        abort();
+    run->setups[run->setup_count] = *setup;
+    return run->setup_count++;
 }
 
-static void play_all_forms(struct run *run, const struct case_list *list,
+/* Plans a case; or the case with its first rule muted, if the message of that rule names others. */
+static void plan(struct run *run, const struct case_list *list, const struct play *play)
+{
+    struct muted_play muted;
+    if (run->mutes && !wording_mute(play, &muted))
+        return;
+    const struct setup setup = judge_first_setup(run->mutes ? &muted.play : play);
+    if (run->play_count == PLAYS_MAX)
+        abort();
+    run->plays[run->play_count++] = (struct planned_play){
+        .list = list, .play = *play, .is_muted = run->mutes, .setup = find_setup(run, &setup)};
+}
+
+static void plan_all_forms(struct run *run, const struct case_list *list,
                            const struct test_case *test_case)
 {
     for (enum build_command command = COMMAND_DEVICE; command < COMMAND_COUNT; command++) {
@@ -187,16 +213,16 @@ static void play_all_forms(struct run *run, const struct case_list *list,
                             .level = run->tally.level};
         if (!fits_command(test_case, command) || !fits_level(test_case, run->tally.level))
             continue;
-        play_either(run, list, &play);
+        plan(run, list, &play);
         if (wants_pointers(test_case) && command == COMMAND_DEVICE) {
             play.geometry_pointers = true;
-            play_either(run, list, &play);
+            plan(run, list, &play);
         }
     }
 }
 
 /* At a level, the rules of it and of those below speak, and all others are silent. */
-static void play_at_lower_level(struct run *run, const struct case_list *list,
+static void plan_at_lower_level(struct run *run, const struct case_list *list,
                                 const struct test_case *test_case)
 {
     const bool is_nv = !fits_command(test_case, COMMAND_DEVICE);
@@ -208,30 +234,45 @@ static void play_at_lower_level(struct run *run, const struct case_list *list,
                               .is_mutation_alone = true};
     if (fits_command(test_case, play.command) &&
         (test_case->setup == NULL || test_case->setup->level == NULL))
-        play_either(run, list, &play);
+        plan(run, list, &play);
 }
 
 static void for_all_cases(struct run *run,
-                          void (*play)(struct run *run, const struct case_list *list,
-                                       const struct test_case *test_case))
+                          void (*plan_case)(struct run *run, const struct case_list *list,
+                                            const struct test_case *test_case))
 {
     for (size_t i = 0; i < LIST_COUNT; i++)
         for (size_t j = 0; j < lists[i]->count; j++)
-            play(run, lists[i], &lists[i]->cases[j]);
+            plan_case(run, lists[i], &lists[i]->cases[j]);
 }
 
-/* In an order that changes the setup seldom: each change is an instance and a device. */
-static void play_all(struct run *run)
+static void plan_all(struct run *run)
 {
     static const char *const lower_levels[] = {"parameters", "state"};
     for (int mutes = 0; mutes < 2; mutes++) {
         run->mutes = mutes != 0;
-        for_all_cases(run, play_all_forms);
+        for_all_cases(run, plan_all_forms);
         for (size_t i = 0; i < 2 && run->platform.is_null && run->tally.level == NULL; i++) {
             run->lower_level = lower_levels[i];
-            for_all_cases(run, play_at_lower_level);
+            for_all_cases(run, plan_at_lower_level);
         }
     }
+}
+
+/* One setup after the other: each change is an instance and a device, which take most of the time.
+ */
+static void play_all(struct run *run)
+{
+    for (uint32_t setup = 0; setup < run->setup_count; setup++)
+        for (uint32_t i = 0; i < run->play_count; i++) {
+            const struct planned_play *planned = &run->plays[i];
+            struct muted_play muted;
+            if (planned->setup != setup)
+                continue;
+            if (planned->is_muted)
+                wording_mute(&planned->play, &muted);
+            play_one(run, planned->list, planned->is_muted ? &muted.play : &planned->play);
+        }
 }
 
 /* ---- every rule has a case ---- */
@@ -312,6 +353,7 @@ int main(int argc, char **argv)
     run.fixture.fails = run.tally.fails;
     if (run.tally.fails)
         setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "fail", 1);
+    plan_all(&run);
     play_all(&run);
     fixture_close(&run.fixture);
     if (run.tally.filter == NULL && !run.tally.list && run.tally.level == NULL)
