@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """A scene with refits, compactions and instances that the device writes, captured and replayed on lavapipe: the
-structures have equal bytes.
+structures have equal bytes, and rays have equal hits.
 
 frames_test.py FRAMES ASSAY_SCENE LAYER_FOLDER MANIFEST MESHES INSTANCES COUNT"""
 
+import json
 import os
 import pathlib
+import re
 import struct
 import subprocess
 import sys
@@ -18,6 +20,8 @@ FRAMES, SCENE, LAYERS, MANIFEST = sys.argv[1:5]
 MESHES, INSTANCES, COUNT = map(int, sys.argv[5:8])
 COMPACTED = len(range(2, MESHES, 4))
 REFITTED = len(range(1, MESHES, 4))
+RAYS = 100  # through each structure
+COMPARES = {"compare_rays": RAYS, "duplicate_message_limit": 0, "log_format": "json", "debug_action": "log"}
 
 
 def environment(**settings):
@@ -32,8 +36,8 @@ def play(folder, dump, **settings):
                         "VK_INSTANCE_LAYERS": "VK_LAYER_ASSAY_validation"})
 
 
-def scene(*arguments):
-    return subprocess.run([SCENE, *map(str, arguments)], env=environment(), text=True, timeout=600, check=False,
+def scene(*arguments, **settings):
+    return subprocess.run([SCENE, *map(str, arguments)], env=environment(**settings), text=True, timeout=600, check=False,
                           stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
@@ -101,6 +105,24 @@ class FramesTest(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         self.check_bytes(names, self.folder / "again", self.folder / "replayed")
 
+    def test_hits(self):
+        """lavapipe misses some hits and doubles others: those of the application and of the replay are the same."""
+        play(self.folder / "compared", self.folder / "again", log_filename=self.folder / "before.jsonl", **COMPARES)
+        result = scene("replay", self.folder / "compared", "--compare", log_filename=self.folder / "after.jsonl",
+                       **COMPARES)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        before, after = (self.differences(self.folder / name) for name in ("before.jsonl", "after.jsonl"))
+        self.assertGreater(len(before), 0)
+        self.assertEqual(before, after)
+
+    def differences(self, log):
+        """Returns what is said of rays, in order, without what names objects."""
+        lines = [json.loads(line) for line in log.read_text("utf-8").splitlines()]
+        messages = [line["MainMessage"] for line in lines if line.get("VUID", "").startswith("ASSAY-compare-")]
+        for message in messages:
+            self.assertIn(f" of {RAYS} rays", message)
+        return [re.sub(" Command buffer .*", "", message) for message in messages]
+
     def test_viewers(self):
         """The exported scene has a node, or a row of an instanced one, for each instance."""
         result = scene("export", self.folder / "capture", self.folder / "scene.glb")
@@ -108,4 +130,4 @@ class FramesTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1], verbosity=2)
+    unittest.main(argv=sys.argv[:1] + sys.argv[8:], verbosity=2)
