@@ -128,6 +128,22 @@ TEST(facts_of_a_pipeline_are_those_of_all_shaders)
     assert_true(facts.stores_addresses);
 }
 
+/* Their loads and stores are other instructions. */
+TEST(code_with_untyped_pointers_may_do_anything)
+{
+    enum { HEADER = 5, CAPABILITY = 17, UNTYPED_POINTERS = 4473 };
+    uint32_t code[sizeof(none) / sizeof(none[0]) + 2];
+    struct shader_facts facts;
+    assert_true(read_facts(none, sizeof(none), &facts));
+    assert_true(facts.is_known && !facts.stores_addresses);
+    memcpy(code, none, HEADER * sizeof(*code));
+    code[HEADER] = 2 << 16 | CAPABILITY;
+    code[HEADER + 1] = UNTYPED_POINTERS;
+    memcpy(code + HEADER + 2, none + HEADER, sizeof(none) - HEADER * sizeof(*code));
+    assert_true(read_facts(code, sizeof(code), &facts));
+    assert_true(!facts.is_known && facts.stores_addresses);
+}
+
 /* What is no code may do anything. Copies end where the memory does, for the sanitizers. */
 TEST(damaged_code_is_unknown)
 {
