@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Writes what other files say of the rows of src/report/properties.def and settings.def, or checks it: the
-properties of findings in json/findings.schema.json, and the table of settings in README.md. Fails if a file
+properties of findings in json/findings.schema.json, and the table of settings in docs/settings.md. Fails if a file
 differs; with --write it is rewritten. With --print, prints what the build needs of the settings."""
 
 import argparse
@@ -116,7 +116,7 @@ def read_settings(root):
 
 
 def plain(says):
-    """Returns a text of the README without Markdown."""
+    """Returns a text of docs/settings.md without Markdown."""
     return re.sub(r" \(\[[^]]*\]\([^)]*\)[^)]*\)", "", says).replace("`", "")
 
 
@@ -167,7 +167,7 @@ def values_text(setting):
             "SAVE_FOLDER": "a folder", "STRING": "a text"}.get(setting.kind, listed)
 
 
-def write_readme(root, text):
+def write_page(root, text):
     """Writes the table between the comments."""
     settings, _ = read_settings(root)
     rows = [f"| `{one.key}` | {values_text(one)} | `{one.default}` | " +
@@ -195,7 +195,7 @@ def completions(root):
 
 # ---- all files
 
-FILES = {"json/findings.schema.json": write_schema, "README.md": write_readme}
+FILES = {"json/findings.schema.json": write_schema, "docs/settings.md": write_page}
 PRINTED = {"features": lambda root: json.dumps(features(root), indent=2, ensure_ascii=False),
            "manual": manual, "completions": completions}
 

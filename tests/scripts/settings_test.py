@@ -29,10 +29,10 @@ class Settings(unittest.TestCase):
         self.assertEqual(subprocess.run(TABLES, stdout=subprocess.DEVNULL, check=False).returncode, 0)
 
     def test_stale_file(self):
-        readme = (ROOT / "README.md").read_text(encoding="utf-8")
+        page = (ROOT / "docs/settings.md").read_text(encoding="utf-8")
         sys.path.insert(0, str(ROOT / "scripts/lib"))
         import tables  # pylint: disable=import-outside-toplevel,import-error
-        self.assertEqual(tables.write_readme(ROOT, readme.replace("| `guard` |", "| `gard` |")), readme)
+        self.assertEqual(tables.write_page(ROOT, page.replace("| `guard` |", "| `gard` |")), page)
 
     def test_defaults_and_presets_are_values(self):
         chosen = [(key, setting["default"]) for key, setting in self.settings.items()]
@@ -68,7 +68,7 @@ class Settings(unittest.TestCase):
     def test_manual(self):
         manual = subprocess.check_output([*TABLES, "--print", "manual"], encoding="utf-8")
         self.assertEqual(re.findall(r"^\.B (\w+)$", manual, re.M), [
-            line.split("`")[1] for line in (ROOT / "README.md").read_text(encoding="utf-8").partition(
+            line.split("`")[1] for line in (ROOT / "docs/settings.md").read_text(encoding="utf-8").partition(
                 "<!-- settings -->")[2].partition("<!-- end")[0].splitlines()[3:]])
 
 
