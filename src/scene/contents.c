@@ -89,7 +89,7 @@ void rows_release(struct capture *capture, const struct captured_geometry *geome
             capture_release_data(capture, geometry->inputs[i].data);
 }
 
-static const struct vertex_format *find_format(const char *name)
+const struct vertex_format *vertex_format_named(const char *name)
 {
     for (int i = 1; name && i <= VK_FORMAT_D32_SFLOAT_S8_UINT; i++) {
         const struct value value = format((VkFormat)i);
@@ -111,7 +111,7 @@ bool triangle_rows_load(struct capture *capture, const struct captured_geometry 
 {
     *triangles = (struct triangle_rows){
         .geometry = geometry,
-        .format = find_format(geometry->vertex_format),
+        .format = vertex_format_named(geometry->vertex_format),
         .vertices = rows_load(capture, geometry, CAPTURE_VERTICES, error),
         .indices = rows_load(capture, geometry, CAPTURE_INDICES, error),
         .transform = rows_load(capture, geometry, CAPTURE_TRANSFORM, error),

@@ -56,6 +56,9 @@ struct rows rows_load(struct capture *capture, const struct captured_geometry *g
 /* Frees what rows_load() has read of a geometry. */
 void rows_release(struct capture *capture, const struct captured_geometry *geometry);
 
+/* Returns the format of a name such as VK_FORMAT_R32G32_SFLOAT, or NULL if it is not known. */
+const struct vertex_format *vertex_format_named(const char *name);
+
 /* The inputs of a geometry of triangles. Returns false if the format is not known. */
 struct triangle_rows {
     const struct captured_geometry *geometry;

@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include <jansson.h>
 #include <vulkan/vulkan_core.h>
 
 #include "src/base/text_buffer.h"
@@ -420,25 +419,31 @@ static void print_text(const json_t *info, bool lists_all)
     }
 }
 
-bool info_print(struct capture *capture, bool is_json, bool lists_all, struct capture_error *error)
+json_t *info_make(struct capture *capture, struct capture_error *error)
 {
     struct figures figures = {.capture = capture};
     figures.uses = capture_allocate(NULL, capture->structure_count, sizeof(*figures.uses));
     memset(figures.uses, 0, capture->structure_count * sizeof(*figures.uses));
-    const bool is_read = count_commands(&figures, error);
-    if (is_read) {
-        json_t *info =
-            json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "summary", make_summary(&figures),
-                      "devices", make_devices(capture), "types of structures", make_types(&figures),
-                      "structures", make_structures(&figures), "effects", make_effects(&figures),
-                      "enabled and not used", make_unused(&figures));
-        if (is_json)
-            json_dumpf(info, stdout, JSON_INDENT(2));
-        else
-            print_text(info, lists_all);
-        putchar('\n');
-        json_decref(info);
-    }
+    json_t *info = NULL;
+    if (count_commands(&figures, error))
+        info = json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "summary", make_summary(&figures),
+                         "devices", make_devices(capture), "types of structures",
+                         make_types(&figures), "structures", make_structures(&figures), "effects",
+                         make_effects(&figures), "enabled and not used", make_unused(&figures));
     free(figures.uses);
-    return is_read;
+    return info;
+}
+
+bool info_print(struct capture *capture, bool is_json, bool lists_all, struct capture_error *error)
+{
+    json_t *info = info_make(capture, error);
+    if (!info)
+        return false;
+    if (is_json)
+        json_dumpf(info, stdout, JSON_INDENT(2));
+    else
+        print_text(info, lists_all);
+    putchar('\n');
+    json_decref(info);
+    return true;
 }

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* assay-scene: looks at captures, replays them, and makes them small. */
+/* assay-scene: looks at captures, replays them, makes them small, and reports on their scenes. */
 #include <errno.h>
 #include <getopt.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +10,7 @@
 #include "src/base/text_buffer.h"
 #include "src/scene/tool.h"
 
-enum { STATUS_FAILURE = 2, REPEATS_MOST = 10000 };
+enum { STATUS_FAILURE = 2, REPEATS_MOST = 10000, RAYS_MOST = 10000000 };
 
 static const char help[] =
     "usage: assay-scene info CAPTURE [--json] [--all]\n"
@@ -18,6 +19,9 @@ static const char help[] =
     "       assay-scene replay CAPTURE [--layer] [--compare] [--time] [--repeat N]\n"
     "                   [--dump FOLDER]\n"
     "       assay-scene minimize CAPTURE FOLDER --finding ID\n"
+    "       assay-scene report CAPTURE [--html FILE] [--json FILE] [--at POINT]\n"
+    "                   [--tlas NAME|ID] [--camera X,Y,Z,X,Y,Z] [--rays N]\n"
+    "                   [--device NAME|none]\n"
     "\n"
     "Looks at what an application has built: a folder that setting `capture` of the layer\n"
     "VK_LAYER_ASSAY_validation has written.\n"
@@ -50,6 +54,18 @@ static const char help[] =
     "  --finding ID        such as VUID-VkAabbPositionsKHR-minX-03546, or the id of a\n"
     "                      difference between driver and reference (ASSAY-compare-...)\n"
     "\n"
+    "report: what accuracy costs on this scene, where it is fragile, which effects it has, and\n"
+    "what it wastes. It needs no GPU; a device that traces rays gets a column of its own\n"
+    "  --html FILE         a page to look at, without other files\n"
+    "  --json FILE         all figures (docs/report.md)\n"
+    "  --at, --tlas        as those of export\n"
+    "  --camera X,Y,Z,X,Y,Z\n"
+    "                      where the camera is, and a point that it looks at; default: it sees\n"
+    "                      all of the scene\n"
+    "  --rays N            rays of each set; default: 20000\n"
+    "  --device NAME|none  the device with this in its name, or none; default: the first that\n"
+    "                      traces rays\n"
+    "\n"
     "  --help              this text\n"
     "  --version           the version\n"
     "\n"
@@ -76,6 +92,7 @@ struct arguments {
     bool is_json, lists_all;
     struct export_options export;
     struct replay_options replay;
+    struct report_options report;
 };
 
 /* ---- commands */
@@ -105,8 +122,17 @@ static bool run_minimize(struct capture *capture, const struct arguments *argume
     return minimize_capture(capture, arguments->finding, arguments->output, error);
 }
 
+static bool run_report(struct capture *capture, const struct arguments *arguments,
+                       struct capture_error *error)
+{
+    struct report_options options = arguments->report;
+    options.at = arguments->export.at;
+    options.tlas = arguments->export.tlas;
+    return report_capture(capture, &options, error);
+}
+
 static const struct command {
-    const char *name, *options; /* letters of `options` below */
+    const char *name, *options; /* letters of `all_options` below */
     const char *output;         /* what the second argument is; NULL: there is none */
     bool (*run)(struct capture *capture, const struct arguments *arguments,
                 struct capture_error *error);
@@ -115,10 +141,12 @@ static const struct command {
     {"export", "ptcn", "the file to write, such as scene.glb", run_export},
     {"replay", "loird", NULL, run_replay},
     {"minimize", "f", "the folder to write", run_minimize},
+    {"report", "hjptkyv", NULL, run_report},
 };
 
-static const struct option options[] = {
-    {"json", no_argument, NULL, 'j'},
+static const struct option all_options[] = {
+    {"html", required_argument, NULL, 'h'},
+    {"json", no_argument, NULL, 'j'}, /* of report with the name of a file */
     {"all", no_argument, NULL, 'a'},
     {"at", required_argument, NULL, 'p'},
     {"tlas", required_argument, NULL, 't'},
@@ -130,16 +158,45 @@ static const struct option options[] = {
     {"repeat", required_argument, NULL, 'r'},
     {"dump", required_argument, NULL, 'd'},
     {"finding", required_argument, NULL, 'f'},
+    {"camera", required_argument, NULL, 'k'},
+    {"rays", required_argument, NULL, 'y'},
+    {"device", required_argument, NULL, 'v'},
     {NULL, 0, NULL, 0},
 };
+enum { OPTIONS = sizeof(all_options) / sizeof(all_options[0]) };
+
+/* Reads six numbers. */
+static bool read_camera(const char *value, struct report_options *report)
+{
+    char *end = NULL;
+    for (int i = 0; i < 6; i++, value = end + 1) {
+        report->camera[i] = strtod(value, &end);
+        if (end == value || *end != (i < 5 ? ',' : '\0') || !isfinite(report->camera[i]))
+            return false;
+    }
+    report->has_camera = true;
+    return true;
+}
 
 /* Returns false if the value is wrong. */
 static bool read_option(struct arguments *arguments, int letter, const char *value)
 {
     char *end;
     switch (letter) {
+    case 'h':
+        arguments->report.html = value;
+        return true;
+    case 'k':
+        return read_camera(value, &arguments->report);
+    case 'y':
+        arguments->report.rays = (uint32_t)strtoul(value, &end, 10);
+        return !*end && arguments->report.rays && arguments->report.rays <= RAYS_MOST;
+    case 'v':
+        arguments->report.device = value;
+        return true;
     case 'j':
         arguments->is_json = true;
+        arguments->report.json = value;
         return true;
     case 'a':
         arguments->lists_all = true;
@@ -181,8 +238,14 @@ static bool read_option(struct arguments *arguments, int letter, const char *val
 static int read_arguments(int count, char **words, const struct command *command,
                           struct arguments *arguments)
 {
+    const bool is_report = command->run == run_report;
+    struct option options[OPTIONS];
     int index;
     opterr = 0;
+    memcpy(options, all_options, sizeof(options));
+    for (int i = 0; i < OPTIONS; i++)
+        if (options[i].val == 'j')
+            options[i].has_arg = is_report ? required_argument : no_argument;
     for (int letter; (letter = getopt_long(count, words, ":", options, &index)) != -1;) {
         if (letter == ':')
             return complain("an option needs a value: ", words[optind - 1]);
@@ -201,6 +264,8 @@ static int read_arguments(int count, char **words, const struct command *command
     const int most = command->output ? 2 : 1;
     if (count - optind > most)
         return complain("one argument too many: ", words[optind + most]);
+    if (is_report && !arguments->report.html && !arguments->report.json)
+        return complain("name a file to write: --html FILE or --json FILE", "");
     if (command->run == run_minimize && !arguments->finding)
         return complain("name a finding: --finding ID", "");
     return 0;
@@ -223,8 +288,8 @@ static int run(const struct command *command, const struct arguments *arguments)
 int main(int count, char **words)
 {
     if (count < 2)
-        return complain("name a command: info, export, replay or minimize; --help explains them",
-                        "");
+        return complain(
+            "name a command: info, export, replay, minimize or report; --help explains them", "");
     if (strcmp(words[1], "--help") == 0 || (words[2] && strcmp(words[2], "--help") == 0))
         return fputs(help, stdout) < 0;
     if (strcmp(words[1], "--version") == 0)

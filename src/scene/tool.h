@@ -3,11 +3,16 @@
 #ifndef ASSAY_SCENE_TOOL_H
 #define ASSAY_SCENE_TOOL_H
 
+#include <jansson.h>
+
 #include "src/scene/capture.h"
 
 /* Prints what a capture has: as tables, in which `lists_all` also has what is more than a screen
  * holds, or as JSON. */
 bool info_print(struct capture *capture, bool is_json, bool lists_all, struct capture_error *error);
+
+/* The same as JSON, which the caller releases. Returns NULL with an error. */
+json_t *info_make(struct capture *capture, struct capture_error *error);
 
 struct export_options {
     const char *at;       /* of capture_find_point(); NULL: the end */
@@ -38,5 +43,20 @@ bool replay_capture(struct capture *capture, const struct replay_options *option
  * of its own. Returns false, with an error, if the whole capture does not give it. */
 bool minimize_capture(struct capture *capture, const char *finding, const char *folder,
                       struct capture_error *error);
+
+struct report_options {
+    const char *at, *tlas;   /* as those of export_options */
+    const char *html, *json; /* files; NULL: none */
+    const char *device;      /* NULL: the first that traces; "none" */
+    bool has_camera;
+    double camera[6]; /* where it is, and a point that it looks at */
+    uint32_t rays;    /* of a set; 0: the default */
+};
+
+/* Measures the scene of a capture with the reference builder, and on a device if there is one:
+ * what accuracy costs, what is fragile, which effects it has and what it wastes. Writes a page and
+ * JSON. */
+bool report_capture(struct capture *capture, const struct report_options *options,
+                    struct capture_error *error);
 
 #endif
