@@ -2,14 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """assay-scene report, on captures that the tests make.
 
-usage: report_test.py ASSAY_SCENE"""
+usage: report_test.py ASSAY_SCENE [CASE...]"""
 
 import json
 import math
 import pathlib
+import sys
 import tempfile
 import unittest
 
+sys.path.insert(1, str(pathlib.Path(__file__).resolve().parent.parent / "assay_run"))
+# pylint: disable=wrong-import-position
+from browser import CHROMIUM, Browser
 from captures import IDENTITY, NAN, Capture, run, scene
 
 INF = float("inf")
@@ -42,7 +46,7 @@ class ReportCase(unittest.TestCase):
 
     def report(self, capture, *options):
         capture.write()
-        status, out, err = run("report", self.folder, "--json", self.json, "--rays", 300, "--device", "none", *options)
+        status, out, err = run("report", self.folder, "--json", self.json, "--rays", 100, "--device", "none", *options)
         self.assertEqual((status, out), (0, ""), err)
         self.assertIn("assay-scene: accuracy in time, quality balanced\n", err)
         return json.loads(self.json.read_text("utf-8"))
@@ -62,7 +66,7 @@ class Accuracy(ReportCase):
                           for accuracy in ("fast", "robust", "exact") for each in sets])
         for row in rows:
             self.assertGreater(row["ns a ray"], 0)
-            self.assertEqual(row["rays"], 300)
+            self.assertEqual(row["rays"], 100)
             if row["accuracy"] == "exact":
                 self.assertEqual((row["wrong"], row["missed"], row["double"], row["nearest"]), (0, 0, 0, 0))
         self.assertEqual(report["subject"]["structures"], 2)
@@ -248,5 +252,57 @@ class Fragile(ReportCase):
         self.assertEqual(report["subject"]["left out"], {"primitives whose data is not in the capture": 1})
 
 
+@unittest.skipUnless(CHROMIUM, "Chromium is not installed")
+class Page(ReportCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.browser = Browser(folder.name)
+        cls.addClassCleanup(cls.browser.close)
+
+    def open(self, capture, width=1280):
+        self.report(capture, "--html", self.html)
+        self.assertLess(self.html.stat().st_size, 5 << 20)
+        self.browser.open_page()
+        self.browser.open(self.html, width)
+        self.assertEqual(self.browser.console, [])
+        self.assertEqual([url for url in self.browser.requests if not url.startswith(("file:", "data:"))], [])
+
+    def count(self, selector):
+        return self.browser.run(f"document.querySelectorAll({selector!r}).length")
+
+    def test_page(self):
+        capture = scene(self.folder)
+        capture.structures = None
+        capture.build(1, capture.triangles(grid(3), flags="0x0"), mode="update", src_id=1, flags=3, frame=3)
+        capture.lines[-1]["application"] = "</script><b>"
+        capture.finding(1, "pInfos[0]", "</script><b>advice</b>", vuid="ASSAY-advice-something")
+        for width in (1280, 800):
+            with self.subTest(width):
+                self.open(capture, width)
+                self.assertEqual(self.count("#canvases canvas"), 4)
+                self.assertEqual(self.count("#charts svg"), 8)
+                self.assertEqual(self.count("#rows tbody tr"), 24)
+                self.assertEqual(self.count("#refits svg"), 1)
+                self.assertEqual(self.browser.run("document.querySelector('#advice').innerText"),
+                                 "</script><b>advice</b> (ASSAY-advice-something)")
+                self.assertIn("--device none", self.browser.run("document.querySelector('#of-device').innerText"))
+                self.assertFalse(self.browser.run("document.documentElement.scrollWidth > window.innerWidth"))
+        self.browser.run("quality.value = 'high'; quality.dispatchEvent(new Event('change'))")
+        self.assertIn("quality high", self.browser.run("document.querySelector('#charts svg').getAttribute('aria-label')"))
+
+    def test_what_pixels_show(self):
+        """A square in front of the camera: half of the picture is it, and a hit is one test or two."""
+        capture = Capture(self.folder)
+        capture.structure(1)
+        capture.build(1, capture.triangles([(-1, -9, 0), (1, -9, 0), (1, 9, 0), (-1, -9, 0), (1, 9, 0), (-1, 9, 0)]))
+        report = self.report(capture, "--html", self.html, "--camera", "0,0,3.4286,0,0,0")["pictures"]
+        self.assertEqual((report["width"], report["height"], report["most primitives"]), (640, 400, 2))
+        self.assertAlmostEqual(report["primitives a pixel"], 1, 1)
+        self.assertEqual(report["most nodes"], 2)  # of the top-level structure, and of the square
+        self.assertLess(report["pixels wrong at robust"], 10)  # at the diagonal
+
+
 if __name__ == "__main__":
-    unittest.main(argv=["report_test.py"], verbosity=2)
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]], verbosity=2)

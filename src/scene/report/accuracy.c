@@ -8,7 +8,7 @@
 
 enum {
     CHUNK = 512, /* rays that a thread takes */
-    TIMES = 2,   /* passes, of which the faster counts */
+    TIMES = 3,   /* passes, of which the faster counts */
     PROBES = 64, /* rays that show how much work the others are */
     RAYS_LEAST = 500,
 };

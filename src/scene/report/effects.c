@@ -96,6 +96,17 @@ void effects_report(struct report *report, const struct ray_set *set)
     json_decref(without);
     set_cost(effects, "geometries of AABBs",
              json_pack("{s:f}", "intersection invocations a ray", (double)callbacks.boxes / rays));
+    uint64_t sizes[2] = {0};
+    for (uint32_t i = 0; i < report->command_count; i++) {
+        const struct captured_command *copy = &report->capture->commands[i];
+        if (copy->mode != CAPTURE_COMPACT || copy->src == CAPTURE_NONE || copy->dst == CAPTURE_NONE)
+            continue;
+        sizes[0] += report->capture->structures[copy->src].size;
+        sizes[1] += report->capture->structures[copy->dst].size;
+    }
+    set_cost(effects, "compactions",
+             json_pack("{s:{s:I}, s:{s:I}}", "with", "bytes", (json_int_t)sizes[1], "without",
+                       "bytes", (json_int_t)sizes[0]));
     if (report->has_motion) {
         report_build(report, BUILDER_BALANCED, VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV,
                      &built);

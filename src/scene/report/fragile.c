@@ -765,7 +765,7 @@ void fragile_find(const struct builder_input *input, const void *tree, struct fr
 
 /* ---- the part of the report */
 
-enum { ROWS_OF_KIND = 12, AIMED_RAYS = 4096 };
+enum { ROWS_OF_KIND = 12, ROWS_OF_USUAL_KIND = 3, AIMED_RAYS = 4096 };
 
 struct found {
     uint32_t mesh; /* CAPTURE_NONE: the top level */
@@ -940,18 +940,20 @@ void fragile_report(struct report *report)
     qsort(search.found, count, sizeof(*search.found), compare_found);
     json_t *rows = json_array(), *more = json_array();
     for (uint32_t begin = 0, end; begin < count; begin = end) {
+        const uint32_t kind = search.found[begin].item.kind,
+                       most = kind == OPEN_EDGE || kind == SHARED_EDGE || kind == BOX
+                                  ? ROWS_OF_USUAL_KIND
+                                  : ROWS_OF_KIND;
         uint64_t sum = 0;
-        for (end = begin;
-             end < count && search.found[end].item.kind == search.found[begin].item.kind; end++)
-            if (end - begin < ROWS_OF_KIND)
+        for (end = begin; end < count && search.found[end].item.kind == kind; end++)
+            if (end - begin < most)
                 search.found[shown++] = search.found[end];
             else
                 sum += search.found[end].item.count;
-        if (end - begin > ROWS_OF_KIND)
-            json_array_append_new(more, json_pack("{s:s, s:i, s:I}", "kind",
-                                                  kinds[search.found[shown - 1].item.kind].name,
-                                                  "rows", (int)(end - begin - ROWS_OF_KIND),
-                                                  "count", (json_int_t)sum));
+        if (end - begin > most)
+            json_array_append_new(more,
+                                  json_pack("{s:s, s:i, s:I}", "kind", kinds[kind].name, "rows",
+                                            (int)(end - begin - most), "count", (json_int_t)sum));
     }
     report_parallel(shown, trace_row, &search);
     for (uint32_t i = 0; i < shown; i++)

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-# Joins page.html, page.css and page.js, and writes them as two arrays of C: what comes before the data, and after it.
-# cmake -DFOLDER=... -DOUTPUT=... -P page.cmake
+# Joins page.html, a style sheet with page.css, and page.js, and writes them as two arrays of C: what comes before the data, and after it.
+# cmake -DFOLDER=... -DSTYLE=... -DOUTPUT=... -P page.cmake
 file(READ ${FOLDER}/page.html page)
-file(READ ${FOLDER}/page.css css)
+file(READ ${STYLE} css)
+file(READ ${FOLDER}/page.css more)
+string(APPEND css "${more}")
 file(READ ${FOLDER}/page.js script)
 string(REPLACE "@CSS@" "${css}" page "${page}")
 string(REPLACE "@SCRIPT@" "${script}" page "${page}")

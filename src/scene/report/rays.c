@@ -144,32 +144,58 @@ static int compare_doubles(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+/* Points of the scene, by axis. */
+struct samples {
+    double at[3][SAMPLES];
+    int count;
+};
+
 /* Finds where most of the scene is: outliers would make the rest a dot. */
-static void find_center(struct report *report)
+static void find_center(struct report *report, struct samples *samples)
 {
-    double(*points)[SAMPLES] = capture_allocate(NULL, 3, sizeof(*points));
     uint64_t random = 1;
-    int count = 0;
+    samples->count = 0;
     for (int i = 0; i < SAMPLES; i++) {
         double corners[3][3], point[3];
         if (!choose_corners(report, &random, corners))
             continue;
         point_of((const double(*)[3])corners, &random, point);
         for (int axis = 0; axis < 3; axis++)
-            points[axis][count] = point[axis];
-        count++;
+            samples->at[axis][samples->count] = point[axis];
+        samples->count++;
     }
     report->radius = 0;
-    for (int axis = 0; axis < 3 && count; axis++) {
-        qsort(points[axis], (size_t)count, sizeof(points[axis][0]), compare_doubles);
-        const int off = count * SAMPLES_OFF / SAMPLES;
-        const double low = points[axis][off], high = points[axis][count - 1 - off];
+    for (int axis = 0; axis < 3 && samples->count; axis++) {
+        double sorted[SAMPLES];
+        memcpy(sorted, samples->at[axis], sizeof(sorted));
+        qsort(sorted, (size_t)samples->count, sizeof(*sorted), compare_doubles);
+        const int off = samples->count * SAMPLES_OFF / SAMPLES;
+        const double low = sorted[off], high = sorted[samples->count - 1 - off];
         report->center[axis] = low / 2 + high / 2;
         report->radius = hypot(report->radius, high / 2 - low / 2);
     }
     if (!(report->radius > 0) || !isfinite(report->radius))
         report->radius = 1;
-    free(points);
+}
+
+/* Returns how far from the center the camera must be to see most of the samples. */
+static double find_distance(const struct report *report, const struct samples *samples)
+{
+    const double(*axes)[3] = report->camera.axes;
+    double *distances = capture_allocate(NULL, SAMPLES, sizeof(*distances));
+    for (int i = 0; i < samples->count; i++) {
+        double at[3], to[3];
+        for (int axis = 0; axis < 3; axis++)
+            at[axis] = samples->at[axis][i] - report->center[axis];
+        for (int axis = 0; axis < 3; axis++) /* the first two are as long as the picture's half */
+            to[axis] = dot(at, axes[axis]) / dot(axes[axis], axes[axis]);
+        distances[i] = fmax(fabs(to[0]), fabs(to[1])) - to[2];
+    }
+    qsort(distances, (size_t)samples->count, sizeof(*distances), compare_doubles);
+    const int last = samples->count - 1 - samples->count * SAMPLES_OFF / SAMPLES;
+    const double most = samples->count ? distances[last] : 0;
+    free(distances);
+    return most > 0 && isfinite(most) ? 1.05 * most : report->radius;
 }
 
 void rays_fit_camera(struct report *report)
@@ -177,15 +203,11 @@ void rays_fit_camera(struct report *report)
     struct camera *camera = &report->camera;
     const double *given = report->options->camera;
     double up[3] = {0, 1, 0}, *forward = camera->axes[2];
-    find_center(report);
-    const double view[3] = {0.55, 0.4, 0.75},
-                 distance = report->radius / sin(FIELD_OF_VIEW / 2) / sqrt(dot(view, view));
-    for (int i = 0; i < 3; i++) {
-        camera->eye[i] =
-            report->options->has_camera ? given[i] : report->center[i] + view[i] * distance;
-        forward[i] =
-            (report->options->has_camera ? given[3 + i] : report->center[i]) - camera->eye[i];
-    }
+    struct samples *samples = capture_allocate(NULL, 1, sizeof(*samples));
+    find_center(report, samples);
+    for (int i = 0; i < 3; i++)
+        forward[i] = report->options->has_camera ? given[3 + i] - given[i]
+                                                 : (const double[]){-0.55, -0.45, -0.7}[i];
     if (!normalize(forward)) {
         forward[0] = forward[1] = 0;
         forward[2] = -1;
@@ -201,6 +223,11 @@ void rays_fit_camera(struct report *report)
         camera->axes[1][i] *= tan(FIELD_OF_VIEW / 2);
         camera->axes[0][i] *= tan(FIELD_OF_VIEW / 2) * REPORT_PICTURE_WIDTH / REPORT_PICTURE_HEIGHT;
     }
+    const double distance = find_distance(report, samples);
+    for (int i = 0; i < 3; i++)
+        camera->eye[i] =
+            report->options->has_camera ? given[i] : report->center[i] - distance * forward[i];
+    free(samples);
 }
 
 static struct trace_ray make_ray(const double origin[3], const double direction[3])

@@ -47,6 +47,15 @@ static double sah_of(const struct report_mesh *mesh)
     return statistics.sah;
 }
 
+static void add_point(json_t *points, const struct captured_command *command,
+                      const struct report_mesh *mesh, const struct report_mesh *rebuilt)
+{
+    json_array_append_new(points,
+                          json_pack("{s:I, s:I, s:f, s:f}", "frame", (json_int_t)command->frame,
+                                    "submission", (json_int_t)command->submission, "sah",
+                                    sah_of(mesh), "rebuilt", sah_of(rebuilt)));
+}
+
 /* The cost of the tree of a structure after each of its builds and updates. */
 static json_t *make_curve(struct report *report, uint32_t structure, uint32_t updates)
 {
@@ -68,6 +77,8 @@ static json_t *make_curve(struct report *report, uint32_t structure, uint32_t up
                 report_free_mesh(&mesh);
                 report_read_mesh(report, root, &mesh);
                 report_build_mesh(&mesh, BUILDER_BALANCED, 0, REPORT_THREADS);
+                if (!at) /* the first point is the tree that it was updated from */
+                    add_point(points, &report->capture->commands[root], &mesh, &mesh);
             }
             is_refitted = report_refit_mesh(&mesh, &next.input);
         }
@@ -75,10 +86,7 @@ static json_t *make_curve(struct report *report, uint32_t structure, uint32_t up
         if (is_shown || !is_refitted)
             report_build_mesh(&next, BUILDER_BALANCED, 0, REPORT_THREADS);
         if (is_shown)
-            json_array_append_new(
-                points, json_pack("{s:I, s:I, s:f, s:f}", "frame", (json_int_t)command->frame,
-                                  "submission", (json_int_t)command->submission, "sah",
-                                  sah_of(is_refitted ? &mesh : &next), "rebuilt", sah_of(&next)));
+            add_point(points, command, is_refitted ? &mesh : &next, &next);
         if (!is_refitted) {
             struct report_mesh old = mesh;
             mesh = next;

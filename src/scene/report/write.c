@@ -55,7 +55,7 @@ bool write_report(const struct report *report)
     if (report->options->html)
         is_written = write_file(report, report->options->html, page, true);
     free(page);
-    json_object_del(report->root, "pictures"); /* of the page alone */
+    json_object_del(report->root, "planes"); /* of the page alone */
     char *text = json_dumps(report->root, JSON_INDENT(1) | JSON_REAL_PRECISION(6));
     if (!text)
         capture_allocate(NULL, SIZE_MAX, 2);
@@ -112,7 +112,12 @@ bool report_capture(struct capture *capture, const struct report_options *option
         accuracy_report(&report, sets);
         fragile_report(&report);
         effects_report(&report, &sets[RAYS_CAMERA]);
+        if (options->html)
+            pictures_report(&report);
         waste_report(&report);
+        json_object_set_new(
+            report.root, "device",
+            json_pack("{s:s}", "missing", "The report was made with --device none."));
         rays_free(sets);
         is_done = !error->text[0] && write_report(&report);
     }
