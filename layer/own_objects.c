@@ -74,7 +74,7 @@ VkResult own_buffer_create(const struct own_device *device, VkBufferUsageFlags u
     bool has_address = usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
     const VkBufferCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size, .usage = usage};
-    *buffer = (struct own_buffer){0};
+    *buffer = (struct own_buffer){.size = size};
     VkResult result = device->vk->CreateBuffer(device->handle, &info, NULL, &buffer->handle);
     if (result == VK_SUCCESS)
         result = allocate_memory(device, has_address, is_mapped, buffer);

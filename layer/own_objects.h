@@ -19,6 +19,7 @@ struct own_device {
 struct own_buffer {
     VkBuffer handle;
     VkDeviceMemory memory;
+    uint64_t size;
     VkDeviceAddress address; /* 0 without VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT */
     unsigned char *bytes;    /* mapped, coherent; NULL if only the device uses it */
 };

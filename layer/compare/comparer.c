@@ -121,6 +121,7 @@ static void destroy(void *self)
         retained_free_build(build);
     }
     tracer_destroy(comparer->tracer);
+    free(comparer->answers);
     free(comparer);
 }
 
@@ -259,9 +260,11 @@ uint32_t comparer_ray_count(const struct comparer *comparer)
 
 VkResult comparer_trace(struct comparer *comparer, struct tracer_job *job)
 {
-    job->answers = calloc(job->ray_count + 1ull, sizeof(*job->answers));
-    if (!job->answers)
+    if (!comparer->answers)
+        comparer->answers = malloc(comparer_ray_count(comparer) * sizeof(*comparer->answers));
+    if (!comparer->answers)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
+    job->answers = comparer->answers;
     if (!job->ray_count)
         return VK_SUCCESS;
     if (!snapshots_queue_family(comparer->device->snapshots, job->queue, &job->queue_family))
@@ -290,7 +293,6 @@ static VkResult compare_to_reference(struct comparer *comparer, const struct ret
         summary_make(reference, rays, job.answers, &summary);
         comparer_report(comparer, build, &summary);
     }
-    free(job.answers);
     return result;
 }
 

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Creates the pipelines that trace rays, and buffers with dedicated memory, which live as long as
- * one comparison. */
+/* Creates the pipelines that trace rays, and buffers with dedicated memory. */
 #include "layer/compare/tracer.h"
 
 #include <string.h>
@@ -10,18 +9,74 @@ static inline struct own_device compare_own_device(const struct compare_device *
     return (struct own_device){device->handle, device->vk, device->memory};
 }
 
-VkResult compare_buffer_create(const struct compare_device *device, VkBufferUsageFlags usage,
-                               uint64_t size, bool is_mapped, struct own_buffer *buffer)
+/* ---- buffers */
+
+/* Takes the smallest spare buffer that is large enough, and not much too large. */
+static bool take_spare(struct compare_buffers *spare, uint64_t size, bool is_mapped,
+                       struct own_buffer *buffer)
+{
+    enum { TIMES_TOO_LARGE = 4 };
+    uint32_t best = SPARE_BUFFERS;
+    for (uint32_t i = 0; spare && i < spare->count; i++) {
+        const struct own_buffer *other = &spare->of[i];
+        if ((other->bytes != NULL) == is_mapped && other->size >= size &&
+            other->size / TIMES_TOO_LARGE <= size &&
+            (best == SPARE_BUFFERS || other->size < spare->of[best].size))
+            best = i;
+    }
+    if (best == SPARE_BUFFERS)
+        return false;
+    *buffer = spare->of[best];
+    spare->count--;
+    memmove(&spare->of[best], &spare->of[best + 1], (spare->count - best) * sizeof(*spare->of));
+    return true;
+}
+
+VkResult compare_buffer_create(const struct compare_device *device, uint64_t size, bool is_mapped,
+                               struct own_buffer *buffer)
 {
     const struct own_device own = compare_own_device(device);
-    return own_buffer_create(&own, usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, size,
-                             is_mapped, buffer);
+    const VkBufferUsageFlags usage =
+        VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
+        VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
+        VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR;
+    return take_spare(device->spare, size, is_mapped, buffer)
+               ? VK_SUCCESS
+               : own_buffer_create(&own, usage, size, is_mapped, buffer);
+}
+
+static void destroy_oldest(const struct compare_device *device)
+{
+    const struct own_device own = compare_own_device(device);
+    struct compare_buffers *spare = device->spare;
+    own_buffer_free(&own, &spare->of[0]);
+    memmove(spare->of, spare->of + 1, --spare->count * sizeof(*spare->of));
 }
 
 void compare_buffer_free(const struct compare_device *device, struct own_buffer *buffer)
 {
-    const struct own_device own = compare_own_device(device);
-    own_buffer_free(&own, buffer);
+    struct compare_buffers *spare = device->spare;
+    uint64_t bytes = buffer->size;
+    const bool is_whole = buffer->address; /* it failed otherwise, or was never created */
+    for (uint32_t i = 0; spare && i < spare->count; i++)
+        bytes += spare->of[i].size;
+    if (!spare || !is_whole || buffer->size > SPARE_BYTES) {
+        const struct own_device own = compare_own_device(device);
+        own_buffer_free(&own, buffer);
+        return;
+    }
+    while (spare->count && (bytes > SPARE_BYTES || spare->count == SPARE_BUFFERS)) {
+        bytes -= spare->of[0].size;
+        destroy_oldest(device);
+    }
+    spare->of[spare->count++] = *buffer;
+    *buffer = (struct own_buffer){0};
+}
+
+void compare_buffers_destroy(const struct compare_device *device)
+{
+    while (device->spare->count)
+        destroy_oldest(device);
 }
 
 /* ---- creates the pipelines that trace rays */
@@ -199,6 +254,7 @@ enum { HANDLE_MAX = 256 /* bytes; 32 are usual */ };
 /* Each part of the table begins at a multiple of the base alignment. */
 static VkResult create_table(const struct compare_device *device, struct trace_pipeline *pipeline)
 {
+    const struct own_device own = compare_own_device(device);
     const uint32_t size = device->group_handle_size;
     const uint32_t stride = align(size, device->group_handle_alignment);
     const uint32_t part = align(HIT_GROUPS * stride, device->group_base_alignment);
@@ -208,8 +264,10 @@ static VkResult create_table(const struct compare_device *device, struct trace_p
     VkResult result = device->vk->GetRayTracingShaderGroupHandlesKHR(
         device->handle, pipeline->pipeline, 0, GROUPS, (size_t)GROUPS * size, handles);
     if (result == VK_SUCCESS)
-        result = compare_buffer_create(device, VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR,
-                                       4ull * part, true, &pipeline->table);
+        result = own_buffer_create(&own,
+                                   VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR |
+                                       VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
+                                   4ull * part, true, &pipeline->table);
     if (result != VK_SUCCESS)
         return result;
     uint64_t first = pipeline->table.address + device->group_base_alignment - 1;
@@ -249,7 +307,8 @@ VkResult trace_pipeline_create(const struct compare_device *device, struct trace
 
 void trace_pipeline_destroy(const struct compare_device *device, struct trace_pipeline *pipeline)
 {
-    compare_buffer_free(device, &pipeline->table);
+    const struct own_device own = compare_own_device(device);
+    own_buffer_free(&own, &pipeline->table);
     if (pipeline->pipeline)
         device->vk->DestroyPipeline(device->handle, pipeline->pipeline, NULL);
     if (pipeline->layout)

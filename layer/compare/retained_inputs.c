@@ -233,7 +233,6 @@ static VkResult compare_top_level(struct comparer *comparer, const struct retain
         summary_make_top(reference, rays, job.answers, &summary);
         comparer_report(comparer, build, &summary);
     }
-    free(job.answers);
     free(instances);
     return result;
 }

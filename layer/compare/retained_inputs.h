@@ -34,7 +34,8 @@ struct comparer {
     struct compare_enabling enabling; /* until the device is created */
     struct layer_device *device;
     struct compare_device driver;
-    struct tracer *tracer; /* created on first use */
+    struct tracer *tracer;          /* created on first use */
+    struct compare_answer *answers; /* for as many rays as the setting says; likewise */
     struct retained_build *builds, **last;
     _Atomic uint64_t retained_size; /* of all inputs; any thread may release some */
     uint64_t input_unknown, failed; /* builds that were not compared */
@@ -64,8 +65,8 @@ void retained_add_top(struct comparer *comparer, const struct retained_build *bu
 /* Compares a retained TLAS build. */
 VkResult comparer_compare_top(struct comparer *comparer, const struct retained_build *build);
 
-/* For BLAS and TLAS builds. comparer_trace() allocates the answers, which the caller frees in any
- * case, and runs the job on the tracer, which it creates on first use. */
+/* For BLAS and TLAS builds. comparer_trace() runs the job, without answers, on the tracer. The
+ * answers are valid until the next job. */
 struct summary;
 void comparer_report(const struct comparer *comparer, const struct retained_build *build,
                      const struct summary *summary);

@@ -13,17 +13,15 @@ static uint64_t align(uint64_t address, uint64_t alignment)
 static VkResult create_scratch(const struct compare_device *device, uint64_t size,
                                struct compare_structure *structure)
 {
-    return compare_buffer_create(device, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                                 size + device->scratch_alignment, false, &structure->scratch);
+    return compare_buffer_create(device, size + device->scratch_alignment, false,
+                                 &structure->scratch);
 }
 
 static VkResult create_structure(const struct compare_device *device,
                                  VkAccelerationStructureTypeKHR type, uint64_t size,
                                  struct compare_structure *structure)
 {
-    VkResult result =
-        compare_buffer_create(device, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, size,
-                              false, &structure->buffer);
+    VkResult result = compare_buffer_create(device, size, false, &structure->buffer);
     const VkAccelerationStructureCreateInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
         .buffer = structure->buffer.handle,
@@ -80,9 +78,7 @@ static VkResult create_input(const struct compare_device *device, const struct c
     if (!structure->geometries)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     size += COMPARE_ALIGNMENT;
-    VkResult result = compare_buffer_create(
-        device, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR, size, true,
-        &structure->input);
+    VkResult result = compare_buffer_create(device, size, true, &structure->input);
     if (result != VK_SUCCESS)
         return result;
     memset(structure->input.bytes, 0, size);
@@ -141,9 +137,8 @@ static VkResult create_instances(const struct compare_device *device,
     structure->geometries = calloc(1, sizeof(*structure->geometries));
     if (!structure->geometries)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    VkResult result = compare_buffer_create(
-        device, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR,
-        COMPARE_ALIGNMENT + size, true, &structure->input);
+    VkResult result =
+        compare_buffer_create(device, COMPARE_ALIGNMENT + size, true, &structure->input);
     *structure->geometries = (VkAccelerationStructureGeometryKHR){
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
         .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,

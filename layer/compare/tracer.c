@@ -18,10 +18,23 @@ enum { BATCH = 16384 /* rays per submission */ };
 
 struct work;
 
+/* What a job submits with, besides its structures and buffers. */
+struct submitting {
+    uint32_t queue_family;
+    VkDescriptorPool descriptors;
+    VkDescriptorSet set;
+    VkCommandPool pool;
+    VkCommandBuffer commands;
+    VkFence fence;
+};
+
+/* The caller guards what changes. */
 struct tracer {
     struct compare_device device;
     struct trace_pipeline pipeline;
-    struct work *unfinished; /* work that the device may still use; guarded by the caller */
+    struct compare_buffers spare;
+    struct submitting submitting; /* of the last job, for the next one; without a fence: none */
+    struct work *unfinished;      /* work that the device may still use */
 };
 
 VkResult tracer_create(const struct compare_device *device, struct tracer **tracer)
@@ -30,7 +43,8 @@ VkResult tracer_create(const struct compare_device *device, struct tracer **trac
     if (!*tracer)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     (*tracer)->device = *device;
-    VkResult result = trace_pipeline_create(device, &(*tracer)->pipeline);
+    (*tracer)->device.spare = &(*tracer)->spare;
+    VkResult result = trace_pipeline_create(&(*tracer)->device, &(*tracer)->pipeline);
     if (result == VK_SUCCESS)
         return VK_SUCCESS;
     free(*tracer);
@@ -42,7 +56,7 @@ VkResult tracer_create(const struct compare_device *device, struct tracer **trac
 
 struct work {
     struct work *next;
-    const struct tracer *tracer;
+    struct tracer *tracer;
     const struct compare_device *device;
     const struct tracer_job *job; /* the caller's; NULL when tracer_run() has returned */
     /* One per input. The second input of an update has no structure of its own. */
@@ -50,22 +64,30 @@ struct work {
     uint32_t bottom_count;
     struct compare_structure top;
     struct own_buffer rays, answers; /* for one batch */
-    VkDescriptorPool descriptors;
-    VkDescriptorSet set;
-    VkCommandPool pool;
-    VkCommandBuffer commands;
-    VkFence fence;
+    struct submitting submitting;
 };
 
-static void free_work(struct work *work)
+static void destroy_submitting(const struct compare_device *device, struct submitting *submitting)
+{
+    if (submitting->fence)
+        device->vk->DestroyFence(device->handle, submitting->fence, NULL);
+    if (submitting->pool)
+        device->vk->DestroyCommandPool(device->handle, submitting->pool, NULL);
+    if (submitting->descriptors)
+        device->vk->DestroyDescriptorPool(device->handle, submitting->descriptors, NULL);
+    *submitting = (struct submitting){0};
+}
+
+/* `result` is that of the job: only after success the next one takes what this one submitted
+ * with. */
+static void free_work(struct work *work, VkResult result)
 {
     const struct compare_device *device = work->device;
-    if (work->fence)
-        device->vk->DestroyFence(device->handle, work->fence, NULL);
-    if (work->pool)
-        device->vk->DestroyCommandPool(device->handle, work->pool, NULL);
-    if (work->descriptors)
-        device->vk->DestroyDescriptorPool(device->handle, work->descriptors, NULL);
+    struct submitting *kept = &work->tracer->submitting;
+    if (result == VK_SUCCESS && !kept->fence)
+        *kept = work->submitting;
+    else
+        destroy_submitting(device, &work->submitting);
     compare_structure_free(device, &work->top);
     for (uint32_t i = 0; i < work->bottom_count; i++)
         compare_structure_free(device, &work->bottoms[i]);
@@ -78,32 +100,35 @@ static void free_work(struct work *work)
 static VkResult create_commands(struct work *work)
 {
     const struct compare_device *device = work->device;
+    struct submitting *submitting = &work->submitting;
     const VkCommandPoolCreateInfo pool_info = {
         .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
         .flags =
             VK_COMMAND_POOL_CREATE_TRANSIENT_BIT | VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
-        .queueFamilyIndex = work->job->queue_family,
+        .queueFamilyIndex = submitting->queue_family,
     };
     const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
-    VkResult result = device->vk->CreateCommandPool(device->handle, &pool_info, NULL, &work->pool);
+    VkResult result =
+        device->vk->CreateCommandPool(device->handle, &pool_info, NULL, &submitting->pool);
     const VkCommandBufferAllocateInfo info = {
         .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-        .commandPool = work->pool,
+        .commandPool = submitting->pool,
         .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
         .commandBufferCount = 1,
     };
     if (result == VK_SUCCESS)
-        result = device->vk->AllocateCommandBuffers(device->handle, &info, &work->commands);
+        result = device->vk->AllocateCommandBuffers(device->handle, &info, &submitting->commands);
     if (result == VK_SUCCESS && device->set_loader_data)
-        result = device->set_loader_data(device->handle, work->commands);
+        result = device->set_loader_data(device->handle, submitting->commands);
     if (result == VK_SUCCESS)
-        result = device->vk->CreateFence(device->handle, &fence_info, NULL, &work->fence);
+        result = device->vk->CreateFence(device->handle, &fence_info, NULL, &submitting->fence);
     return result;
 }
 
 static VkResult create_set(struct work *work)
 {
     const struct compare_device *device = work->device;
+    struct submitting *submitting = &work->submitting;
     const VkDescriptorPoolSize size = {VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1};
     const VkDescriptorPoolCreateInfo pool_info = {
         .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
@@ -111,18 +136,35 @@ static VkResult create_set(struct work *work)
         .poolSizeCount = 1,
         .pPoolSizes = &size,
     };
-    VkResult result =
-        device->vk->CreateDescriptorPool(device->handle, &pool_info, NULL, &work->descriptors);
+    VkResult result = device->vk->CreateDescriptorPool(device->handle, &pool_info, NULL,
+                                                       &submitting->descriptors);
     const VkDescriptorSetAllocateInfo info = {
         .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
-        .descriptorPool = work->descriptors,
+        .descriptorPool = submitting->descriptors,
         .descriptorSetCount = 1,
         .pSetLayouts = &work->tracer->pipeline.set_layout,
     };
     if (result == VK_SUCCESS)
-        result = device->vk->AllocateDescriptorSets(device->handle, &info, &work->set);
-    if (result != VK_SUCCESS)
-        return result;
+        result = device->vk->AllocateDescriptorSets(device->handle, &info, &submitting->set);
+    return result;
+}
+
+static VkResult create_submitting(struct work *work)
+{
+    struct submitting *kept = &work->tracer->submitting;
+    if (kept->fence && kept->queue_family == work->job->queue_family) {
+        work->submitting = *kept;
+        *kept = (struct submitting){0};
+        return VK_SUCCESS;
+    }
+    destroy_submitting(work->device, kept);
+    work->submitting.queue_family = work->job->queue_family;
+    VkResult result = create_set(work);
+    return result == VK_SUCCESS ? create_commands(work) : result;
+}
+
+static void write_set(const struct work *work)
+{
     const VkWriteDescriptorSetAccelerationStructureKHR structures = {
         .sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET_ACCELERATION_STRUCTURE_KHR,
         .accelerationStructureCount = 1,
@@ -131,12 +173,11 @@ static VkResult create_set(struct work *work)
     const VkWriteDescriptorSet write = {
         .sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
         .pNext = &structures,
-        .dstSet = work->set,
+        .dstSet = work->submitting.set,
         .descriptorCount = 1,
         .descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR,
     };
-    device->vk->UpdateDescriptorSets(device->handle, 1, &write, 0, NULL);
-    return VK_SUCCESS;
+    work->device->vk->UpdateDescriptorSets(work->device->handle, 1, &write, 0, NULL);
 }
 
 static VkResult create_bottoms(struct work *work)
@@ -201,15 +242,15 @@ static VkResult create_work(struct work *work)
     if (result == VK_SUCCESS)
         result = create_top(work);
     if (result == VK_SUCCESS)
-        result = compare_buffer_create(device, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                                       batch * sizeof(struct compare_ray), true, &work->rays);
+        result =
+            compare_buffer_create(device, batch * sizeof(struct compare_ray), true, &work->rays);
     if (result == VK_SUCCESS)
-        result = compare_buffer_create(device, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                                       batch * sizeof(struct compare_answer), true, &work->answers);
+        result = compare_buffer_create(device, batch * sizeof(struct compare_answer), true,
+                                       &work->answers);
     if (result == VK_SUCCESS)
-        result = create_set(work);
+        result = create_submitting(work);
     if (result == VK_SUCCESS)
-        result = create_commands(work);
+        write_set(work);
     return result;
 }
 
@@ -217,9 +258,9 @@ static void record_builds(const struct work *work)
 {
     const struct tracer_job *job = work->job;
     for (uint32_t i = 0; i < job->input_count; i++)
-        compare_structure_build(work->device, work->commands, &job->inputs[i],
+        compare_structure_build(work->device, work->submitting.commands, &job->inputs[i],
                                 i && !job->top ? &work->bottoms[0] : NULL, &work->bottoms[i]);
-    compare_structure_build_top(work->device, work->commands, &work->top);
+    compare_structure_build_top(work->device, work->submitting.commands, &work->top);
 }
 
 static void record_rays(const struct work *work, uint32_t count)
@@ -228,11 +269,11 @@ static void record_rays(const struct work *work, uint32_t count)
     const VkMemoryBarrier barrier = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
                                      .srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT,
                                      .dstAccessMask = VK_ACCESS_HOST_READ_BIT};
-    trace_pipeline_record(work->device, &work->tracer->pipeline, work->commands, work->set,
-                          &constants);
-    work->device->vk->CmdPipelineBarrier(work->commands, trace_pipeline_stage(work->device),
-                                         VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, NULL, 0,
-                                         NULL);
+    trace_pipeline_record(work->device, &work->tracer->pipeline, work->submitting.commands,
+                          work->submitting.set, &constants);
+    work->device->vk->CmdPipelineBarrier(
+        work->submitting.commands, trace_pipeline_stage(work->device), VK_PIPELINE_STAGE_HOST_BIT,
+        0, 1, &barrier, 0, NULL, 0, NULL);
 }
 
 /* Returns VK_TIMEOUT if the device may still execute the work. A lost device executes nothing; any
@@ -240,8 +281,8 @@ static void record_rays(const struct work *work, uint32_t count)
 static VkResult wait_for(const struct work *work)
 {
     const struct compare_device *device = work->device;
-    VkResult result =
-        device->vk->WaitForFences(device->handle, 1, &work->fence, VK_TRUE, WAIT_NANOSECONDS);
+    VkResult result = device->vk->WaitForFences(device->handle, 1, &work->submitting.fence, VK_TRUE,
+                                                WAIT_NANOSECONDS);
     return result == VK_SUCCESS || result == VK_ERROR_DEVICE_LOST ? result : VK_TIMEOUT;
 }
 
@@ -251,16 +292,16 @@ static VkResult submit_work(const struct work *work)
     const VkSubmitInfo info = {
         .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
         .commandBufferCount = 1,
-        .pCommandBuffers = &work->commands,
+        .pCommandBuffers = &work->submitting.commands,
     };
     if (!device->begin_submission(device->queues, work->job->queue))
         return VK_NOT_READY;
-    VkResult result = device->vk->QueueSubmit(work->job->queue, 1, &info, work->fence);
+    VkResult result = device->vk->QueueSubmit(work->job->queue, 1, &info, work->submitting.fence);
     device->end_submission(device->queues);
     if (result == VK_SUCCESS)
         result = wait_for(work);
     if (result == VK_SUCCESS)
-        result = device->vk->ResetFences(device->handle, 1, &work->fence);
+        result = device->vk->ResetFences(device->handle, 1, &work->submitting.fence);
     return result;
 }
 
@@ -292,13 +333,13 @@ static VkResult trace_batch(struct work *work, uint32_t first, uint32_t count)
         .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT,
     };
     memcpy(work->rays.bytes, work->job->rays + first, count * sizeof(struct compare_ray));
-    VkResult result = vk->BeginCommandBuffer(work->commands, &begin_info);
+    VkResult result = vk->BeginCommandBuffer(work->submitting.commands, &begin_info);
     if (result != VK_SUCCESS)
         return result;
     if (first == 0)
         record_builds(work);
     record_rays(work, count);
-    result = vk->EndCommandBuffer(work->commands);
+    result = vk->EndCommandBuffer(work->submitting.commands);
     if (result == VK_SUCCESS)
         result = submit_work(work);
     if (result != VK_SUCCESS)
@@ -327,8 +368,10 @@ VkResult tracer_run(struct tracer *tracer, const struct tracer_job *job)
         work->next = tracer->unfinished;
         tracer->unfinished = work;
     } else {
-        free_work(work);
+        free_work(work, result);
     }
+    if (result != VK_SUCCESS && result != VK_NOT_READY)
+        compare_buffers_destroy(&tracer->device);
     return result;
 }
 
@@ -354,9 +397,11 @@ void tracer_destroy(struct tracer *tracer)
             is_in_use = true;
             leave_work(work);
         } else {
-            free_work(work);
+            free_work(work, VK_TIMEOUT);
         }
     }
+    destroy_submitting(&tracer->device, &tracer->submitting);
+    compare_buffers_destroy(&tracer->device);
     if (!is_in_use)
         trace_pipeline_destroy(&tracer->device, &tracer->pipeline);
     free(tracer);

@@ -31,13 +31,26 @@ struct compare_device {
     /* If false, ray-tracing pipelines are used, whose tables need the sizes below. */
     bool has_queries;
     uint32_t group_handle_size, group_handle_alignment, group_base_alignment;
+    struct compare_buffers *spare; /* the tracer's; NULL: buffers are freed at once */
 };
 
-/* Creates a buffer with a device address. The caller calls compare_buffer_free(), also after a
- * failure. */
-VkResult compare_buffer_create(const struct compare_device *device, VkBufferUsageFlags usage,
-                               uint64_t size, bool is_mapped, struct own_buffer *buffer);
+/* Buffers that nothing uses now, the last freed at the end. New memory costs the host much more
+ * than what the layer writes to it. */
+enum { SPARE_BUFFERS = 16 };
+#define SPARE_BYTES ((uint64_t)256 << 20)
+struct compare_buffers {
+    struct own_buffer of[SPARE_BUFFERS];
+    uint32_t count;
+};
+
+/* Makes a buffer of at least this size with a device address, for rays, answers, inputs, scratch
+ * memory and structures, or takes one that was freed. The caller calls compare_buffer_free(), also
+ * after a failure. */
+VkResult compare_buffer_create(const struct compare_device *device, uint64_t size, bool is_mapped,
+                               struct own_buffer *buffer);
+/* The device must not use the buffer any more. */
 void compare_buffer_free(const struct compare_device *device, struct own_buffer *buffer);
+void compare_buffers_destroy(const struct compare_device *device);
 
 /* A compute shader with ray queries, or a ray-tracing pipeline with its shader binding table. */
 struct trace_pipeline {
