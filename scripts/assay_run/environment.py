@@ -121,7 +121,7 @@ def with_log(actions):
     return ",".join(words if has_log else ["log", *words])
 
 
-def layer_settings(arguments, records, environment):
+def layer_settings(arguments, records, environment, scene=None):
     settings = dict(arguments.settings)
     for key in ("level", "backend"):
         if getattr(arguments, key):
@@ -144,6 +144,8 @@ def layer_settings(arguments, records, environment):
         settings["capture"] = os.path.abspath(arguments.capture)
         if PREFIX + "LEVEL" not in environment:
             settings.setdefault("level", "content")
+    if scene:
+        scene.change(settings, environment)
     if arguments.advice_is_error and PREFIX + "ADVICE" not in environment:
         settings.setdefault("advice", "true")
     if arguments.baseline or arguments.write_baseline:
@@ -155,9 +157,9 @@ def layer_settings(arguments, records, environment):
     return settings
 
 
-def application_environment(arguments, records, base=os.environ, khronos=None):
+def application_environment(arguments, records, base=os.environ, khronos=None, scene=None):
     """Returns the environment for the application. Each process writes its record into `records`.
-    `khronos` is the log of the Khronos layer, if its findings count."""
+    `khronos` is the log of the Khronos layer, if its findings count, `scene` what the page shows in 3D."""
     environment = dict(base)
     folder = find_manifest_folder(pathlib.Path(__file__).resolve().parent.parent)
     if folder and str(folder) not in search_folders(environment, "explicit_layer.d"):
@@ -171,6 +173,6 @@ def application_environment(arguments, records, base=os.environ, khronos=None):
         environment["VK_DRIVER_FILES"] = environment["VK_ICD_FILENAMES"] = find_lavapipe(base)
         for name in ("VK_LOADER_DRIVERS_SELECT", "VK_LOADER_DRIVERS_DISABLE"):
             environment.pop(name, None)
-    for key, value in layer_settings(arguments, records, environment).items():
+    for key, value in layer_settings(arguments, records, environment, scene).items():
         environment[PREFIX + key.upper()] = value
     return environment

@@ -104,7 +104,10 @@ function findingElement(finding, structures, hasId) {
   list.append(...placeItems(finding, structures));
   for (const line of finding.repetition) list.append(element("li", line));
   for (const frame of finding.place) list.append(element("li", frame));
+  const link = data.scene && sceneLink(finding);
+  if (link) list.append(itemElement(link));
   if (list.childElementCount) article.append(list);
+  finding.article = article;
   return article;
 }
 
@@ -204,6 +207,7 @@ const { structures, curves } = structuresOf(builds, names);
 countFindings(structures);
 showHead();
 showTimeline(builds, names);
+if (data.scene) showScene(structures);
 showFilters(structures);
 showFindings(structures);
 showMemory(curves);

@@ -10,6 +10,7 @@ import re
 from .call_sites import frames_of_application, place_of
 from .groups import Group, identity, repetition_lines, subjects
 from .properties import RANGES
+from .scene import places_in_scene, writes_by_place
 from .verdict import describe_exit, mistake_lines
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -21,6 +22,7 @@ WORDS = ("Type", "mode", "type", "queue", "dst", "dst_name", "src", "command_buf
 NUMBERS = (*RANGES, "build", "primitives", "size", "scratch_size", "compacted_size",
            "memory_offset", "referring")
 SCRIPTS = ("page_builds.js", "page_structures.js", "page.js")
+SCENE_SCRIPTS = ("page_scene.js", "page_scene_list.js")
 MISSING = -1
 MOST_ROWS = 100_000  # about 8 MB
 RECORDED = ("Submission", "Build", "Copy", "CompactedSize", "Destroyed", "Instances")
@@ -73,9 +75,12 @@ def other_objects(group):
     return list(map(object_data, list(items.values())[:OTHER_OBJECTS]))
 
 
-def finding_data(group, processes, recorded, clock):
-    """A mistake that was reported several times is one finding with several places."""
+def finding_data(group, processes, recorded, clock, writes):
+    """A mistake that was reported several times is one finding with several places. `writes`: those that the
+    3D view shows."""
     finding = group.first
+    reports = [place_data(one, processes[id(one)], recorded, clock) for one in group.findings]
+    shown = places_in_scene(group.findings, reports, writes, command_buffer_of) if writes else []
     return {"id": finding["VUID"], "severity": finding["Severity"],
             "message": finding["MainMessage"], "layers": group.layers, "spec": finding.get("SpecText", ""),
             "url": finding.get("SpecUrl", ""), "labels": finding.get("DebugRegion", ""),
@@ -84,7 +89,7 @@ def finding_data(group, processes, recorded, clock):
             "otherObjects": other_objects(group),
             "place": list(map(place_of, frames_of_application(finding))),
             "repetition": repetition_lines(group),
-            "reports": [place_data(one, processes[id(one)], recorded, clock) for one in group.findings]}
+            "reports": reports, **({"shown": shown} if shown else {})}
 
 
 def with_references(line):
@@ -155,15 +160,16 @@ def describe_driver(device):
     return " ".join(filter(None, (device.get("Driver"), device.get("DriverInfo"))))
 
 
-def page_data(verdict, command):
+def page_data(verdict, command, scene):
     record = verdict.record
     header = record.headers[0] if record.headers else {}
     processes = {id(line): process for process, line in record.lines}
     recorded = submissions_of_findings(record.lines)
     clock = Clock(record.lines)
+    writes = writes_by_place(scene["views"]) if scene else {}
 
     def show(groups):
-        return [finding_data(group, processes, recorded, clock) for group in groups]
+        return [finding_data(group, processes, recorded, clock, writes) for group in groups]
 
     return {"command": " ".join(command) if command else "merged records",
             "mistakes": mistake_lines(verdict) + [one.text for one in verdict.absent] +
@@ -181,16 +187,23 @@ def page_data(verdict, command):
                                             for reason in summary.get("Unchecked", []))),
             "unused": [f"{entry.text} ({entry.path}:{entry.line})"
                        for entry in verdict.unused_entries],
-            "builds": build_data(record.lines, clock)}
+            "builds": build_data(record.lines, clock), **({"scene": scene} if scene else {})}
 
 
-def write_page(path, verdict, command):
-    data = json.dumps(page_data(verdict, command), ensure_ascii=False, separators=(",", ":"))
+def read_part(name):
+    return (HERE / name).read_text(encoding="utf-8")
+
+
+def write_page(path, verdict, command, scene=None):
+    """`scene` has what the 3D view shows; None: the page has none."""
+    view = scene and scene.data(list(verdict.record.processes))
+    data = json.dumps(page_data(verdict, command, view), ensure_ascii=False, separators=(",", ":"))
     parts = {"title": html.escape(f"Assay: {' '.join(command) if command else 'merged records'}"),
-             "style": (HERE / "page.css").read_text(encoding="utf-8"),
-             "script": "\n".join((HERE / name).read_text(encoding="utf-8") for name in SCRIPTS),
+             "style": read_part("page.css"),
+             "scene": read_part("page_scene.html") if view else "",
+             "three": scene.script() if view and view["views"] else "",
+             "script": "\n".join(map(read_part, (*SCENE_SCRIPTS, *SCRIPTS) if view else SCRIPTS)),
              # Nothing within a script may look like its end.
              "data": data.replace("<", "\\u003c").replace("\u2028", "\\u2028")}
-    template = (HERE / "page.html").read_text(encoding="utf-8")
-    text = re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match.group(1)], template)
+    text = re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match.group(1)], read_part("page.html"))
     pathlib.Path(path).write_text(text, encoding="utf-8")

@@ -420,6 +420,11 @@ const char *capture_structure_type_name(enum capture_structure_type type)
     return type ? names[LEVEL][type] : "unknown";
 }
 
+const char *capture_mode_name(enum capture_mode mode)
+{
+    return mode ? names[MODE][mode] : "unknown";
+}
+
 #define FIELD(record, key, kind, member)                                                           \
     {                                                                                              \
         key, kind, false, offsetof(struct captured_##record, member)                               \

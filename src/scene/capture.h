@@ -75,8 +75,9 @@ enum capture_kind {
     CAPTURE_END,
 };
 
-/* The name of a type in a capture; static text. */
+/* The names of a type and of a mode in a capture; static text. */
 const char *capture_structure_type_name(enum capture_structure_type type);
+const char *capture_mode_name(enum capture_mode mode);
 
 /* A line of builds.jsonl. */
 struct captured_line {

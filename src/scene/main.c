@@ -10,12 +10,19 @@
 #include "src/base/text_buffer.h"
 #include "src/scene/tool.h"
 
-enum { STATUS_FAILURE = 2, REPEATS_MOST = 10000, RAYS_MOST = 10000000 };
+enum {
+    STATUS_FAILURE = 2,
+    REPEATS_MOST = 10000,
+    RAYS_MOST = 10000000,
+    LIMIT_DEFAULT = 8,
+    LIMIT_MOST = 4096
+};
 
 static const char help[] =
     "usage: assay-scene info CAPTURE [--json] [--all]\n"
     "       assay-scene export CAPTURE FILE.glb [--at POINT] [--tlas NAME|ID]\n"
     "                   [--color structure|flags] [--plain-nodes]\n"
+    "       assay-scene view CAPTURE FILE.json [--limit MIB]\n"
     "       assay-scene replay CAPTURE [--layer] [--compare] [--time] [--repeat N]\n"
     "                   [--dump FOLDER]\n"
     "       assay-scene minimize CAPTURE FOLDER --finding ID\n"
@@ -39,6 +46,9 @@ static const char help[] =
     "                      of the geometry\n"
     "  --plain-nodes       a node for each instance; otherwise more than 100 instances of one\n"
     "                      structure use EXT_mesh_gpu_instancing\n"
+    "\n"
+    "view: the data of the 3D view on the page of assay-run --html, which calls this\n"
+    "  --limit MIB         how much data, at most (default: 8)\n"
     "\n"
     "replay: builds all of it again, in order, on the first device that the Vulkan loader\n"
     "gives and that builds acceleration structures\n"
@@ -89,6 +99,7 @@ static int complain(const char *what, const char *about)
 
 struct arguments {
     const char *capture, *output, *finding;
+    uint32_t limit; /* MiB */
     bool is_json, lists_all;
     struct export_options export;
     struct replay_options replay;
@@ -107,6 +118,12 @@ static bool run_export(struct capture *capture, const struct arguments *argument
                        struct capture_error *error)
 {
     return export_gltf(capture, arguments->output, &arguments->export, error);
+}
+
+static bool run_view(struct capture *capture, const struct arguments *arguments,
+                     struct capture_error *error)
+{
+    return export_view(capture, arguments->output, (uint64_t)arguments->limit << 20, error);
 }
 
 static bool run_replay(struct capture *capture, const struct arguments *arguments,
@@ -139,6 +156,7 @@ static const struct command {
 } commands[] = {
     {"info", "ja", NULL, run_info},
     {"export", "ptcn", "the file to write, such as scene.glb", run_export},
+    {"view", "m", "the file to write, such as view.json", run_view},
     {"replay", "loird", NULL, run_replay},
     {"minimize", "f", "the folder to write", run_minimize},
     {"report", "hjptkyv", NULL, run_report},
@@ -152,6 +170,7 @@ static const struct option all_options[] = {
     {"tlas", required_argument, NULL, 't'},
     {"color", required_argument, NULL, 'c'},
     {"plain-nodes", no_argument, NULL, 'n'},
+    {"limit", required_argument, NULL, 'm'},
     {"layer", no_argument, NULL, 'l'},
     {"compare", no_argument, NULL, 'o'},
     {"time", no_argument, NULL, 'i'},
@@ -178,10 +197,16 @@ static bool read_camera(const char *value, struct report_options *report)
     return true;
 }
 
+static bool read_number(const char *text, uint32_t most, uint32_t *number)
+{
+    char *end;
+    *number = (uint32_t)strtoul(text, &end, 10);
+    return !*end && *number && *number <= most;
+}
+
 /* Returns false if the value is wrong. */
 static bool read_option(struct arguments *arguments, int letter, const char *value)
 {
-    char *end;
     switch (letter) {
     case 'h':
         arguments->report.html = value;
@@ -189,8 +214,7 @@ static bool read_option(struct arguments *arguments, int letter, const char *val
     case 'k':
         return read_camera(value, &arguments->report);
     case 'y':
-        arguments->report.rays = (uint32_t)strtoul(value, &end, 10);
-        return !*end && arguments->report.rays && arguments->report.rays <= RAYS_MOST;
+        return read_number(value, RAYS_MOST, &arguments->report.rays);
     case 'v':
         arguments->report.device = value;
         return true;
@@ -222,9 +246,10 @@ static bool read_option(struct arguments *arguments, int letter, const char *val
     case 'i':
         arguments->replay.shows_times = true;
         return true;
+    case 'm':
+        return read_number(value, LIMIT_MOST, &arguments->limit);
     case 'r':
-        arguments->replay.repeat = (uint32_t)strtoul(value, &end, 10);
-        return !*end && arguments->replay.repeat && arguments->replay.repeat <= REPEATS_MOST;
+        return read_number(value, REPEATS_MOST, &arguments->replay.repeat);
     case 'd':
         arguments->replay.dump = value;
         return true;
@@ -289,12 +314,13 @@ int main(int count, char **words)
 {
     if (count < 2)
         return complain(
-            "name a command: info, export, replay, minimize or report; --help explains them", "");
+            "name a command: info, export, view, replay, minimize or report; --help explains them",
+            "");
     if (strcmp(words[1], "--help") == 0 || (words[2] && strcmp(words[2], "--help") == 0))
         return fputs(help, stdout) < 0;
     if (strcmp(words[1], "--version") == 0)
         return puts("assay-scene " ASSAY_VERSION) < 0;
-    struct arguments arguments = {0};
+    struct arguments arguments = {.limit = LIMIT_DEFAULT};
     for (size_t i = 0; i < sizeof(commands) / sizeof(commands[0]); i++)
         if (strcmp(words[1], commands[i].name) == 0) {
             const int status = read_arguments(count - 1, words + 1, &commands[i], &arguments);

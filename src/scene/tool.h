@@ -25,6 +25,11 @@ struct export_options {
 bool export_gltf(struct capture *capture, const char *path, const struct export_options *options,
                  struct capture_error *error);
 
+/* Writes what the 3D view on the page of assay-run shows, as JSON with at most about `limit` bytes
+ * of data before their encoding. */
+bool export_view(struct capture *capture, const char *path, uint64_t limit,
+                 struct capture_error *error);
+
 struct replay_options {
     bool uses_layer; /* the layer of this project checks what is replayed */
     bool compares;   /* it also compares hits with the reference builder */

@@ -25,7 +25,8 @@ class Browser:
             os.dup2(104, 4)
 
         self.process = subprocess.Popen(
-            [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe",
+            [CHROMIUM, "--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+             "--remote-debugging-pipe",
              "--no-first-run", "--disable-dev-shm-usage", f"--user-data-dir={folder}/profile"],
             env={**os.environ, "HOME": str(folder)}, preexec_fn=connect, close_fds=False,
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

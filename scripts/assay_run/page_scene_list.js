@@ -1,0 +1,322 @@
+/* What the 3D view can show and what is known of it: moments, colors, legends, objects and findings, as text. */
+"use strict";
+const LEGEND_SHOWN = 12;
+const FOUND = "what findings are about";
+const AGES = [["#f6d746", 0, 0], ["#7ad151", 1, 1], ["#22a884", 2, 9], ["#2a788e", 10, 99], ["#414487", 100, Infinity]];
+const INSTANCE_FLAGS = ["TRIANGLE_FACING_CULL_DISABLE", "TRIANGLE_FLIP_FACING", "FORCE_OPAQUE", "FORCE_NO_OPAQUE",
+  "FORCE_OPACITY_MICROMAP_2_STATE", "DISABLE_OPACITY_MICROMAPS"];
+
+/* ---- data */
+
+function decodeArray(view, index, Type) {
+  if (typeof view.arrays[index] === "string") {
+    const text = atob(view.arrays[index]), bytes = new Uint8Array(text.length);
+    for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
+    view.arrays[index] = bytes.buffer;
+  }
+  return new Type(view.arrays[index]);
+}
+
+/* Returns the instances of a moment. A structure that is shown alone is an instance of itself. */
+function instancesOf(moment) {
+  if (moment.items) return moment.items;
+  const { view } = moment, contents = new Map();
+  for (let i = 0; i < moment.contents.length; i += 2) {
+    const write = view.writes[moment.contents[i]];
+    contents.set(write.structure, { write, mesh: view.meshes[moment.contents[i + 1]] });
+  }
+  const [floats, words] = [Float32Array, Uint32Array].map(Type => decodeArray(view, view.rows, Type));
+  const ofTop = moment.isTop ? view.writes[moment.content].findings : [];
+  moment.items = [];
+  for (const row of decodeArray(view, moment.instances, Uint32Array)) {
+    const at = 16 * row;
+    const [custom, offset, structure, number] = words.subarray(at + 12, at + 16);
+    const own = ofTop.filter(one => one.primitive === number), { write, mesh } = contents.get(structure);
+    moment.items.push({ view, moment, structure, number, write, mesh, isRed: own.length > 0,
+      findings: [...own, ...view.writes[mesh.write].findings], matrix: new THREE.Matrix4().set(...floats.subarray(at, at + 12), 0, 0, 0, 1),
+      customIndex: custom & 0xffffff, mask: custom >>> 24, offset: offset & 0xffffff, flags: offset >>> 24 });
+  }
+  return moment.items;
+}
+
+function nameOf(view, structure) {
+  const { handle, name } = view.structures[structure];
+  return name ? `“${name}”` : handle;
+}
+
+/* Findings belong to the writes that they are about. */
+function readScene() {
+  scene.views = data.scene.views;
+  for (const view of scene.views) {
+    for (const write of view.writes) write.findings = [];
+    for (const moment of view.moments) moment.view = view;
+  }
+  for (const finding of data.new)
+    for (const [view, write, geometry, primitive] of finding.shown ?? [])
+      scene.views[view].writes[write].findings.push({ finding, geometry, primitive });
+  const moments = scene.views.flatMap(view => view.moments);
+  const entries = groupBy(moments, ({ view, write }) => [`${scene.views.indexOf(view)} ${view.writes[write].structure}`]);
+  scene.entries = [...entries.values()];
+  const numberOf = moment => moment.view.writes[moment.write].n;
+  for (const list of scene.entries) list.sort((a, b) => numberOf(a) - numberOf(b));
+}
+
+function titleOf([moment]) {
+  const { view } = moment;
+  const process = scene.views.length > 1 ? `, process ${data.processes[view.process]}` : "";
+  return nameOf(view, view.writes[moment.write].structure) + (moment.isTop ? "" : ", in no top-level structure") + process;
+}
+
+/* Such as: update of “rock” in submission 3, frame 12, labels load. */
+function describeWrite(view, write) {
+  const what = { ...COPIES, build: "build", update: "update" }[write.mode] ?? write.mode;
+  const frame = view.writes.some(other => other.frame) ? `, frame ${write.frame}` : "";
+  const labels = write.labels ? `, labels ${write.labels.replaceAll("::", " › ")}` : "";
+  return `${what} in submission ${write.submission}${frame}${labels} (command ${write.n} of the capture)`;
+}
+
+/* ---- colors */
+
+/* Far from red, and from each other. */
+function hueColor(number) {
+  return `#${new THREE.Color().setHSL(0.12 + 0.76 * (number * 0.618034 % 1), 0.5, 0.6).getHexString()}`;
+}
+
+/* Returns the structures that are alive at a moment, by memory and place in it. */
+function structuresAt({ view, write }) {
+  const at = view.writes[write].n;
+  return Object.entries(view.structures).map(([key, one]) => ({ ...one, structure: Number(key), end: one.offset + one.size }))
+    .filter(one => one.memory !== undefined && one.born <= at && !(one.died <= at))
+    .sort((a, b) => a.memory - b.memory || a.offset - b.offset);
+}
+
+function sharersOf(moment, structure) {
+  const all = structuresAt(moment), one = all.find(other => other.structure === structure);
+  return all.filter(other => one && other !== one && other.memory === one.memory && other.offset < one.end &&
+    one.offset < other.end).map(other => other.structure);
+}
+
+/* Returns all structures that share memory: each with the one that reaches farthest of those before it. */
+function findSharers(moment) {
+  const found = new Set();
+  let farthest = null;
+  for (const one of structuresAt(moment)) {
+    if (farthest?.memory !== one.memory) farthest = null;
+    if (farthest && one.offset < farthest.end) found.add(one.structure).add(farthest.structure);
+    if (!farthest || one.end > farthest.end) farthest = one;
+  }
+  return found;
+}
+
+const COLORINGS = {
+  structure: item => [nameOf(item.view, item.structure), hueColor(item.structure)],
+  flags: item => [describeFlags(item.write.flags), hueColor(Number(item.write.flags))],
+  "age since the last build": item => {
+    const { writes } = item.view, now = writes[item.moment.write], unit = now.frame ? "frame" : "submission";
+    const age = Math.max(0, now[unit] - item.write[unit]);
+    const [color, from, to] = AGES.find(([, , most]) => age <= most);
+    const span = from === to ? plural(from, unit) : to === Infinity ? `${from} ${unit}s or more` : `${from} to ${to} ${unit}s`;
+    return [from ? `written ${span} before` : `written in the same ${unit}`, color];
+  },
+  "overlap of memory": item => {
+    const { view, structure, moment } = item;
+    if (view.structures[structure].memory === undefined) return ["memory is not known", "#b0b7bf"];
+    moment.sharers ??= findSharers(moment);
+    return moment.sharers.has(structure)
+      ? ["shares memory with another structure", "#e08a00"] : ["has memory of its own", "#5b83b8"];
+  },
+};
+
+function colorItems({ items, coloring }) {
+  const known = new Map(), legend = new Map();
+  for (const item of items) {
+    if (!known.has(item.structure)) known.set(item.structure, COLORINGS[coloring](item));
+    const [label, color] = known.get(item.structure);
+    item.color = item.isRed ? RED : color;
+    legend.set(label, { color, count: (legend.get(label)?.count ?? 0) + 1 });
+    if (item.findings.length) legend.set(FOUND, { color: RED, count: (legend.get(FOUND)?.count ?? 0) + item.findings.length });
+  }
+  const rank = ([label, { count }]) => label === FOUND ? Infinity : count;
+  const lines = [...legend].sort((a, b) => rank(b) - rank(a)).map(([label, { color, count }]) => {
+    const line = element("li"), swatch = element("span", undefined, "swatch");
+    swatch.style.background = color;
+    line.append(swatch, `${label} (${count.toLocaleString("en")})`);
+    return line;
+  });
+  const rest = lines.splice(LEGEND_SHOWN).length;
+  if (rest) lines.push(element("li", `and ${rest.toLocaleString("en")} more`, "muted"));
+  get("scene-legend").replaceChildren(...lines);
+}
+
+/* ---- text */
+
+function addCounts(total, counts) {
+  for (const [what, count] of Object.entries(counts)) if (count) total[what] = (total[what] ?? 0) + count;
+}
+
+function showSummary() {
+  const { moment, items } = scene, { view } = moment, meshes = new Set(instancesOf(moment).map(item => item.mesh));
+  const list = scene.entries.find(one => one.includes(moment)), place = list.indexOf(moment) + 1;
+  const primitives = items.reduce((sum, { mesh }) => sum + mesh.geometries.reduce((all, { shown }) => all + shown, 0), 0);
+  const findings = new Set(items.flatMap(item => item.findings.map(one => one.finding))).size;
+  const write = view.writes[moment.write];
+  get("scene-summary").textContent = `${place} of ${list.length}: ${nameOf(view, write.structure)} after the ` +
+    `${describeWrite(view, write)}: ${moment.isTop ? `${plural(items.length, "instance")} of ` +
+    `${plural(meshes.size, "structure")}, ` : ""}${plural(primitives, "primitive")}, ${plural(findings, "finding")}.`;
+  const leftOut = { "instances of structures in which nothing is active": scene.empty,
+    "instances for which the page has no room": moment.noRoom,
+    "instances too far away to be drawn beside the others": scene.tooFar,
+    "structures whose triangles the page has no room for, so that only boxes are drawn":
+      [...meshes].filter(mesh => mesh.geometries.some(geometry => geometry.positions === null)).length };
+  addCounts(leftOut, moment.leftOut);
+  for (const mesh of meshes) addCounts(leftOut, mesh.leftOut);
+  const notes = Object.entries(leftOut).filter(([, count]) => count)
+    .map(([what, count]) => `Not shown: ${what}: ${count.toLocaleString("en")}.`);
+  if (scene.outside) notes.push(`${plural(scene.outside, "instance lies", "instances lie")} far from the others, outside ` +
+    "the first view: button Whole scene.");
+  get("scene-notes").replaceChildren(...[...notes, ...captureNotes(view)].map(note => element("li", note)));
+}
+
+/* What the whole capture lacks. */
+function captureNotes(view) {
+  const notes = [];
+  if (view.leftOut) notes.push(`${plural(view.leftOut, "earlier build is", "earlier builds are")} left out: the page has no room.`);
+  if (view.missing) notes.push(`${plural(view.missing, "structure was", "structures were")} built before the capture began.`);
+  if (!view.end) notes.push("The process ended before its capture was complete: the last builds may be missing.");
+  else if (!view.end.includes("destroyed")) notes.push(`The capture ends early: ${view.end}. What came later is not shown.`);
+  return notes;
+}
+
+/* Shows all that is known of an object. */
+function showObject({ item, geometry, primitive }) {
+  get("scene-object").replaceChildren();
+  if (!item) return;
+  const { view, moment, structure, write, mesh } = item, one = view.structures[structure];
+  const list = element("ul");
+  const add = (...parts) => list.append(itemElement(...parts));
+  if (moment.isTop)
+    add(`instance ${item.number} of ${nameOf(view, view.writes[moment.write].structure)}: custom index ${item.customIndex}, ` +
+      `mask 0x${item.mask.toString(16)}, offset ${item.offset}, ` +
+      (INSTANCE_FLAGS.filter((_, bit) => item.flags >> bit & 1).join(", ") || "no flags"));
+  if (geometry !== null) {
+    const { each, opaque } = mesh.geometries[geometry], noun = each === 3 ? "triangle" : "AABB";
+    add(`geometry ${geometry}${opaque ? ", opaque" : ""}${primitive === null ? "" : `: ${noun} ${primitive}`}`);
+  }
+  add(objectLink({ type: one.type, handle: one.handle, name: "" }, view.process, scene.structures));
+  add(`last written by the ${describeWrite(view, write)}`);
+  const record = findStructure(scene.structures, one.handle, view.process);
+  if (record) add(`${plural(record.builds, "build")} and ${plural(record.updates, "update")} in the whole run`);
+  add(describeFlags(write.flags));
+  add(`${plural(mesh.geometries.reduce((sum, each) => sum + each.count, 0), "primitive")} in ` +
+    plural(mesh.geometries.length, "geometry", "geometries"));
+  add(bytesText(one.size) + (one.memory === undefined ? "" :
+    `, from byte ${one.offset.toLocaleString("en")} of memory ${one.memory} of the capture`));
+  for (const other of sharersOf(moment, structure))
+    add(`shares memory with ${nameOf(view, other)}`);
+  get("scene-object").append(element("h3", nameOf(view, structure)), list);
+  showFindingsOf(item);
+}
+
+function showFindingsOf(item) {
+  const found = [...new Set(item.findings.map(one => one.finding))];
+  if (!found.length) return;
+  const list = element("ul");
+  list.append(...found.slice(0, COMMANDS_SHOWN).map(finding => itemElement(linkButton(finding.id, () => {
+    finding.article.tabIndex = -1;
+    finding.article.focus();
+  }))));
+  get("scene-object").append(element("h3", plural(found.length, "finding")), list);
+}
+
+/* ---- findings */
+
+/* Returns where a finding is seen, or else one of its structures; null if neither is shown. */
+function targetOf(finding) {
+  const moments = [scene.moment, ...scene.entries.flat()];
+  for (const [index, write, geometry, primitive] of finding.shown ?? []) {
+    const view = scene.views[index];
+    const top = moments.find(moment => moment.view === view && moment.isTop && moment.content === write);
+    if (top) return { moment: top, geometry: null, primitive: null, isExact: true,
+      isAbout: item => primitive !== null && item.number === primitive };
+    const holder = moments.find(moment => moment.view === view &&
+      moment.contents.some((mesh, i) => i % 2 && view.meshes[mesh].write === write));
+    if (holder) return { moment: holder, geometry, primitive, isExact: true, isAbout: item => item.mesh.write === write };
+  }
+  const handles = finding.objects.filter(object => object.type.startsWith("VkAccelerationStructure")).map(object => object.handle);
+  const isNamed = (view, write) => handles.includes(view.structures[view.writes[write].structure].handle) &&
+    [null, view.process].includes(finding.reports[0].process);
+  for (const moment of moments)
+    if (isNamed(moment.view, moment.write) || moment.contents.some((write, i) => i % 2 === 0 && isNamed(moment.view, write)))
+      return { moment, geometry: null, primitive: null, isAbout: item => handles.includes(item.view.structures[item.structure].handle) };
+  return null;
+}
+
+/* A control that leads into the picture, or null if it shows nothing of the finding. */
+function sceneLink(finding) {
+  const target = scene.renderer ? targetOf(finding) : null;
+  return target && linkButton(target.isExact ? "show in the scene" : "show the structure in the scene",
+    () => showTarget(target));
+}
+
+/* ---- controls */
+
+function showMoment(moment) {
+  if (scene.moment === moment) return;
+  const list = scene.entries.find(one => one.includes(moment));
+  Object.assign(scene, { moment, selected: null });
+  get("scene-structure").value = scene.entries.indexOf(list);
+  Object.assign(get("scene-moment"), { max: list.length - 1, value: list.indexOf(moment) });
+  get("scene-moments").hidden = list.length === 1;
+  placeInstances(false);
+  drawItems();
+  showObject({ item: null });
+  showSummary();
+}
+
+function fillSelect(control, names) {
+  get(control).append(...names.map((name, i) => {
+    const option = element("option", name);
+    option.value = i;
+    return option;
+  }));
+}
+
+function listenToControls() {
+  const list = () => scene.entries[get("scene-structure").value];
+  const last = moments => moments[moments.length - 1];
+  get("scene-structure").addEventListener("input", () => { showMoment(last(list())); lookAtWhole(); });
+  get("scene-moment").addEventListener("input", () => showMoment(list()[get("scene-moment").value]));
+  get("scene-draw").addEventListener("input", () => { scene.drawing = DRAWINGS[get("scene-draw").value]; drawItems(); });
+  get("scene-color").addEventListener("input", () => {
+    scene.coloring = Object.keys(COLORINGS)[get("scene-color").value];
+    drawItems();
+  });
+  get("scene-whole").addEventListener("click", () => { placeInstances(true); drawItems(); showSummary(); lookAtWhole(); });
+  const shown = data.new.filter(finding => targetOf(finding)?.isExact);
+  let next = 0;
+  get("scene-next").hidden = shown.length === 0;
+  get("scene-next").addEventListener("click", () => showTarget(targetOf(shown[next++ % shown.length])));
+}
+
+function showScene(structures) {
+  const { why, views } = data.scene;
+  get("scene-why").textContent = why;
+  get("scene-why").hidden = !why;
+  get("scene-view").hidden = views.length === 0;
+  if (views.length === 0) return;
+  if (!makePicture(get("scene-canvas"))) {
+    get("scene-why").textContent = "There is no picture, because this browser has no WebGL.";
+    get("scene-why").hidden = false;
+    get("scene-view").hidden = true;
+    return;
+  }
+  scene.structures = structures;
+  readScene();
+  fillSelect("scene-structure", scene.entries.map(titleOf));
+  fillSelect("scene-draw", DRAWINGS);
+  fillSelect("scene-color", Object.keys(COLORINGS));
+  const [first] = scene.entries;
+  showMoment(first[first.length - 1]);
+  lookAtWhole();
+  listenToControls();
+}
