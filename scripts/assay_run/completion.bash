@@ -44,11 +44,12 @@ _assay_scene() {
     case ${COMP_WORDS[1]} in
     info) words="--json --all" ;;
     export) words="--at --tlas --color --plain-nodes" ;;
+    view) words="--limit" ;;
     replay) words="--layer --compare --time --repeat --dump" ;;
     minimize) words="--finding" ;;
     esac
     case $COMP_CWORD${COMP_WORDS[COMP_CWORD - 1]} in
-    1*) words="info export replay minimize --help --version" ;;
+    1*) words="info export view replay minimize --help --version" ;;
     *--at) words="frame: submission: build: label:" ;;
     *--color) words="structure flags" ;;
     *) [[ $word = -* ]] || words= ;;

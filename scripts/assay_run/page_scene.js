@@ -111,6 +111,11 @@ function materialOf(color) {
     wireframe: scene.drawing === "wireframe" });
 }
 
+/* No ray can be traced through what has no inverse transform. */
+function isFlat(item) {
+  return item.placed.determinant() === 0;
+}
+
 /* Draws items that have one mesh and one color. */
 function addMeshes(group, items, color, red) {
   const [{ view, mesh }] = items;
@@ -163,7 +168,7 @@ function addMarkers(group) {
 function drawItems() {
   const group = new THREE.Group(), red = materialOf(RED);
   colorItems(scene);
-  const groups = groupBy(scene.items, item => [`${item.structure} ${item.isRed}`]);
+  const groups = groupBy(scene.items, item => [`${item.structure} ${item.isRed} ${isFlat(item)}`]);
   if (scene.drawing !== "boxes")
     for (const items of groups.values()) addMeshes(group, items, items[0].color, red);
   addBoxes(group, scene.items.filter(item => scene.drawing === "boxes" ||
@@ -177,8 +182,9 @@ function drawItems() {
 
 function outlineSelected() {
   if (scene.outline) scene.root.remove(scene.outline);
-  scene.outline = scene.selected && new THREE.Box3Helper(scene.selected.box, "#0b57d0");
-  if (scene.outline) scene.root.add(scene.outline);
+  scene.outline = new THREE.Group();
+  if (scene.selected) addBoxes(scene.outline, [{ ...scene.selected, color: "#0b57d0" }]);
+  scene.root.add(scene.outline);
   requestDraw();
 }
 
@@ -251,15 +257,16 @@ function pick(event) {
   const ray = new THREE.Raycaster();
   ray.setFromCamera(new THREE.Vector2(2 * (event.clientX - left) / width - 1, 1 - 2 * (event.clientY - top) / height),
     scene.camera);
-  const [hit] = ray.intersectObjects(scene.group.children.filter(child => child.isInstancedMesh));
+  const [hit] = ray.intersectObjects(scene.group.children.filter(child => child.isInstancedMesh &&
+    !isFlat(child.userData.items[0])));
   if (hit) {
     const { items, index, triangles } = hit.object.userData;
     return { item: items[hit.instanceId], geometry: index, primitive: triangles.at(hit.faceIndex) };
   }
   const point = new THREE.Vector3();
   const distance = item => ray.ray.intersectBox(item.box, point) ? point.distanceTo(ray.ray.origin) : Infinity;
-  const boxes = scene.items.filter(item => scene.drawing === "boxes" || !item.mesh.geometries.some(
-    geometry => geometry.positions !== null));
+  const boxes = scene.items.filter(item => scene.drawing === "boxes" || isFlat(item) ||
+    item.mesh.geometries.some(geometry => geometry.positions === null));
   const [item] = boxes.filter(one => distance(one) < Infinity).sort((a, b) => distance(a) - distance(b));
   return { item: item ?? null, geometry: null, primitive: null };
 }

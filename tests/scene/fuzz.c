@@ -128,6 +128,7 @@ static bool play(const char *folder)
         info_print(&capture, false, true, &error);
         for (int i = 0; i < 2; i++)
             export_gltf(&capture, "/dev/null", &options[i], &error);
+        export_view(&capture, "/dev/null", 4000, &error);
         for (uint32_t i = 0; i < capture.line_count; i++)
             capture.lines[i].is_changed = true;
         capture_write(&capture, "/dev/null/folder", &error);
