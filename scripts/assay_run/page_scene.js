@@ -88,12 +88,11 @@ function viewBox() {
   return new THREE.Box3(new THREE.Vector3(-1.1, -1.1, -1.1), new THREE.Vector3(1.1, 1.1, 1.1));
 }
 
-function placeInstances(hasAll) {
-  scene.hasAll = hasAll;
+function placeInstances(keepsPlacement, hasAll) {
   const known = instancesOf(scene.moment), drawn = known.filter(item => item.mesh.box);
-  const placement = placementOf(boxOfScene(drawn, hasAll));
+  if (!keepsPlacement) scene.placement = placementOf(boxOfScene(drawn, hasAll));
   for (const item of drawn) {
-    item.placed = new THREE.Matrix4().multiplyMatrices(placement, item.matrix);
+    item.placed = new THREE.Matrix4().multiplyMatrices(scene.placement, item.matrix);
     item.box = boxOfMesh(item.mesh).applyMatrix4(item.placed);
   }
   const isNear = ({ box, placed }) => [...box.min.toArray(), ...box.max.toArray(), ...placed.elements]
@@ -122,7 +121,10 @@ function addMeshes(group, items, color, red) {
   mesh.geometries.forEach((_, index) => {
     const triangles = trianglesOf(view, mesh, index);
     if (!triangles) return;
-    const drawn = new THREE.InstancedMesh(triangles.made, [materialOf(color), red], items.length);
+    /* Its own geometry, of shared arrays: three.js r111 gives meshes of one geometry one array of instances. */
+    const { index: indices, attributes, groups } = triangles.made;
+    const own = Object.assign(new THREE.BufferGeometry(), { index: indices, attributes, groups });
+    const drawn = new THREE.InstancedMesh(own, [materialOf(color), red], items.length);
     items.forEach((item, i) => item.placed.toArray(drawn.instanceMatrix.array, 16 * i));
     drawn.frustumCulled = false;
     drawn.userData = { items, index, triangles };
@@ -180,6 +182,13 @@ function drawItems() {
   outlineSelected();
 }
 
+/* Shows the moment: from one build of a structure to the next, nothing moves that the application did not move. */
+function drawMoment(keepsPlacement, hasAll) {
+  placeInstances(keepsPlacement, hasAll);
+  drawItems();
+  showSummary();
+}
+
 function outlineSelected() {
   if (scene.outline) scene.root.remove(scene.outline);
   scene.outline = new THREE.Group();
@@ -188,18 +197,19 @@ function outlineSelected() {
   requestDraw();
 }
 
+function draw() {
+  const { camera, controls, renderer } = scene, distance = camera.position.distanceTo(controls.target);
+  const { clientWidth, clientHeight } = renderer.domElement, size = renderer.getSize(new THREE.Vector2());
+  scene.isRequested = false;
+  if (size.x !== clientWidth || size.y !== clientHeight) renderer.setSize(clientWidth, clientHeight, false);
+  Object.assign(camera, { aspect: clientWidth / clientHeight, near: distance / 100, far: distance * 1000 });
+  camera.updateProjectionMatrix();
+  renderer.render(scene.root, camera);
+}
+
 function requestDraw() {
-  if (scene.isRequested) return;
+  if (!scene.isRequested) requestAnimationFrame(draw);
   scene.isRequested = true;
-  requestAnimationFrame(() => {
-    scene.isRequested = false;
-    const { camera, controls, renderer } = scene, distance = camera.position.distanceTo(controls.target);
-    const { clientWidth, clientHeight } = renderer.domElement;
-    renderer.setSize(clientWidth, clientHeight, false);
-    Object.assign(camera, { aspect: clientWidth / clientHeight, near: distance / 100, far: distance * 1000 });
-    camera.updateProjectionMatrix();
-    renderer.render(scene.root, camera);
-  });
 }
 
 /* ---- camera and mouse */
@@ -282,8 +292,7 @@ function showTarget({ moment, geometry, primitive, isAbout }) {
   showMoment(moment);
   let item = scene.items.find(isAbout);
   if (!item && scene.tooFar) {
-    placeInstances(true);
-    drawItems();
+    drawMoment(false, true);
     item = scene.items.find(isAbout);
   }
   if (item) {

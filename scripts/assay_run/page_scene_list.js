@@ -70,9 +70,10 @@ function titleOf([moment]) {
 /* Such as: update of “rock” in submission 3, frame 12, labels load. */
 function describeWrite(view, write) {
   const what = { ...COPIES, build: "build", update: "update" }[write.mode] ?? write.mode;
+  const where = write.submission ? ` in submission ${write.submission}` : " by the host";
   const frame = view.writes.some(other => other.frame) ? `, frame ${write.frame}` : "";
   const labels = write.labels ? `, labels ${write.labels.replaceAll("::", " › ")}` : "";
-  return `${what} in submission ${write.submission}${frame}${labels} (command ${write.n} of the capture)`;
+  return `${what}${where}${frame}${labels} (command ${write.n} of the capture)`;
 }
 
 /* ---- colors */
@@ -262,15 +263,13 @@ function sceneLink(finding) {
 
 function showMoment(moment) {
   if (scene.moment === moment) return;
-  const list = scene.entries.find(one => one.includes(moment));
+  const list = scene.entries.find(one => one.includes(moment)), keepsPlacement = list.includes(scene.moment);
   Object.assign(scene, { moment, selected: null });
   get("scene-structure").value = scene.entries.indexOf(list);
   Object.assign(get("scene-moment"), { max: list.length - 1, value: list.indexOf(moment) });
   get("scene-moments").hidden = list.length === 1;
-  placeInstances(false);
-  drawItems();
   showObject({ item: null });
-  showSummary();
+  drawMoment(keepsPlacement, false);
 }
 
 function fillSelect(control, names) {
@@ -291,7 +290,7 @@ function listenToControls() {
     scene.coloring = Object.keys(COLORINGS)[get("scene-color").value];
     drawItems();
   });
-  get("scene-whole").addEventListener("click", () => { placeInstances(true); drawItems(); showSummary(); lookAtWhole(); });
+  get("scene-whole").addEventListener("click", () => { drawMoment(false, true); lookAtWhole(); });
   const shown = data.new.filter(finding => targetOf(finding)?.isExact);
   let next = 0;
   get("scene-next").hidden = shown.length === 0;

@@ -26,7 +26,7 @@ class Demo(Runs):
         browser = Browser(self.folder)
         self.addCleanup(browser.close)
         self.assertLess((self.folder / "a.html").stat().st_size, 5_000_000)
-        browser.open(self.folder / "a.html", 1000, 900)
+        browser.open(self.folder / "a.html", 1000, 1300)
         self.assertIn("7 instances of 3 structures, 349,290 primitives", browser.run(
             "get('scene-summary').textContent"))
         browser.run("select({ item: scene.items[0], geometry: 0, primitive: 4711 })")

@@ -79,7 +79,7 @@ class View(Case):
 
     def open(self, *arguments, **members):
         self.write(*arguments, **members)
-        self.browser.open(self.folder / "a.html", 900)
+        self.browser.open(self.folder / "a.html", 640)
 
     def text(self, name):
         return self.browser.run(f"document.getElementById('scene-{name}').textContent")
@@ -91,9 +91,9 @@ class View(Case):
     def pixels(self, condition):
         """How many pixels of the picture have a color."""
         return self.browser.run(f"""(() => {{
-            const {{ renderer, root, camera }} = scene, gl = renderer.getContext();
+            const gl = scene.renderer.getContext();
             const pixels = new Uint8Array(4 * gl.drawingBufferWidth * gl.drawingBufferHeight);
-            renderer.render(root, camera);
+            draw();
             gl.readPixels(0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
             let count = 0;
             for (let i = 0; i < pixels.length; i += 4) {{
