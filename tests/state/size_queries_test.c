@@ -94,6 +94,25 @@ TEST_BETWEEN(the_same_build_explains_nothing, open_queries, close_queries)
     assert_int_equal(find(1, 1000).count, 0);
 }
 
+TEST_BETWEEN(each_geometry_has_a_stride, open_queries, close_queries)
+{
+    VkAccelerationStructureGeometryKHR geometries[2] = {geometry, geometry};
+    const uint32_t counts[2] = {1, 1};
+    struct size_differences found = {.build = 7};
+    const VkAccelerationStructureBuildSizesInfoKHR sizes = {.accelerationStructureSize = 1000};
+    info.geometryCount = 2;
+    info.pGeometries = geometries;
+    geometries[0].geometry.triangles.vertexStride = 12;
+    geometries[1].geometry.triangles.vertexStride = 16;
+    size_queries_add(queries, &info, counts, build_type, &sizes);
+    geometries[1].geometry.triangles.vertexStride = 20;
+    size_queries_find(queries, &info, counts, build_type, SIZE_OF_STRUCTURE, 1000, &found);
+    assert_int_equal(found.count, 1);
+    assert_int_equal(found.items[0].member, SIZED_STRIDE);
+    assert_int_equal(found.items[0].queried, 16);
+    assert_int_equal(found.items[0].built, 20);
+}
+
 TEST_BETWEEN(few_differences_are_listed, open_queries, close_queries)
 {
     ask(1, 1000);
