@@ -1093,6 +1093,15 @@ static void write_build(const struct capture *capture, json_t *object,
             write_fields(capture, json_array_get(json_object_get(value, "inputs"), j), input_fields,
                          &geometry->inputs[j]);
     }
+    array = json_object_get(object, "references");
+    for (size_t i = json_array_size(array); i-- > 0;) {
+        const char *text =
+            json_string_value(json_object_get(json_array_get(array, i), "reference"));
+        const struct captured_reference *reference =
+            capture_reference_of(build, text ? strtoull(text, NULL, 16) : 0);
+        if (reference && reference->is_left_out)
+            json_array_remove(array, i);
+    }
 }
 
 /* Returns a changed line as text, which the caller frees. */

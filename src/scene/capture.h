@@ -167,6 +167,7 @@ struct captured_reference {
     uint64_t reference;
     uint32_t structure;
     bool is_dead;
+    bool is_left_out; /* a changed line lacks it */
 };
 
 /* A build, copy, query or destruction, or a compacted size that the application has read. */

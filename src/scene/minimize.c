@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+#include <vulkan/vulkan.h>
 
 #include "src/base/text_buffer.h"
 #include "src/platform/process.h"
@@ -235,6 +236,43 @@ static void reduce_primitives(struct search *search, uint32_t command, uint32_t 
 
 /* ---- what nothing names any more */
 
+/* Whether an instance that is left may have the reference. */
+static bool may_refer(struct search *search, const struct captured_command *command,
+                      uint64_t reference)
+{
+    const size_t at = offsetof(VkAccelerationStructureInstanceKHR, accelerationStructureReference);
+    for (uint32_t i = 0; i < command->geometry_count; i++) {
+        const struct captured_geometry *geometry = &command->geometries[i];
+        const struct captured_input *input = capture_input_of(geometry, CAPTURE_INSTANCE_ROWS);
+        if (geometry->is_left_out || !input || !geometry->primitive_count)
+            continue;
+        const unsigned char *rows =
+            input->data != CAPTURE_NONE &&
+                    search->capture->data[input->data].element == CAPTURE_INSTANCE
+                ? capture_load_data(search->capture, input->data, search->error)
+                : NULL;
+        if (!rows)
+            return true;
+        const struct captured_data *data = &search->capture->data[input->data];
+        for (uint64_t row = 0; row < data->rows; row++)
+            if (memcmp(rows + row * data->row_size + at, &reference, sizeof(reference)) == 0)
+                return true;
+    }
+    return false;
+}
+
+static void leave_out_references(struct search *search)
+{
+    for (uint32_t i = 0; i < search->capture->command_count; i++) {
+        struct captured_command *command = &search->capture->commands[i];
+        if (is_left_out(search->capture, i) || !search->capture->lines[command->line].is_changed)
+            continue;
+        for (uint32_t n = 0; n < command->reference_count; n++)
+            command->references[n].is_left_out =
+                !may_refer(search, command, command->references[n].reference);
+    }
+}
+
 static void keep_structure(const struct capture *capture, uint32_t structure, bool *structures,
                            bool *buffers)
 {
@@ -251,7 +289,8 @@ static void find_named(const struct capture *capture, const struct captured_comm
     keep_structure(capture, command->dst, structures, buffers);
     keep_structure(capture, command->src, structures, buffers);
     for (uint32_t i = 0; i < command->reference_count; i++)
-        keep_structure(capture, command->references[i].structure, structures, buffers);
+        if (!command->references[i].is_left_out)
+            keep_structure(capture, command->references[i].structure, structures, buffers);
     if (command->scratch_buffer != CAPTURE_NONE)
         buffers[command->scratch_buffer] = true;
     for (uint32_t i = 0; i < command->geometry_count; i++)
@@ -302,6 +341,7 @@ static void reduce_all(struct search *search)
                 reduce_primitives(search, i, n);
         free(geometries.left_out);
     }
+    leave_out_references(search);
     leave_out_unnamed(capture);
 }
 

@@ -44,6 +44,8 @@ struct spare {
     VkDeviceSize used;
 };
 
+enum { REASONS = 16 };
+
 struct replay {
     struct capture *capture;
     const struct replay_options *options;
@@ -57,9 +59,15 @@ struct replay {
     struct spare *spares;
     bool has_bad_build; /* in the call that is recorded: the layer keeps it from the driver */
     uint32_t built, copied, skipped, findings;
+    /* Why commands were skipped; the first command of each reason is printed. */
+    struct {
+        const char *why; /* texts of a capture are equal if their pointers are */
+        uint32_t more;
+    } reasons[REASONS];
+    uint32_t reason_count;
 };
 
-/* Says why a command is not replayed. */
+/* Says why a command is not replayed, once for each reason. */
 static void skip(struct replay *replay, const struct captured_command *command, const char *why)
 {
     replay->skipped++;
@@ -68,8 +76,26 @@ static void skip(struct replay *replay, const struct captured_command *command, 
         (command->kind == CAPTURE_COMMAND_BUILD || command->src == CAPTURE_NONE ||
          replay->structures[command->src].is_left_out))
         replay->structures[command->dst].is_left_out = true;
-    printf("not replayed: %" PRIu64 " (%s): %s\n", command->n,
-           command->command ? command->command : "build", why);
+    uint32_t i = 0;
+    while (i < replay->reason_count && replay->reasons[i].why != why)
+        i++;
+    if (i < replay->reason_count) {
+        replay->reasons[i].more++;
+    } else {
+        if (i < REASONS)
+            replay->reasons[replay->reason_count++].why = why;
+        printf("not replayed: %" PRIu64 " (%s): %s\n", command->n,
+               command->command ? command->command : "build", why);
+    }
+}
+
+/* The first command of each reason was printed. */
+static void print_skipped(const struct replay *replay)
+{
+    for (uint32_t i = 0; i < replay->reason_count; i++)
+        if (replay->reasons[i].more)
+            printf("not replayed, %" PRIu32 " more: %s\n", replay->reasons[i].more,
+                   replay->reasons[i].why);
 }
 
 /* ---- the layer's messages */
@@ -1014,6 +1040,7 @@ bool replay_capture(struct capture *capture, const struct replay_options *option
         is_done = replay_commands(&replay) && (!options->dump || dump_all(&replay));
     }
     close_replay(&replay);
+    print_skipped(&replay);
     if (is_done)
         printf("built: %" PRIu32 "; copied: %" PRIu32 "; not replayed: %" PRIu32 "%s", replay.built,
                replay.copied, replay.skipped, has_layer ? "" : "\n");
