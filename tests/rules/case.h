@@ -56,6 +56,7 @@ extern const struct refusal indirect_takes_no_micromap, host_takes_no_dense_geom
 
 struct test_case {
     const char *name;
+    const char *place; /* file, line and text; NULL: the case is in none of the .cases */
     const enum rule *rules;
     uint32_t rule_count;
     /* Rules that the mistake violates, too: the message of the first rule names their ids. The case

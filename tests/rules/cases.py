@@ -4,6 +4,7 @@
 a file LIST.inc that defines cases_LIST."""
 
 import argparse
+import json
 import pathlib
 import re
 import sys
@@ -269,9 +270,9 @@ def rule_list(field, count, text):
     return (f".{field} = (const enum rule[]){{{names}}}", f".{count} = {len(split(text, ','))}")
 
 
-def row(cases, name, items, setups, defines):
-    """The C row of a case."""
-    fields = [f'.name = "{name}"']
+def row(cases, name, place, items, setups, defines):
+    """The C row of a case, which stands at a place."""
+    fields = [f'.name = "{name}"', f".place = {json.dumps(place)}"]
     steps = {key: value[1] for key, value in items.items() if isinstance(value, tuple)}
     if ("fine" in steps) and "silent" not in items or "wrong" in steps and "silent" in items:
         raise ValueError("silent cases have `fine`, and others `wrong`")
@@ -363,7 +364,7 @@ def read(path, members, common):
                 name, colon, rest = text.partition(":")
                 if not colon:
                     raise ValueError("a colon is missing behind the name of the case")
-                row(lists[-1], name, inherit(read_items(rest.strip(), defines), group),
+                row(lists[-1], name, f"{path.name}:{number}: {text}", inherit(read_items(rest.strip(), defines), group),
                     setups, defines)
         except (KeyError, IndexError, ValueError, TypeError) as error:
             sys.exit(f"{path}:{number}: {error!r} in: {text}")

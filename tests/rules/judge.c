@@ -226,7 +226,8 @@ static bool expect_findings(const struct play *play, const struct fixture *fixtu
         const uint32_t count = messages_count(&fixture->messages, id, NULL);
         expected += count;
         if (count == 0 || (i == 0 && test_case->count != 0 && count != test_case->count)) {
-            judge_say(report, "mutation: %u of %s (%s)\n", count, id, rule_infos[rule].name);
+            judge_say(report, "mutation: got %u messages of %s (%s), expected %u\n", count, id,
+                      rule_infos[rule].name, test_case->count != 0 ? test_case->count : 1);
             good = false;
         } else if (path != NULL && messages_count(&fixture->messages, id, path) == 0) {
             judge_say(report, "mutation: no message names %s\n", path);
@@ -363,4 +364,6 @@ void judge_play(const struct play *play, struct fixture *fixture, struct report 
         return;
     if (report->fired && (report->stayed_silent || play->is_mutation_alone))
         report->outcome = OUTCOME_PASSED;
+    else if (test_case->place != NULL)
+        judge_say(report, "%s\n", test_case->place);
 }

@@ -54,6 +54,8 @@ int tally_open(struct tally *tally, struct platform *platform, int argc, char **
         fputs(usage, stderr);
         return 2;
     }
+    tally->argument_count = argc;
+    tally->arguments = argv;
     setvbuf(stdout, NULL, _IOLBF, 0);
     const char *missing = platform_open(platform, argv[1]);
     if (missing == NULL)
@@ -107,6 +109,21 @@ static void count_reason(struct tally *tally, const char *text)
     }
 }
 
+/* Without a filter, and without results, of which the file would hold no others. */
+static void print_command(const struct tally *tally, const char *name)
+{
+    printf("again: ");
+    for (int i = 0; i < tally->argument_count; i++) {
+        const char *argument = tally->arguments[i];
+        const bool is_dropped =
+            strcmp(argument, "--filter") == 0 || strcmp(argument, "--results") == 0;
+        i += is_dropped;
+        if (!is_dropped)
+            printf("%s ", argument);
+    }
+    printf("--filter '%s'\n", name);
+}
+
 void tally_count(struct tally *tally, enum outcome outcome, const char *name, const char *text)
 {
     switch (outcome) {
@@ -118,6 +135,7 @@ void tally_count(struct tally *tally, enum outcome outcome, const char *name, co
     case OUTCOME_FAILED:
         tally->failed++;
         printf("%s[  FAILED  ] %s\n", text, name);
+        print_command(tally, name);
         break;
     case OUTCOME_SKIPPED:
         tally->skipped++;

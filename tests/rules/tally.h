@@ -20,10 +20,12 @@ enum level level_named(const char *name);
 struct tally {
     const char *filter; /* part of the names to be played, or after "!" not played; NULL: all */
     bool list, verbose;
-    bool misaligns;    /* --misaligned */
-    bool fails;        /* --fail: debug_action = fail skips calls, and callbacks don't */
-    const char *level; /* that all is played at; NULL: at its own */
-    FILE *results;     /* NULL: none wanted */
+    bool misaligns;     /* --misaligned */
+    bool fails;         /* --fail: debug_action = fail skips calls, and callbacks don't */
+    const char *level;  /* that all is played at; NULL: at its own */
+    FILE *results;      /* NULL: none wanted */
+    int argument_count; /* of the program, which plays a case again with a filter for it */
+    char **arguments;
     uint32_t passed, failed, skipped;
     struct {
         char text[128];
