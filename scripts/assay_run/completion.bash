@@ -24,7 +24,7 @@ _assay_run() {
     fi
     case $previous in
     --set) mapfile -t COMPREPLY < <(compgen -W "$settings" -- "$word") ;;
-    --junit | --sarif | --json | --html | --baseline | --write-baseline | --merge)
+    --junit | --sarif | --json | --html | --scene | --baseline | --write-baseline | --merge)
         mapfile -t COMPREPLY < <(compgen -f -- "$word")
         ;;
     --record | --capture) mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;
@@ -32,7 +32,7 @@ _assay_run() {
     *)
         mapfile -t COMPREPLY < <(compgen -W "--level --backend --everything --set --lavapipe --with-khronos --count-khronos
             --stop-at-first --live --no-live --junit
-            --sarif --json --html --github --record --capture --quiet --error-exitcode --baseline
+            --sarif --json --html --github --record --capture --scene --quiet --error-exitcode --baseline
             --strict-baseline --advice-is-error --write-baseline --merge --help --" -- "$word")
         ;;
     esac
@@ -47,9 +47,10 @@ _assay_scene() {
     view) words="--limit" ;;
     replay) words="--layer --compare --time --repeat --dump" ;;
     minimize) words="--finding" ;;
+    report) words="--html --json --at --tlas --camera --rays --device" ;;
     esac
     case $COMP_CWORD${COMP_WORDS[COMP_CWORD - 1]} in
-    1*) words="info export view replay minimize --help --version" ;;
+    1*) words="info export view replay minimize report --help --version" ;;
     *--at) words="frame: submission: build: label:" ;;
     *--color) words="structure flags" ;;
     *) [[ $word = -* ]] || words= ;;

@@ -146,7 +146,7 @@ def layer_settings(arguments, records, environment, scene=None):
             settings.setdefault("level", "content")
     if scene:
         scene.change(settings, environment)
-    if arguments.advice_is_error and PREFIX + "ADVICE" not in environment:
+    if (arguments.advice_is_error or arguments.scene) and PREFIX + "ADVICE" not in environment:
         settings.setdefault("advice", "true")
     if arguments.baseline or arguments.write_baseline:
         # Otherwise known findings would use up the limit, and new ones of the same id be held back.

@@ -100,6 +100,10 @@ def make_parser():
     reports.add_argument("--capture", metavar="FOLDER",
                          help="write all builds with their data to a new folder, which assay-scene "
                               "reads; sets level=content")
+    reports.add_argument("--scene", metavar="FILE",
+                         help="a page about what was built: what accuracy costs on this scene, where it is fragile, "
+                              "what its effects cost and what it wastes (assay-scene report); captures, and sets "
+                              "level=content and advice=true")
     reports.add_argument("--quiet", action="store_true", help="print no summary")
     verdict = parser.add_argument_group("verdict")
     verdict.add_argument("--error-exitcode", metavar="N", type=exitcode, default=99,
@@ -148,7 +152,9 @@ def parse_arguments(words):
         parser.error("--strict-baseline needs --baseline")
     if arguments.write_baseline and arguments.strict_baseline:
         parser.error("--strict-baseline has no meaning with --write-baseline")
-    for name in ("junit", "sarif", "json", "html", "write_baseline"):
+    if arguments.scene and arguments.merge:
+        parser.error("--scene needs an application: records have no captures")
+    for name in ("junit", "sarif", "json", "html", "scene", "write_baseline"):
         path = getattr(arguments, name)
         if path and not is_writable(path):
             parser.error(f"--{name.replace('_', '-')}: {path} cannot be written")

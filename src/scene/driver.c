@@ -90,7 +90,14 @@ static bool open_instance(struct driver *driver, bool layer,
 /* ---- device */
 
 static const char *const device_extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                                VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
+                                                VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+                                                VK_KHR_RAY_QUERY_EXTENSION_NAME};
+
+/* The last extension is for tracing. */
+static uint32_t extension_count(const struct driver *driver)
+{
+    return COUNT_OF(device_extensions) - !driver->traces;
+}
 
 static bool has_extensions(const struct driver *driver, VkPhysicalDevice physical)
 {
@@ -99,10 +106,10 @@ static bool has_extensions(const struct driver *driver, VkPhysicalDevice physica
     VkExtensionProperties *extensions = capture_allocate(NULL, count + 1, sizeof(*extensions));
     driver->instance_vk.EnumerateDeviceExtensionProperties(physical, NULL, &count, extensions);
     for (uint32_t i = 0; i < count; i++)
-        for (size_t n = 0; n < COUNT_OF(device_extensions); n++)
+        for (size_t n = 0; n < extension_count(driver); n++)
             found += strcmp(extensions[i].extensionName, device_extensions[n]) == 0;
     free(extensions);
-    return found == COUNT_OF(device_extensions);
+    return found == extension_count(driver);
 }
 
 static bool find_queue(struct driver *driver, VkPhysicalDevice physical)
@@ -130,6 +137,7 @@ static bool find_physical(struct driver *driver, struct capture_error *error)
     for (uint32_t i = 0; i < count; i++) {
         driver->instance_vk.GetPhysicalDeviceProperties(devices[i], &driver->properties);
         if (driver->properties.apiVersion < VK_API_VERSION_1_2 ||
+            (driver->wanted && !strstr(driver->properties.deviceName, driver->wanted)) ||
             !has_extensions(driver, devices[i]) || !find_queue(driver, devices[i]))
             continue;
         VkPhysicalDeviceAccelerationStructurePropertiesKHR limits = {
@@ -144,14 +152,21 @@ static bool find_physical(struct driver *driver, struct capture_error *error)
         driver->scratch_alignment = limits.minAccelerationStructureScratchOffsetAlignment;
         return true;
     }
-    return fail(error, "no device has Vulkan 1.2 and VK_KHR_acceleration_structure");
+    return fail(error,
+                driver->traces
+                    ? "no device (of that name) has Vulkan 1.2, VK_KHR_acceleration_structure "
+                      "and VK_KHR_ray_query"
+                    : "no device has Vulkan 1.2 and VK_KHR_acceleration_structure");
 }
 
 static bool create_device(struct driver *driver, struct capture_error *error)
 {
     const float priority = 1;
+    VkPhysicalDeviceRayQueryFeaturesKHR queries = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = VK_TRUE};
     VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
+        .pNext = driver->traces ? &queries : NULL,
         .accelerationStructure = VK_TRUE};
     VkPhysicalDeviceVulkan12Features features = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
@@ -165,7 +180,7 @@ static bool create_device(struct driver *driver, struct capture_error *error)
                                      .pNext = &features,
                                      .queueCreateInfoCount = 1,
                                      .pQueueCreateInfos = &queue,
-                                     .enabledExtensionCount = COUNT_OF(device_extensions),
+                                     .enabledExtensionCount = extension_count(driver),
                                      .ppEnabledExtensionNames = device_extensions};
     PFN_vkCreateDevice create = (PFN_vkCreateDevice)driver->instance_vk.GetInstanceProcAddr(
         driver->instance, "vkCreateDevice");
@@ -206,6 +221,13 @@ bool driver_open(struct driver *driver, bool layer, PFN_vkDebugUtilsMessengerCal
 {
     *driver = (struct driver){0};
     return open_instance(driver, layer, on_message, user, error) && find_physical(driver, error) &&
+           create_device(driver, error) && create_commands(driver, error);
+}
+
+bool driver_open_to_trace(struct driver *driver, const char *name, struct capture_error *error)
+{
+    *driver = (struct driver){.traces = true, .wanted = name};
+    return open_instance(driver, false, NULL, NULL, error) && find_physical(driver, error) &&
            create_device(driver, error) && create_commands(driver, error);
 }
 

@@ -173,6 +173,12 @@ static void find_answers(struct report *report, enum trace_accuracy accuracy,
 
 /* ---- the part of the report */
 
+void answers_find(struct report *report, enum trace_accuracy accuracy, const struct ray_set *set,
+                  struct answer *answers)
+{
+    find_answers(report, accuracy, set, answers, NULL);
+}
+
 /* Leaves out rays of sets that are too much work: from far away, boxes are padded so far that a ray
  * meets all of them. Counts of work do not depend on the machine. */
 static void limit_work(struct report *report, struct ray_set sets[RAY_SETS])

@@ -224,10 +224,27 @@ at('unused').append(unused.length ? table(['what', 'structures'], unused.map(row
 
 const device = data.device || {missing: 'This report was made without a device.'};
 if (device.missing) at('of-device').append(nothing(device.missing));
-else at('of-device').append(make('p', {}, `${device.device}, ${device.driver}. ${device.says || ''}`),
-  make('div', {class: 'scroll'}, table(['build flags', 'ms to build', 'MiB', 'MiB compacted', 'scratch MiB', 'ns a camera ray'],
-    device.flags.map(row => [row.flags, row['ms build'] ?? '', row.bytes / 2 ** 20, row['compacted bytes'] ? row['compacted bytes'] / 2 ** 20 : '',
-      row['scratch bytes'] / 2 ** 20, row['ns a ray'] ?? '']), 'Build flags')), make('p', {}, device.advice || ''));
+else showDevice();
+
+/* What is best by a figure, if it matters: by more than a tenth. */
+function bestFlags(figure, verb) {
+  const rows = device.flags.filter(row => row[figure] !== undefined).sort((a, b) => a[figure] - b[figure]);
+  if (!rows.length) return '';
+  const worst = rows[rows.length - 1], best = rows[0];
+  return worst[figure] < 1.1 * best[figure] ? ` No flag matters for ${verb}.` :
+    ` ${best.flags} is best for ${verb}: ${number(worst[figure] / best[figure])} times better than ${worst.flags}.`;
+}
+
+function showDevice() {
+  const pays = device.type === 'CPU' ? ' It is a driver on the CPU: times depend on what else the machine does.' :
+    bestFlags('ns a ray', 'tracing') + bestFlags('ms build', 'building');
+  at('of-device').append(make('p', {}, `${device.device}, ${device.driver}.${pays}${bestFlags('bytes', 'memory')}` +
+    ' The table of accuracies above has its answers, about triangles alone.'),
+  make('div', {class: 'scroll'}, table(['build flags', 'ms to build', 'MiB', 'MiB compacted', 'MiB of scratch', 'ns a camera ray'],
+    device.flags.map(row => [row.flags, row['ms build'] ?? '', row.bytes / 2 ** 20,
+      row['compacted bytes'] ? row['compacted bytes'] / 2 ** 20 : '', row['scratch bytes'] / 2 ** 20, row['ns a ray'] ?? '']),
+  'Build flags')));
+}
 
 /* ---- waste */
 

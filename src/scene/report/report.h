@@ -150,6 +150,9 @@ struct wrong {
 };
 void answer_find(const struct trace_scene *scene, const struct trace_ray *ray,
                  struct answer *answer);
+/* Finds the answers of all rays of a set. */
+void answers_find(struct report *report, enum trace_accuracy accuracy, const struct ray_set *set,
+                  struct answer *answers);
 /* Adds a ray whose answer should be `truth`. Returns whether it is wrong. */
 bool wrong_add(struct wrong *wrong, const struct answer *truth, const struct answer *answer);
 /* {"rays", "wrong", ...}; the last four in a million rays */

@@ -115,9 +115,7 @@ bool report_capture(struct capture *capture, const struct report_options *option
         if (options->html)
             pictures_report(&report);
         waste_report(&report);
-        json_object_set_new(
-            report.root, "device",
-            json_pack("{s:s}", "missing", "The report was made with --device none."));
+        device_report(&report, sets);
         rays_free(sets);
         is_done = !error->text[0] && write_report(&report);
     }
