@@ -121,9 +121,14 @@ class Scene:
 
 
 def writes_by_place(views):
-    """Returns [view, write] by the place in which a finding names a build."""
-    return {(view["process"], write["queue"], write["submission"], write["commandBuffer"], write["build"]): [i, j]
-            for i, view in enumerate(views) for j, write in enumerate(view["writes"])}
+    """Returns [view, write] by the place in which a finding names a build; None where several devices of a
+    process, one after the other, have had the same handles."""
+    places = {}
+    for i, view in enumerate(views):
+        for j, write in enumerate(view["writes"]):
+            key = (view["process"], write["queue"], write["submission"], write["commandBuffer"], write["build"])
+            places[key] = None if key in places else [i, j]
+    return places
 
 
 def number_in(pattern, text):

@@ -33,6 +33,7 @@ class Layer(unittest.TestCase):
             self.assertEqual((status, err), (0, ""))
             builds += sum(row["builds"] for row in json.loads(out)["structures"])
             self.assertEqual(run("export", capture, folder / "scene.glb"), (0, "", ""))
+            self.assertEqual(run("view", capture, folder / "view.json"), (0, "", ""))
             gltf = Gltf(folder / "scene.glb")
             triangles += sum(gltf.root["accessors"][primitive["indices"]]["count"] // 3  # some have a million
                              for mesh in gltf.root.get("meshes", ()) for primitive in mesh["primitives"])
