@@ -4,9 +4,10 @@ const RED = "#d32f2f";
 const FAR = 50;           // times the usual distance from the middle: what lies farther is no part of the first view
 const MOST_EXTENT = 1e12; // in units of the view, in which floats are drawn
 const MOST_MARKERS = 1000;
-const CORNERS_MEASURED = 200;
+const CORNERS_MEASURED = 20000;
 const DRAWINGS = ["surfaces", "wireframe", "boxes"];
-const scene = { items: [], drawing: DRAWINGS[0], coloring: "structure", selected: null };
+const UPS = ["y", "z"];
+const scene = { items: [], drawing: DRAWINGS[0], coloring: "structure", up: UPS[0], selected: null };
 
 /* ---- what is drawn of a mesh */
 
@@ -78,8 +79,8 @@ function boxOfScene(items, hasAll) {
 /* The scene is moved and scaled so that floats suffice to draw it, wherever it lies. */
 function placementOf(box) {
   const center = box.getCenter(new THREE.Vector3()), size = box.getSize(new THREE.Vector3()).length() || 1;
-  const scale = 2 / size;
-  return new THREE.Matrix4().makeScale(scale, scale, scale).multiply(
+  const turned = scene.up === "z" ? new THREE.Matrix4().makeRotationX(-Math.PI / 2) : new THREE.Matrix4();
+  return turned.scale(new THREE.Vector3(2, 2, 2).divideScalar(size)).multiply(
     new THREE.Matrix4().makeTranslation(-center.x, -center.y, -center.z));
 }
 
@@ -249,7 +250,7 @@ function closeBox(item) {
   const box = new THREE.Box3(), corner = new THREE.Vector3();
   item.mesh.geometries.forEach((_, index) => {
     const positions = trianglesOf(item.view, item.mesh, index)?.made.attributes.position;
-    const step = positions && Math.ceil(positions.count / CORNERS_MEASURED);
+    const step = positions && Math.ceil(positions.count * scene.items.length / CORNERS_MEASURED);
     for (let i = 0; i < positions?.count; i += step)
       box.expandByPoint(corner.fromBufferAttribute(positions, i).applyMatrix4(item.placed));
   });

@@ -290,6 +290,11 @@ function listenToControls() {
     scene.coloring = Object.keys(COLORINGS)[get("scene-color").value];
     drawItems();
   });
+  get("scene-up").addEventListener("input", () => {
+    scene.up = UPS[get("scene-up").value];
+    drawMoment(false, false);
+    lookAtWhole();
+  });
   get("scene-whole").addEventListener("click", () => { drawMoment(false, true); lookAtWhole(); });
   const shown = data.new.filter(finding => targetOf(finding)?.isExact);
   let next = 0;
@@ -313,6 +318,7 @@ function showScene(structures) {
   readScene();
   fillSelect("scene-structure", scene.entries.map(titleOf));
   fillSelect("scene-draw", DRAWINGS);
+  fillSelect("scene-up", UPS);
   fillSelect("scene-color", Object.keys(COLORINGS));
   const [first] = scene.entries;
   showMoment(first[first.length - 1]);

@@ -228,13 +228,14 @@ static uint32_t add_row(struct view *view, const VkAccelerationStructureInstance
 }
 
 /* Returns the array with the rows of instances, and sets how many it has: fewer if there is no
- * room. In a row the reference is replaced by numbers: that of the structure, and above it the
- * instance's. */
+ * room. Half of it is for meshes. In a row the reference is replaced by numbers: that of the
+ * structure, and above it the instance's. */
 static uint32_t add_instances(struct view *view, const struct placing *placings, uint32_t count,
                               uint32_t *shown)
 {
     uint32_t *numbers = capture_allocate(NULL, count, sizeof(*numbers));
-    const size_t room = (view->limit - view->used) / sizeof(*numbers);
+    const size_t each = sizeof(*numbers) + (view->row_count ? 0 : 2 * sizeof(*view->rows)),
+                 room = (view->limit - view->used) / each;
     for (*shown = 0; *shown < count && *shown < room; ++*shown) {
         VkAccelerationStructureInstanceKHR row = placings[*shown].instance;
         row.accelerationStructureReference =

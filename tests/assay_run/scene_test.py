@@ -203,6 +203,10 @@ class View(Case):
             self.choose("draw", drawing)
             self.browser.run("lookAtWhole()")
             self.assertGreater(self.pixels("true"), least)
+        self.assertEqual(self.browser.run("scene.items[0].box.max.y - scene.items[0].box.min.y > 0.1"), True)
+        self.choose("up", 1)  # the quad lies now
+        self.assertEqual(self.browser.run("scene.items[0].box.max.y - scene.items[0].box.min.y > 0.1"), False)
+        self.choose("up", 0)
         self.browser.run("lookAt([scene.items[0].box])")
         self.click()
         self.assertIn("shares memory with “world”", self.text("object"))
