@@ -297,8 +297,8 @@ function showTarget({ moment, geometry, primitive, isAbout }) {
     item = scene.items.find(isAbout);
   }
   if (item) {
-    select({ item, geometry: moment.isTop && item.isRed ? null : geometry, primitive: item.isRed ? null : primitive });
-    lookAt([boxOfPrimitive(item, item.isRed ? null : geometry, item.isRed ? null : primitive).applyMatrix4(item.placed)]);
+    select({ item, geometry, primitive });
+    lookAt([boxOfPrimitive(item, geometry, primitive).applyMatrix4(item.placed)]);
   }
   get("scene-canvas").scrollIntoView({ block: "center" });
   get("scene-canvas").focus({ preventScroll: true });

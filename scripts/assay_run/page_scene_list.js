@@ -2,7 +2,8 @@
 "use strict";
 const LEGEND_SHOWN = 12;
 const FOUND = "what findings are about";
-const AGES = [["#f6d746", 0, 0], ["#7ad151", 1, 1], ["#22a884", 2, 9], ["#2a788e", 10, 99], ["#414487", 100, Infinity]];
+const AGES = [["#f6d746", 0, "in the same"], ["#7ad151", 1, "1"], ["#22a884", 9, "2 to 9"], ["#2a788e", 99, "10 to 99"],
+  ["#414487", Infinity, "100 or more"]];
 const INSTANCE_FLAGS = ["TRIANGLE_FACING_CULL_DISABLE", "TRIANGLE_FLIP_FACING", "FORCE_OPAQUE", "FORCE_NO_OPAQUE",
   "FORCE_OPACITY_MICROMAP_2_STATE", "DISABLE_OPACITY_MICROMAPS"];
 
@@ -31,9 +32,11 @@ function instancesOf(moment) {
   for (const row of decodeArray(view, moment.instances, Uint32Array)) {
     const at = 16 * row;
     const [custom, offset, structure, number] = words.subarray(at + 12, at + 16);
-    const own = ofTop.filter(one => one.primitive === number), { write, mesh } = contents.get(structure);
+    const { write, mesh } = contents.get(structure), own = ofTop.filter(one => one.primitive === number)
+      .map(({ finding }) => ({ finding, geometry: null, primitive: null }));
     moment.items.push({ view, moment, structure, number, write, mesh, isRed: own.length > 0,
-      findings: [...own, ...view.writes[mesh.write].findings], matrix: new THREE.Matrix4().set(...floats.subarray(at, at + 12), 0, 0, 0, 1),
+      findings: [...own, ...view.writes[mesh.write].findings],
+      matrix: new THREE.Matrix4().set(...floats.subarray(at, at + 12), 0, 0, 0, 1),
       customIndex: custom & 0xffffff, mask: custom >>> 24, offset: offset & 0xffffff, flags: offset >>> 24 });
   }
   return moment.items;
@@ -54,17 +57,16 @@ function readScene() {
   for (const finding of data.new)
     for (const [view, write, geometry, primitive] of finding.shown ?? [])
       scene.views[view].writes[write].findings.push({ finding, geometry, primitive });
-  const moments = scene.views.flatMap(view => view.moments);
-  const entries = groupBy(moments, ({ view, write }) => [`${scene.views.indexOf(view)} ${view.writes[write].structure}`]);
-  scene.entries = [...entries.values()];
+  const keyOf = ({ view, write }) => `${scene.views.indexOf(view)} ${view.writes[write].structure}`;
+  scene.entries = [...groupBy(scene.views.flatMap(view => view.moments), moment => [keyOf(moment)]).values()];
   const numberOf = moment => moment.view.writes[moment.write].n;
   for (const list of scene.entries) list.sort((a, b) => numberOf(a) - numberOf(b));
 }
 
 function titleOf([moment]) {
-  const { view } = moment;
+  const { view, write, isTop } = moment;
   const process = scene.views.length > 1 ? `, process ${data.processes[view.process]}` : "";
-  return nameOf(view, view.writes[moment.write].structure) + (moment.isTop ? "" : ", in no top-level structure") + process;
+  return `${nameOf(view, view.writes[write].structure)}${isTop ? "" : ", in no top-level structure"}${process}`;
 }
 
 /* Such as: update of “rock” in submission 3, frame 12, labels load. */
@@ -86,7 +88,8 @@ function hueColor(number) {
 /* Returns the structures that are alive at a moment, by memory and place in it. */
 function structuresAt({ view, write }) {
   const at = view.writes[write].n;
-  return Object.entries(view.structures).map(([key, one]) => ({ ...one, structure: Number(key), end: one.offset + one.size }))
+  return Object.entries(view.structures)
+    .map(([key, one]) => ({ ...one, structure: Number(key), end: one.offset + one.size }))
     .filter(one => one.memory !== undefined && one.born <= at && !(one.died <= at))
     .sort((a, b) => a.memory - b.memory || a.offset - b.offset);
 }
@@ -115,9 +118,8 @@ const COLORINGS = {
   "age since the last build": item => {
     const { writes } = item.view, now = writes[item.moment.write], unit = now.frame ? "frame" : "submission";
     const age = Math.max(0, now[unit] - item.write[unit]);
-    const [color, from, to] = AGES.find(([, , most]) => age <= most);
-    const span = from === to ? plural(from, unit) : to === Infinity ? `${from} ${unit}s or more` : `${from} to ${to} ${unit}s`;
-    return [from ? `written ${span} before` : `written in the same ${unit}`, color];
+    const [color, , span] = AGES.find(([, most]) => age <= most);
+    return [`written ${span} ${unit}${age > 1 ? "s" : ""}${age ? " before" : ""}`, color];
   },
   "overlap of memory": item => {
     const { view, structure, moment } = item;
@@ -130,12 +132,13 @@ const COLORINGS = {
 
 function colorItems({ items, coloring }) {
   const known = new Map(), legend = new Map();
+  const count = (label, color, more) => legend.set(label, { color, count: (legend.get(label)?.count ?? 0) + more });
   for (const item of items) {
     if (!known.has(item.structure)) known.set(item.structure, COLORINGS[coloring](item));
     const [label, color] = known.get(item.structure);
     item.color = item.isRed ? RED : color;
-    legend.set(label, { color, count: (legend.get(label)?.count ?? 0) + 1 });
-    if (item.findings.length) legend.set(FOUND, { color: RED, count: (legend.get(FOUND)?.count ?? 0) + item.findings.length });
+    count(label, color, 1);
+    if (item.findings.length) count(FOUND, RED, item.findings.length);
   }
   const rank = ([label, { count }]) => label === FOUND ? Infinity : count;
   const lines = [...legend].sort((a, b) => rank(b) - rank(a)).map(([label, { color, count }]) => {
@@ -158,7 +161,7 @@ function addCounts(total, counts) {
 function showSummary() {
   const { moment, items } = scene, { view } = moment, meshes = new Set(instancesOf(moment).map(item => item.mesh));
   const list = scene.entries.find(one => one.includes(moment)), place = list.indexOf(moment) + 1;
-  const primitives = items.reduce((sum, { mesh }) => sum + mesh.geometries.reduce((all, { shown }) => all + shown, 0), 0);
+  const primitives = items.flatMap(({ mesh }) => mesh.geometries).reduce((sum, { shown }) => sum + shown, 0);
   const findings = new Set(items.flatMap(item => item.findings.map(one => one.finding))).size;
   const write = view.writes[moment.write];
   get("scene-summary").textContent = `${place} of ${list.length}: ${nameOf(view, write.structure)} after the ` +
@@ -173,18 +176,22 @@ function showSummary() {
   for (const mesh of meshes) addCounts(leftOut, mesh.leftOut);
   const notes = Object.entries(leftOut).filter(([, count]) => count)
     .map(([what, count]) => `Not shown: ${what}: ${count.toLocaleString("en")}.`);
-  if (scene.outside) notes.push(`${plural(scene.outside, "instance lies", "instances lie")} far from the others, outside ` +
-    "the first view: button Whole scene.");
+  if (scene.outside)
+    notes.push(`${plural(scene.outside, "instance lies", "instances lie")} far from the others, outside the first view: ` +
+      "button Whole scene.");
   get("scene-notes").replaceChildren(...[...notes, ...captureNotes(view)].map(note => element("li", note)));
 }
 
 /* What the whole capture lacks. */
 function captureNotes(view) {
   const notes = [];
-  if (view.leftOut) notes.push(`${plural(view.leftOut, "earlier build is", "earlier builds are")} left out: the page has no room.`);
-  if (view.missing) notes.push(`${plural(view.missing, "structure was", "structures were")} built before the capture began.`);
+  if (view.leftOut)
+    notes.push(`${plural(view.leftOut, "earlier build is", "earlier builds are")} left out: the page has no room.`);
+  if (view.missing)
+    notes.push(`${plural(view.missing, "structure was", "structures were")} built before the capture began.`);
   if (!view.end) notes.push("The process ended before its capture was complete: the last builds may be missing.");
-  else if (!view.end.includes("destroyed")) notes.push(`The capture ends early: ${view.end}. What came later is not shown.`);
+  else if (!view.end.includes("destroyed"))
+    notes.push(`The capture ends early: ${view.end}. What came later is not shown.`);
   return notes;
 }
 
@@ -196,8 +203,8 @@ function showObject({ item, geometry, primitive }) {
   const list = element("ul");
   const add = (...parts) => list.append(itemElement(...parts));
   if (moment.isTop)
-    add(`instance ${item.number} of ${nameOf(view, view.writes[moment.write].structure)}: custom index ${item.customIndex}, ` +
-      `mask 0x${item.mask.toString(16)}, offset ${item.offset}, ` +
+    add(`instance ${item.number} of ${nameOf(view, view.writes[moment.write].structure)}: ` +
+      `custom index ${item.customIndex}, mask 0x${item.mask.toString(16)}, offset ${item.offset}, ` +
       (INSTANCE_FLAGS.filter((_, bit) => item.flags >> bit & 1).join(", ") || "no flags"));
   if (geometry !== null) {
     const { each, opaque } = mesh.geometries[geometry], noun = each === 3 ? "triangle" : "AABB";
@@ -231,32 +238,37 @@ function showFindingsOf(item) {
 
 /* ---- findings */
 
-/* Returns where a finding is seen, or else one of its structures; null if neither is shown. */
-function targetOf(finding) {
-  const moments = [scene.moment, ...scene.entries.flat()];
+function holds({ view, contents }, isWanted) {
+  return contents.some((one, i) => i % 2 === 0 && isWanted(view.writes[one], view.meshes[contents[i + 1]]));
+}
+
+/* Returns where the view shows what a finding is about, the present moment first; null if nowhere. */
+function exactTarget(finding, moments) {
   for (const [index, write, geometry, primitive] of finding.shown ?? []) {
-    const view = scene.views[index];
-    const top = moments.find(moment => moment.view === view && moment.isTop && moment.content === write);
-    if (top) return { moment: top, geometry: null, primitive: null, isExact: true,
-      isAbout: item => primitive !== null && item.number === primitive };
-    const holder = moments.find(moment => moment.view === view &&
-      moment.contents.some((mesh, i) => i % 2 && view.meshes[mesh].write === write));
-    if (holder) return { moment: holder, geometry, primitive, isExact: true, isAbout: item => item.mesh.write === write };
+    const isOfView = moment => moment.view === scene.views[index];
+    const top = moments.find(moment => isOfView(moment) && moment.isTop && moment.content === write);
+    if (top) return { moment: top, geometry: null, primitive: null, isAbout: item => item.number === primitive };
+    const holder = moments.find(moment => isOfView(moment) && holds(moment, (_, mesh) => mesh.write === write));
+    if (holder) return { moment: holder, geometry, primitive, isAbout: item => item.mesh.write === write };
   }
-  const handles = finding.objects.filter(object => object.type.startsWith("VkAccelerationStructure")).map(object => object.handle);
-  const isNamed = (view, write) => handles.includes(view.structures[view.writes[write].structure].handle) &&
-    [null, view.process].includes(finding.reports[0].process);
-  for (const moment of moments)
-    if (isNamed(moment.view, moment.write) || moment.contents.some((write, i) => i % 2 === 0 && isNamed(moment.view, write)))
-      return { moment, geometry: null, primitive: null, isAbout: item => handles.includes(item.view.structures[item.structure].handle) };
   return null;
+}
+
+/* Returns where the view shows a structure that a finding names; null if nowhere. */
+function structureTarget(finding, moments) {
+  const handles = finding.objects.filter(one => one.type.startsWith("VkAccelerationStructure")).map(one => one.handle);
+  const isNamed = (view, { structure }) => handles.includes(view.structures[structure].handle);
+  const moment = moments.find(one => [null, one.view.process].includes(finding.reports[0].process) &&
+    holds(one, write => isNamed(one.view, write)));
+  return moment ? { moment, geometry: null, primitive: null, isAbout: item => isNamed(item.view, item) } : null;
 }
 
 /* A control that leads into the picture, or null if it shows nothing of the finding. */
 function sceneLink(finding) {
-  const target = scene.renderer ? targetOf(finding) : null;
-  return target && linkButton(target.isExact ? "show in the scene" : "show the structure in the scene",
-    () => showTarget(target));
+  if (!scene.renderer) return null;
+  const moments = [scene.moment, ...scene.entries.flat()];
+  const exact = exactTarget(finding, moments), target = exact ?? structureTarget(finding, moments);
+  return target && linkButton(exact ? "show in the scene" : "show the structure in the scene", () => showTarget(target));
 }
 
 /* ---- controls */
@@ -285,7 +297,10 @@ function listenToControls() {
   const last = moments => moments[moments.length - 1];
   get("scene-structure").addEventListener("input", () => { showMoment(last(list())); lookAtWhole(); });
   get("scene-moment").addEventListener("input", () => showMoment(list()[get("scene-moment").value]));
-  get("scene-draw").addEventListener("input", () => { scene.drawing = DRAWINGS[get("scene-draw").value]; drawItems(); });
+  get("scene-draw").addEventListener("input", () => {
+    scene.drawing = DRAWINGS[get("scene-draw").value];
+    drawItems();
+  });
   get("scene-color").addEventListener("input", () => {
     scene.coloring = Object.keys(COLORINGS)[get("scene-color").value];
     drawItems();
@@ -296,10 +311,10 @@ function listenToControls() {
     lookAtWhole();
   });
   get("scene-whole").addEventListener("click", () => { drawMoment(false, true); lookAtWhole(); });
-  const shown = data.new.filter(finding => targetOf(finding)?.isExact);
+  const targets = data.new.map(finding => exactTarget(finding, scene.entries.flat())).filter(Boolean);
   let next = 0;
-  get("scene-next").hidden = shown.length === 0;
-  get("scene-next").addEventListener("click", () => showTarget(targetOf(shown[next++ % shown.length])));
+  get("scene-next").hidden = targets.length === 0;
+  get("scene-next").addEventListener("click", () => showTarget(targets[next++ % targets.length]));
 }
 
 function showScene(structures) {
