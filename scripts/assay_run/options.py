@@ -91,7 +91,8 @@ def make_parser():
     for name, text in (("junit", "for Jenkins, GitLab and others"),
                        ("sarif", "for code scanning"),
                        ("json", "everything, with the verdict"),
-                       ("html", "one page to look at, without other files; sets record_builds=true")):
+                       ("html", "one page to look at, without other files; sets record_builds=true, and draws the "
+                                "scene at level content")):
         reports.add_argument(f"--{name}", metavar="FILE", help=text)
     reports.add_argument("--github", action="store_true",
                          help="print annotations for GitHub Actions")

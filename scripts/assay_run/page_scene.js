@@ -299,6 +299,9 @@ function showTarget({ moment, geometry, primitive, isAbout }) {
   if (item) {
     select({ item, geometry, primitive });
     lookAt([boxOfPrimitive(item, geometry, primitive).applyMatrix4(item.placed)]);
+  } else {
+    showObject({ item: instancesOf(moment).find(isAbout), geometry, primitive });
+    get("scene-object").prepend(element("p", "What the finding is about cannot be drawn; the list below says what is not shown."));
   }
   get("scene-canvas").scrollIntoView({ block: "center" });
   get("scene-canvas").focus({ preventScroll: true });

@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The 3D view on the page of --html, in headless Chromium, of captures that the tests write.
 
-scene_test.py ASSAY_SCENE"""
+scene_test.py ASSAY_SCENE PROGRAMS_TEST LAYERS"""
 
+import base64
 import json
 import os
 import pathlib
+import struct
 import sys
 import tempfile
 import unittest
@@ -23,7 +25,7 @@ from assay_run.records import read_records
 from assay_run.scene import Scene, find_three
 from assay_run.verdict import Verdict
 
-ASSAY_SCENE = pathlib.Path(sys.argv[1]).resolve()
+ASSAY_SCENE, PROGRAMS, LAYERS = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
 CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 QUAD = [0, 1, 2, 0, 2, 3]
 ODD = NASTY.replace("\0", "")  # names are strings of C
@@ -154,7 +156,9 @@ class View(Case):
         capture.build(3, capture.triangles([(1e30, 0, 0), (5e30, 0, 0), (1e30, 2e30, 0), (5e30, 2e30, 0)], [0, 1, 2, 1, 2, 3]))
         capture.build_top(4, [(IDENTITY, 1), (at(2), 1), (IDENTITY, 0), (IDENTITY, 99), (IDENTITY, 2), (IDENTITY, 3)])
         capture.add("End", why="capture_limit_mib was reached")
-        self.open(capture)
+        self.open(capture, finding("VUID-null", MainMessage="The instance 2 refers to nothing.", **place(4)),
+                  finding("VUID-inactive", MainMessage="pInfos[0] primitive 0 is bad.", **place(2),
+                          Location="pInfos[0].pGeometries[0].geometry.aabbs"))
         notes = self.text("notes")
         for note in ("inactive primitives: 2.", "primitives whose data is not in the capture: 1.",
                      "instances without a structure: 1.", "instances that refer to no known structure: 1.",
@@ -163,6 +167,11 @@ class View(Case):
                      "The capture ends early: capture_limit_mib was reached."):
             self.assertIn(note, notes)
         self.assertIn("2 instances of", self.text("summary"))
+        for shown in ("", "“boxes”instance 4 of “world”"):
+            self.browser.run("get('scene-next').click()")
+            self.assertIn("What the finding is about cannot be drawn", self.text("object"))
+            self.assertIn(shown, self.text("object"))
+        self.browser.run("lookAtWhole()")
         near = self.pixels("true")
         self.assertGreater(near, 5000)
         self.browser.run("get('scene-whole').click()")
@@ -265,6 +274,9 @@ class View(Case):
 class Run(Case):
     """What assay-run tells the layer, and when the page has a view at all."""
 
+    def page_data(self):
+        return json.loads(self.read("a.html").partition('id="data">')[2].partition("</script>")[0])
+
     def run_html(self, *options, **environment):
         """Returns the settings that the application gets, and the page."""
         self.expect(self.run_script(
@@ -315,12 +327,27 @@ class Run(Case):
                     file.write(text)
                 end()
             """, "--html", "a.html", "--level", "content"), 0)
-        page = self.read("a.html")
-        data = json.loads(page.partition('id="data">')[2].partition("</script>")[0])
+        page, data = self.read("a.html"), self.page_data()
         self.assertEqual([len(view["moments"]) for view in data["scene"]["views"]], [1, 1])
         self.assertEqual(sorted(view["process"] for view in data["scene"]["views"]), [0, 1])
         self.assertIn("The MIT License. Copyright (c) 2010-2019 three.js authors", page)
         self.assertLess(len(page), 1_200_000)
+
+    @unittest.skipUnless(find_three(os.environ), "libjs-three is not installed")
+    def test_layer(self):
+        """What the layer finds in boxes leads to the first whose first corner is not the least."""
+        self.run_words("--level", "content", "--html", "a.html", "--", PROGRAMS, "null", "snapshots/aliases",
+                       VK_LAYER_PATH=str(LAYERS))
+        data = self.page_data()
+        [found] = [one for one in data["new"] if one["id"] == "VUID-VkAabbPositionsKHR-minX-03546"]
+        self.assertGreater(len(found["shown"]), 5)
+        for view, write, geometry, primitive in found["shown"]:
+            view = data["scene"]["views"][view]
+            [mesh] = [one for one in view["meshes"] if one["write"] == write]
+            box = mesh["geometries"][geometry]
+            corners = list(struct.iter_unpack("<3f", base64.b64decode(view["arrays"][box["positions"]])))
+            bad = [i for i in range(box["shown"]) if corners[8 * i][0] > corners[8 * i + 7][0]]
+            self.assertEqual(bad[0], primitive)
 
     def test_damaged(self):
         """The page says why assay-scene fails."""
