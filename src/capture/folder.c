@@ -6,9 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
-
+#include "src/capture/hash.h"
 #include "src/platform/files.h"
 
 enum { NAME_SIZE = LOG_PATH_SIZE + 64, PENDING_SIZE = 1 << 16 };
@@ -252,10 +250,10 @@ bool capture_folder_add_array(struct capture_folder *folder, const struct captur
     char header[HEADER_SIZE];
     const uint64_t size = array->count * array->size;
     compose_header(array, header);
-    const XXH64_hash_t seed = XXH3_64bits(header, HEADER_SIZE);
-    const XXH128_hash_t found = XXH3_128bits_withSeed(array->rows, size, seed);
-    snprintf(hash, CAPTURE_HASH_SIZE, "%016" PRIx64 "%016" PRIx64, found.high64, found.low64);
-    return add_array(folder, key_of(found.low64), hash, header, array->rows, size);
+    const uint64_t seed = capture_hash(header, HEADER_SIZE, 0).low;
+    const struct capture_hash found = capture_hash(array->rows, size, seed);
+    snprintf(hash, CAPTURE_HASH_SIZE, "%016" PRIx64 "%016" PRIx64, found.high, found.low);
+    return add_array(folder, key_of(found.low), hash, header, array->rows, size);
 }
 
 /* Returns the next held array that a line names, or NULL at its end. `at` is moved behind it. */

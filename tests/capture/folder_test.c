@@ -11,6 +11,8 @@
 #include <unistd.h>
 
 #include "src/capture/arrays.h"
+#include "src/capture/hash.h"
+#include "tests/state/random.h"
 #include "tests/state/unit_test.h"
 
 enum { PATH_SIZE = 256, FILE_SIZE = 1 << 16 };
@@ -246,4 +248,19 @@ const char *unit_test_open(const char *name)
 {
     (void)name;
     return mkdtemp(parent) ? NULL : "no folder in /tmp";
+}
+
+TEST(all_processors_hash_alike)
+{
+#ifdef __x86_64__
+    static unsigned char bytes[5000];
+    struct random random = random_of("hash");
+    for (size_t i = 0; i < sizeof(bytes); i++)
+        bytes[i] = (unsigned char)random_below(&random, 256);
+    for (size_t size = 0; size <= sizeof(bytes) && __builtin_cpu_supports("avx2"); size++) {
+        const struct capture_hash one = capture_hash_anywhere(bytes, size, size),
+                                  other = capture_hash_by_avx2(bytes, size, size);
+        assert_true(one.high == other.high && one.low == other.low);
+    }
+#endif
 }
