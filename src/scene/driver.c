@@ -153,9 +153,8 @@ static bool find_physical(struct driver *driver, struct capture_error *error)
         return true;
     }
     return fail(error,
-                driver->traces
-                    ? "no device (of that name) has Vulkan 1.2, VK_KHR_acceleration_structure "
-                      "and VK_KHR_ray_query"
+                driver->wanted
+                    ? "no device of that name has Vulkan 1.2 and VK_KHR_acceleration_structure"
                     : "no device has Vulkan 1.2 and VK_KHR_acceleration_structure");
 }
 
@@ -227,8 +226,11 @@ bool driver_open(struct driver *driver, bool layer, PFN_vkDebugUtilsMessengerCal
 bool driver_open_to_trace(struct driver *driver, const char *name, struct capture_error *error)
 {
     *driver = (struct driver){.traces = true, .wanted = name};
-    return open_instance(driver, false, NULL, NULL, error) && find_physical(driver, error) &&
-           create_device(driver, error) && create_commands(driver, error);
+    if (!open_instance(driver, false, NULL, NULL, error))
+        return false;
+    driver->traces = find_physical(driver, error);
+    return (driver->traces || find_physical(driver, error)) && create_device(driver, error) &&
+           create_commands(driver, error);
 }
 
 void driver_close(struct driver *driver)

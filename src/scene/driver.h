@@ -12,7 +12,7 @@
 #include "src/scene/capture.h"
 
 struct driver {
-    bool traces;        /* it has ray queries, which are enabled */
+    bool traces;        /* ray queries are enabled */
     const char *wanted; /* a part of the device's name; NULL: any */
     void *library;
     VkInstance instance;
@@ -37,7 +37,8 @@ struct driver {
 /* `layer`: also enables the layer of this project, whose messages `on_message` gets. */
 bool driver_open(struct driver *driver, bool layer, PFN_vkDebugUtilsMessengerCallbackEXT on_message,
                  void *user, struct capture_error *error);
-/* The first device that has this in its name (NULL: any) and also traces rays, by ray queries. */
+/* The first device that has this in its name (NULL: any) and also has ray queries; or else, the
+ * first that has this in its name. */
 bool driver_open_to_trace(struct driver *driver, const char *name, struct capture_error *error);
 void driver_close(struct driver *driver);
 

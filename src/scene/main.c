@@ -65,7 +65,7 @@ static const char help[] =
     "                      difference between driver and reference (ASSAY-compare-...)\n"
     "\n"
     "report: what accuracy costs on this scene, where it is fragile, which effects it has, and\n"
-    "what it wastes. It needs no GPU; a device that traces rays gets a column of its own\n"
+    "what it wastes. It needs no GPU; a device with ray queries gets a column of its own\n"
     "  --html FILE         a page to look at, without other files\n"
     "  --json FILE         all figures (docs/report.md)\n"
     "  --at, --tlas        as those of export\n"
@@ -74,7 +74,7 @@ static const char help[] =
     "                      all of the scene\n"
     "  --rays N            rays of each set; default: 20000\n"
     "  --device NAME|none  the device with this in its name, or none; default: the first that\n"
-    "                      traces rays\n"
+    "                      has ray queries, or else builds structures\n"
     "\n"
     "  --help              this text\n"
     "  --version           the version\n"
@@ -145,6 +145,7 @@ static bool run_report(struct capture *capture, const struct arguments *argument
     struct report_options options = arguments->report;
     options.at = arguments->export.at;
     options.tlas = arguments->export.tlas;
+    options.shows_progress = true;
     return report_capture(capture, &options, error);
 }
 

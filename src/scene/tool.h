@@ -56,6 +56,7 @@ struct report_options {
     bool has_camera;
     double camera[6]; /* where it is, and a point that it looks at */
     uint32_t rays;    /* of a set; 0: the default */
+    bool shows_progress;
 };
 
 /* Measures the scene of a capture with the reference builder, and on a device if there is one:

@@ -75,12 +75,12 @@ class Device(unittest.TestCase):
             self.assertGreater(row["ns a ray"], 0)
 
     def test_no_device(self):
-        self.assertIn("No device has traced the scene: the Vulkan loader found no driver",
+        self.assertIn("No device has built the scene: the Vulkan loader found no driver",
                       self.report(manifest="/nonexistent")["device"]["missing"])
         result = run(SCENE, "report", self.capture, "--json", self.folder / "report.json", "--rays", 500, "--device", "x")
         self.assertEqual(result.returncode, 0, result.stderr)
         device = json.loads((self.folder / "report.json").read_text("utf-8"))["device"]
-        self.assertIn("no device (of that name) has", device["missing"])
+        self.assertIn("no device of that name has", device["missing"])
 
 
 if __name__ == "__main__":

@@ -123,12 +123,14 @@ static bool play(const char *folder)
     struct capture_error error;
     const struct export_options options[] = {
         {.at = NULL}, {.at = "frame:1", .colors_flags = true, .has_plain_nodes = true}};
+    const struct report_options report = {.json = "/dev/null", .device = "none", .rays = 4};
     const bool is_read = capture_open(&capture, folder, &error);
     if (is_read) {
         info_print(&capture, false, true, &error);
         for (int i = 0; i < 2; i++)
             export_gltf(&capture, "/dev/null", &options[i], &error);
         export_view(&capture, "/dev/null", 4000, &error);
+        report_capture(&capture, &report, &error);
         for (uint32_t i = 0; i < capture.line_count; i++)
             capture.lines[i].is_changed = true;
         capture_write(&capture, "/dev/null/folder", &error);

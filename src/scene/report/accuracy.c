@@ -230,7 +230,7 @@ void accuracy_report(struct report *report, struct ray_set sets[RAY_SETS])
     for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++) {
         char part[64];
         snprintf(part, sizeof(part), "accuracy in time, quality %s", quality_names[quality]);
-        report_progress(part);
+        report_progress(report, part);
         report_build(report, (enum builder_quality)quality, 0, &built);
         json_array_append_new(qualities,
                               make_quality(report, (enum builder_quality)quality, &built));

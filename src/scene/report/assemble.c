@@ -45,9 +45,10 @@ void report_parallel(uint32_t count, void (*work)(void *context, uint32_t index)
         pthread_join(threads[--started], NULL);
 }
 
-void report_progress(const char *part)
+void report_progress(const struct report *report, const char *part)
 {
-    fprintf(stderr, "assay-scene: %s\n", part);
+    if (report->options->shows_progress)
+        fprintf(stderr, "assay-scene: %s\n", part);
 }
 
 double report_cpu_ns(void)

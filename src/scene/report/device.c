@@ -531,7 +531,8 @@ static bool measure_way(struct device *device, int way, const struct ray_set *se
     if (!make_structures(device, ways[way].flags))
         return false;
     write_instances(device);
-    bind_top(device);
+    if (device->driver.traces)
+        bind_top(device);
     for (int i = 0; i < TIMES; i++) {
         if (!build_all(device, &ns))
             return false;
@@ -543,7 +544,8 @@ static bool measure_way(struct device *device, int way, const struct ray_set *se
     }
     if (ways[way].flags & FLAG(ALLOW_COMPACTION) && !find_compacted(device, &compacted))
         return false;
-    if (!time_rays(device, set, &ns))
+    ns = (double)NAN;
+    if (device->driver.traces && !time_rays(device, set, &ns))
         return false;
     json_t *row = json_pack("{s:s, s:I, s:I}", "flags", ways[way].name, "bytes", (json_int_t)bytes,
                             "scratch bytes", (json_int_t)scratch);
@@ -595,12 +597,12 @@ static bool measure(struct device *device, const struct ray_set sets[RAY_SETS], 
 {
     const char *wanted = device->report->options->device;
     if (!driver_open_to_trace(&device->driver, wanted, &device->error) || !make_inputs(device) ||
-        !make_pipeline(device) || !make_rays(device, sets))
+        (device->driver.traces && (!make_pipeline(device) || !make_rays(device, sets))))
         return false;
     for (int way = 0; way < WAYS; way++)
         if (!measure_way(device, way, &sets[RAYS_CAMERA], flags))
             return false;
-    for (int set = 0; set < RAY_SETS; set++)
+    for (int set = 0; set < RAY_SETS && device->driver.traces; set++)
         if (!measure_set(device, &sets[set], rays))
             return false;
     return true;
@@ -637,14 +639,14 @@ void device_report(struct report *report, const struct ray_set sets[RAY_SETS])
     const size_t count = report->mesh_count + 1ull;
     device.builds = memset(capture_allocate(NULL, count, sizeof(*device.builds)), 0,
                            count * sizeof(*device.builds));
-    report_progress("device");
+    report_progress(report, "device");
     if (wanted && strcmp(wanted, "none") == 0)
         object = json_pack("{s:s}", "missing", "No device was asked for (--device none).");
     else if (report->has_motion)
-        object = json_pack("{s:s}", "missing", "Motion is not traced on a device.");
+        object = json_pack("{s:s}", "missing", "Motion is not built on a device.");
     else if (!measure(&device, sets, flags, rays))
         object = json_pack("{s:o}", "missing",
-                           json_sprintf("No device has traced the scene: %s.", device.error.text));
+                           json_sprintf("No device has built the scene: %s.", device.error.text));
     else
         object = json_pack(
             "{s:s, s:s, s:s, s:O, s:O}", "device", device.driver.properties.deviceName, "driver",

@@ -83,7 +83,7 @@ void effects_report(struct report *report, const struct ray_set *set)
     json_t *effects = json_object_get(info, "effects");
     const double rays = set->count;
     struct report_built built;
-    report_progress("effects");
+    report_progress(report, "effects");
     if (!info)
         return;
     report_build(report, BUILDER_BALANCED, 0, &built);

@@ -89,13 +89,13 @@ static void add(struct fragile_list *list, enum fragile_kind kind, uint32_t geom
     uint32_t at = list->count;
     while (at > 0 && (list->items[at - 1].kind != kind || list->items[at - 1].geometry != geometry))
         at--;
-    struct fragile *item = list->items + at - 1;
     if (at == 0) {
         if (!ARRAY_HAS_ROOM(list->items, list->count, list->capacity))
             capture_allocate(NULL, SIZE_MAX, 2);
-        item = &list->items[list->count++];
-        *item = (struct fragile){.kind = kind, .geometry = geometry};
+        at = ++list->count;
+        list->items[at - 1] = (struct fragile){.kind = kind, .geometry = geometry};
     }
+    struct fragile *item = &list->items[at - 1];
     const bool is_worst = item->count > 0 && figure > item->figure;
     item->count++;
     item->figure = item->count == 1 || is_worst ? figure : item->figure;
@@ -829,7 +829,7 @@ static const struct report_mesh *choose(const struct report *report, const struc
                                         uint64_t *random, uint32_t *geometry, uint32_t *primitive,
                                         const VkAccelerationStructureInstanceKHR **instance)
 {
-    const uint32_t listed = found->item.primitives[random_next(random) % found->item.listed];
+    const uint32_t listed = found->item.primitives[rays_random(random) % found->item.listed];
     *instance = NULL;
     *geometry = found->item.geometry;
     *primitive = listed;
@@ -842,7 +842,7 @@ static const struct report_mesh *choose(const struct report *report, const struc
     const struct report_mesh *mesh =
         &report->meshes[(*instance)->accelerationStructureReference - 1];
     const uint32_t count = mesh->input.geometry_count ? mesh->input.ranges[0].primitiveCount : 0;
-    *primitive = count ? (uint32_t)(random_next(random) % count) : 0;
+    *primitive = count ? (uint32_t)(rays_random(random) % count) : 0;
     return count ? mesh : NULL;
 }
 
@@ -851,8 +851,10 @@ static void trace_row(void *context, uint32_t index)
 {
     const struct search *search = context;
     struct found *found = &search->found[index];
+    const uint32_t asked = search->report->options->rays,
+                   rays = asked && asked < AIMED_RAYS ? asked : AIMED_RAYS;
     uint64_t random = index;
-    for (uint32_t i = 0; found->item.listed && i < AIMED_RAYS; i++) {
+    for (uint32_t i = 0; found->item.listed && i < rays; i++) {
         const VkAccelerationStructureInstanceKHR *instance;
         struct trace_ray ray;
         struct answer truth, answer;
@@ -920,7 +922,7 @@ void fragile_report(struct report *report)
     struct search search = {.report = report};
     uint32_t count = 0, shown = 0;
     const struct builder_input top = report_top_input(report, 0);
-    report_progress("fragile inputs");
+    report_progress(report, "fragile inputs");
     search.lists = capture_allocate(NULL, report->mesh_count + 1ull, sizeof(*search.lists));
     memset(search.lists, 0, (report->mesh_count + 1ull) * sizeof(*search.lists));
     report_parallel(report->mesh_count, find_in_mesh, &search);

@@ -239,10 +239,11 @@ function showDevice() {
   const pays = device.type === 'CPU' ? ' It is a driver on the CPU: times depend on what else the machine does.' :
     bestFlags('ns a ray', 'tracing') + bestFlags('ms build', 'building');
   at('of-device').append(make('p', {}, `${device.device}, ${device.driver}.${pays}${bestFlags('bytes', 'memory')}` +
-    ' The table of accuracies above has its answers, about triangles alone.'),
-  make('div', {class: 'scroll'}, table(['build flags', 'ms to build', 'MiB', 'MiB compacted', 'MiB of scratch', 'ns a camera ray'],
+    (device.rays.length ?
+    ' The table of accuracies above has its answers, about triangles alone.' : ' It has no ray queries, so it traces nothing here.')),
+  make('div', {class: 'scroll'}, table(['build flags', 'ms to build', 'MiB', 'MiB compacted', 'KiB of scratch', 'ns a camera ray'],
     device.flags.map(row => [row.flags, row['ms build'] ?? '', row.bytes / 2 ** 20,
-      row['compacted bytes'] ? row['compacted bytes'] / 2 ** 20 : '', row['scratch bytes'] / 2 ** 20, row['ns a ray'] ?? '']),
+      row['compacted bytes'] ? row['compacted bytes'] / 2 ** 20 : '', row['scratch bytes'] / 2 ** 10, row['ns a ray'] ?? '']),
   'Build flags')));
 }
 

@@ -135,7 +135,7 @@ void pictures_report(struct report *report)
 {
     struct painter painter = {report, capture_allocate(NULL, 1, sizeof(*painter.planes))};
     struct planes *planes = painter.planes;
-    report_progress("pictures");
+    report_progress(report, "pictures");
     memset(planes, 0, sizeof(*planes));
     report_parallel(HEIGHT, paint_row, &painter);
     json_object_set_new(report->root, "pictures", summarize(planes));

@@ -10,7 +10,7 @@
 enum { SAMPLES = 4096, SAMPLES_OFF = SAMPLES / 100 }; /* `off`: that do not count as the scene */
 #define FIELD_OF_VIEW 0.7                             /* radians */
 
-uint64_t random_next(uint64_t *random) /* splitmix64 */
+uint64_t rays_random(uint64_t *random) /* splitmix64 */
 {
     uint64_t z = *random += 0x9e3779b97f4a7c15;
     z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9;
@@ -18,9 +18,9 @@ uint64_t random_next(uint64_t *random) /* splitmix64 */
     return z ^ z >> 31;
 }
 
-double random_between(uint64_t *random, double low, double high)
+double rays_random_between(uint64_t *random, double low, double high)
 {
-    return low + (high - low) * ((double)(random_next(random) >> 11) * 0x1p-53);
+    return low + (high - low) * ((double)(rays_random(random) >> 11) * 0x1p-53);
 }
 
 static double dot(const double a[3], const double b[3])
@@ -46,7 +46,7 @@ static void random_direction(uint64_t *random, double to[3])
 {
     do {
         for (int i = 0; i < 3; i++)
-            to[i] = random_between(random, -1, 1);
+            to[i] = rays_random_between(random, -1, 1);
     } while (dot(to, to) > 1 || !normalize(to));
 }
 
@@ -69,7 +69,7 @@ static bool read_corners(const struct report_mesh *mesh, uint32_t geometry, uint
     } else {
         if (source_aabb(&mesh->sources[geometry], primitive, &box) != SOURCE_ACTIVE)
             return false;
-        const uint64_t bits = random_next(random);
+        const uint64_t bits = rays_random(random);
         for (int corner = 0; corner < 3; corner++)
             for (int i = 0; i < 3; i++)
                 corners[corner][i] = (bits >> i & 1) ^ (corner > 0 && i == (int)(bits >> 8) % 3) ^
@@ -96,12 +96,12 @@ static bool choose_corners(const struct report *report, uint64_t *random, double
 {
     for (int tries = 0; tries < 64 && report->instance_count; tries++) {
         const VkAccelerationStructureInstanceKHR *instance =
-            &report->instances[random_next(random) % report->instance_count];
+            &report->instances[rays_random(random) % report->instance_count];
         if (!instance->accelerationStructureReference || !instance->mask)
             continue;
         const struct report_mesh *mesh =
             &report->meshes[instance->accelerationStructureReference - 1];
-        uint64_t primitive = mesh->primitives ? random_next(random) % mesh->primitives : 0;
+        uint64_t primitive = mesh->primitives ? rays_random(random) % mesh->primitives : 0;
         uint32_t geometry = 0;
         while (geometry < mesh->input.geometry_count &&
                primitive >= mesh->input.ranges[geometry].primitiveCount)
@@ -119,7 +119,7 @@ static bool choose_corners(const struct report *report, uint64_t *random, double
 
 static void point_of(const double corners[3][3], uint64_t *random, double to[3])
 {
-    double u = random_between(random, 0, 1), v = random_between(random, 0, 1);
+    double u = rays_random_between(random, 0, 1), v = rays_random_between(random, 0, 1);
     if (u + v > 1) {
         u = 1 - u;
         v = 1 - v;
@@ -130,8 +130,8 @@ static void point_of(const double corners[3][3], uint64_t *random, double to[3])
 
 static void point_of_edge(const double corners[3][3], uint64_t *random, double to[3])
 {
-    const int edge = (int)(random_next(random) % 3);
-    const double at = random_between(random, 0, 1);
+    const int edge = (int)(rays_random(random) % 3);
+    const double at = rays_random_between(random, 0, 1);
     for (int i = 0; i < 3; i++)
         to[i] = corners[edge][i] * (1 - at) + corners[(edge + 1) % 3][i] * at;
 }
@@ -277,7 +277,7 @@ static struct trace_ray surface_ray(const struct report *report, uint64_t *rando
     point_of(corners, random, at);
     random_direction(random, direction);
     struct trace_ray ray = make_ray(at, direction);
-    if (random_next(random) % 2) { /* from before the surface, with the surface at tmin */
+    if (rays_random(random) % 2) { /* from before the surface, with the surface at tmin */
         for (int i = 0; i < 3; i++)
             ray.origin[i] = (float)(at[i] - direction[i] * report->radius);
         ray.t_min = (float)report->radius;
@@ -290,12 +290,12 @@ static struct trace_ray axis_ray(const struct report *report, uint64_t *random,
 {
     double at[3];
     point_of(corners, random, at);
-    const uint64_t bits = random_next(random);
+    const uint64_t bits = rays_random(random);
     const int axis = (int)(bits % 3);
     const double sign = bits >> 8 & 1 ? 1 : -1;
     at[axis] = report->center[axis] - sign * 2 * report->radius;
     struct trace_ray ray = make_ray(at, (const double[3]){0, 0, 0});
-    ray.direction[axis] = (float)(sign * pow(10, random_between(random, -15, 15)));
+    ray.direction[axis] = (float)(sign * pow(10, rays_random_between(random, -15, 15)));
     ray.direction[(axis + 1) % 3] = bits >> 9 & 1 ? -0.f : 0.f;
     return ray;
 }
@@ -311,7 +311,7 @@ static struct trace_ray grazing_ray(const struct report *report, uint64_t *rando
         sides[1][i] = corners[2][i] - corners[0][i];
     }
     cross(sides[0], sides[1], normal);
-    const double turn = random_between(random, 0, 6.28318530718);
+    const double turn = rays_random_between(random, 0, 6.28318530718);
     if (!normalize(normal) || !normalize(sides[0]))
         random_direction(random, normal);
     cross(normal, sides[0], across);
@@ -326,7 +326,7 @@ static struct trace_ray make_one(const struct report *report, enum ray_set_kind 
 {
     double corners[3][3] = {{0}}, from[3], to[3];
     if (kind == RAYS_CAMERA) {
-        const double x = random_between(random, -1, 1), y = random_between(random, -1, 1);
+        const double x = rays_random_between(random, -1, 1), y = rays_random_between(random, -1, 1);
         return camera_ray(report, x, y);
     }
     if (!choose_corners(report, random, corners))
@@ -341,16 +341,16 @@ static struct trace_ray make_one(const struct report *report, enum ray_set_kind 
         return grazing_ray(report, random, c);
     case RAYS_VERTICES:
         random_point(report, random, 1.5, from);
-        return ray_to(from, corners[random_next(random) % 3]);
+        return ray_to(from, corners[rays_random(random) % 3]);
     case RAYS_EDGES:
         random_point(report, random, 1.5, from);
         break;
     case RAYS_FAR:
-        random_point(report, random, pow(10, random_between(random, 2, 4)), from);
+        random_point(report, random, pow(10, rays_random_between(random, 2, 4)), from);
         break;
     default:
-        random_point(report, random, random_between(random, 0, 1), from);
-        random_point(report, random, random_between(random, 0, 1), to);
+        random_point(report, random, rays_random_between(random, 0, 1), from);
+        random_point(report, random, rays_random_between(random, 0, 1), to);
         return ray_to(from, to);
     }
     point_of_edge(c, random, to);
@@ -371,7 +371,7 @@ void rays_make(const struct report *report, struct ray_set sets[RAY_SETS])
         for (uint32_t i = 0; i < count; i++) {
             sets[kind].rays[i] = make_one(report, kind, &random);
             if (report->has_motion)
-                sets[kind].rays[i].time = (float)random_between(&random, 0, 1);
+                sets[kind].rays[i].time = (float)rays_random_between(&random, 0, 1);
         }
     }
 }
@@ -397,7 +397,7 @@ bool rays_aim(const struct report_mesh *mesh, uint32_t geometry, uint32_t primit
     for (int i = 0; i < 9; i++)
         size = fmax(size, fabs(corners[i / 3][i % 3] - corners[0][i % 3]));
     random_direction(random, from);
-    const double reach = (size > 0 ? size : 1) * random_between(random, 1, 100);
+    const double reach = (size > 0 ? size : 1) * rays_random_between(random, 1, 100);
     for (int i = 0; i < 3; i++)
         from[i] = at[i] + reach * from[i];
     if (instance) {

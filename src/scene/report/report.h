@@ -98,7 +98,7 @@ struct trace_scene report_scene(struct report *report, enum trace_accuracy accur
 
 /* Calls `work` for 0 to `count` - 1, on REPORT_THREADS threads. */
 void report_parallel(uint32_t count, void (*work)(void *context, uint32_t index), void *context);
-void report_progress(const char *part);
+void report_progress(const struct report *report, const char *part);
 double report_cpu_ns(void); /* of this thread */
 /* The name of a structure, or "structure ID". The caller uses it before the next call. */
 const char *report_name(const struct report *report, uint32_t structure);
@@ -135,8 +135,8 @@ bool rays_aim(const struct report_mesh *mesh, uint32_t geometry, uint32_t primit
               const VkAccelerationStructureInstanceKHR *instance, uint64_t *random,
               struct trace_ray *ray);
 
-uint64_t random_next(uint64_t *random);
-double random_between(uint64_t *random, double low, double high);
+uint64_t rays_random(uint64_t *random);
+double rays_random_between(uint64_t *random, double low, double high);
 
 /* ---- accuracy.c: answers, and how many are wrong */
 

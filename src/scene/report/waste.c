@@ -134,7 +134,7 @@ static json_t *make_curves(struct report *report, json_int_t *left_out)
 void waste_report(struct report *report)
 {
     json_int_t left_out;
-    report_progress("waste");
+    report_progress(report, "waste");
     json_t *curves = make_curves(report, &left_out);
     json_object_set_new(report->root, "waste",
                         json_pack("{s:o, s:o, s:I}", "advice", make_advice(report), "refits",

@@ -102,7 +102,7 @@ bool report_capture(struct capture *capture, const struct report_options *option
                             .error = error,
                             .top = CAPTURE_NONE,
                             .root = json_object()};
-    report_progress("reading");
+    report_progress(&report, "reading");
     bool is_done = report_assemble(&report);
     if (is_done) {
         struct ray_set sets[RAY_SETS];
