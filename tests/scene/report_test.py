@@ -7,6 +7,7 @@ usage: report_test.py ASSAY_SCENE [CASE...]"""
 import json
 import math
 import pathlib
+import struct
 import sys
 import tempfile
 import unittest
@@ -139,6 +140,30 @@ class Effects(ReportCase):
         self.assertEqual([point["frame"] for point in points], [0, 2])
         self.assertEqual(points[0]["sah"], points[0]["rebuilt"])
         self.assertGreater(points[1]["sah"], points[1]["rebuilt"])
+
+    def test_motion(self):
+        """Triangles that move, and an instance between two matrices."""
+        capture = Capture(self.folder)
+        capture.structure(1, name="moving")
+        capture.structure(2, "top level", name="world")
+        hills = grid(6)
+        mesh = capture.triangles(hills)
+        mesh["inputs"].append(capture.rows("motion vertices", "<f4", "f", [(x, y, z + 9) for x, y, z in hills]))
+        capture.build(1, mesh, flags=0x20)
+        moved = [*IDENTITY[:3], 30, *IDENTITY[4:]]
+        row = struct.pack("<II12f12fIIQ", 1, 0, *IDENTITY, *moved, 255 << 24, 0, 1).ljust(152, b"\0")
+        capture.build(2, {"type": "instances", "flags": "0x0", "primitiveCount": 1, "inputs": [
+            {"role": "instances", "address": "0x20000", "buffer": 1, "offset": 0, "count": 1, "stride": 160, "size": 152,
+             "data": capture.data("|u1", "(1, 152)", row)}]}, kind="top level", flags=0x20,
+            references=[{"reference": "0x1", "structure": 1}])
+        report = self.report(capture)
+        cost = {effect["effect"]: effect.get("cost") for effect in report["effects"]}["builds with motion"]
+        self.assertGreater(cost["with"]["bytes"], cost["without"]["bytes"])
+        self.assertGreater(cost["with"]["nodes a ray"], 0)
+        self.assertEqual({row["name"] for row in self.rows(report, "motion")}, {"moving", "world"})
+        status, _, err = run("report", self.folder, "--json", self.json, "--rays", 10)
+        self.assertEqual(status, 0, err)
+        self.assertEqual(json.loads(self.json.read_text("utf-8"))["device"]["missing"], "Motion is not built on a device.")
 
     def test_advice(self):
         capture = scene(self.folder)

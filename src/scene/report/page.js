@@ -121,7 +121,8 @@ at('subject').append(`Top-level structure ${data.subject['top level']}, at ${dat
 /* ---- pictures */
 
 function plane(name, isWide) {
-  const text = atob(data.planes[name]), bytes = Uint8Array.from(text, character => character.charCodeAt(0));
+  const text = atob(data.planes[name]), bytes = new Uint8Array(text.length);
+  for (let i = 0; i < bytes.length; i++) bytes[i] = text.charCodeAt(i);
   return isWide ? new Uint16Array(bytes.buffer) : bytes;
 }
 
@@ -149,8 +150,9 @@ function showPictures() {
     const canvas = make('canvas', {width, height, role: 'img', 'aria-label': name});
     const image = new ImageData(width, height);
     for (let i = 0; i < width * height; i++) {
-      const [red, green, blue] = color(i);
-      image.data.set([red, green, blue, 255], 4 * i);
+      const at = color(i);
+      for (let part = 0; part < 3; part++) image.data[4 * i + part] = at[part];
+      image.data[4 * i + 3] = 255;
     }
     canvas.getContext('2d').putImageData(image, 0, 0);
     const pixel = make('span', {}), figure = make('figure', {}, canvas,
@@ -164,11 +166,12 @@ function showPictures() {
     canvas.addEventListener('pointerleave', () => { pixel.textContent = ''; });
     at('canvases').append(figure);
   };
-  const shaded = i => shade[i] ? hue(mesh[i]).map(part => part * shade[i]) : [22, 25, 29];
+  const hues = Array.from({length: 256}, (_, i) => hue(i));
+  const shaded = i => shade[i] ? hues[mesh[i]].map(part => part * shade[i]) : [22, 25, 29];
   add('Shaded', 'A color for each structure.', shaded, i => shade[i] ? `structure ${mesh[i]} of this report` : 'nothing');
   for (const [kind, name] of [['nodes', 'Node visits'], ['primitives', 'Primitive tests']]) {
-    const limit = most(counts[kind]), scale = make('span', {}, '0 ', make('span', {class: 'scale'}), ` ${number(limit)}`);
-    add(name, scale, i => heat(counts[kind][i] / limit), i => `${number(counts[kind][i])} ${kind}`);
+    const limit = most(counts[kind]), colors = Array.from({length: 257}, (_, i) => heat(i / 256)), scale = make('span', {}, '0 ', make('span', {class: 'scale'}), ` ${number(limit)}`);
+    add(name, scale, i => colors[Math.min(256, Math.round(counts[kind][i] / limit * 256))], i => `${number(counts[kind][i])} ${kind}`);
     at('canvases').lastChild.querySelector('figcaption').append(make('span', {},
       ` On average ${number(data.pictures[`${kind} a pixel`])}, at most ${number(data.pictures[`most ${kind}`])}.`));
   }
