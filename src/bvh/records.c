@@ -43,8 +43,9 @@ static struct box node_bounds(const struct wide_node *node)
 {
     struct box box;
     for (int axis = 0; axis < 3; axis++) {
-        box.lower[axis] = least_of(float4_load(node->lower[axis]));
-        box.upper[axis] = greatest_of(float4_load(node->upper[axis]));
+        const float *lower = node->lower[axis], *upper = node->upper[axis];
+        box.lower[axis] = least_of(float4_min(float4_load(lower), float4_load(lower + 4)));
+        box.upper[axis] = greatest_of(float4_max(float4_load(upper), float4_load(upper + 4)));
     }
     box.lower[3] = box.upper[3] = 0;
     return box;
@@ -79,9 +80,9 @@ static void update_nodes(const struct update *update, uint32_t begin, uint32_t e
     int4 limits = {(int)limit, (int)limit, (int)limit, (int)limit};
     for (uint32_t index = end; index-- > begin;) {
         struct wide_node *node = &nodes[index];
-        int4 children;
-        memcpy(&children, node->child, sizeof(children)); /* leaves are negative */
-        if (int4_mask(children < limits) != 0xf)
+        int4 children[2];
+        memcpy(children, node->child, sizeof(children)); /* leaves are negative */
+        if (int4_mask((children[0] < limits) & (children[1] < limits)) != 0xf)
             continue;
         for (uint32_t lane = 0; lane < NODE_WIDTH; lane++) {
             struct box box = child_bounds(update->header, update->resolver, node->child[lane]);

@@ -7,8 +7,8 @@
 #include "src/bvh/input/displacement.h"
 
 #define STRUCTURE_MAGIC 0x59535341u /* "ASSY" */
-#define STRUCTURE_VERSION 1u
-#define LEAF_RECORDS 2u
+#define STRUCTURE_VERSION 2u
+#define LEAF_RECORDS 4u
 
 #define STRUCTURE_KINDS 10u
 
@@ -33,14 +33,14 @@ uint32_t structure_leaf_limit(enum structure_kind kind)
 }
 
 /* At most 1.25 times the size with the fewest nodes: see the head of structure.h. Each leaf of a
- * TLAS has one instance, so n instances need n/3 to 2n/3 nodes. */
+ * TLAS has one instance, so n instances need n/7 to n/3 nodes. */
 uint32_t structure_node_capacity(enum structure_kind kind, uint32_t records)
 {
-    uint64_t nodes = (uint64_t)records * 28 / 100;
+    uint64_t nodes = (uint64_t)records * 9 / 100;
     if (structure_record_size(kind) == sizeof(struct aabb_record))
-        nodes = (uint64_t)records * 27 / 100;
+        nodes = (uint64_t)records * 8 / 100;
     if (structure_is_top(kind))
-        nodes = (uint64_t)records * 2 / 3;
+        nodes = (uint64_t)records / 3;
     return (uint32_t)nodes + (records != 0);
 }
 

@@ -2,15 +2,15 @@
 /* The memory layout of a structure: header, geometries, records, nodes.
  *
  * Leaves hold records: triangles with their positions, AABBs, or instances. Only active primitives
- * have records, in the order of the tree. Nodes have up to four children. Parents precede their
+ * have records, in the order of the tree. Nodes have up to eight children. Parents precede their
  * children, so a pass from the last node to the first visits children before parents, and the nodes
  * cannot form a cycle.
  *
  * The size has an upper and a lower bound. A leaf has at most LEAF_RECORDS records, so n records
- * need at least n/6 nodes; structure_node_capacity() is the maximum, which emit.c observes. For
- * triangles (48 bytes per record, 112 per node) the size per triangle is at most 48 + 0.28 * 112 =
- * 79.4 bytes and at least 66.7; for microtriangles of displaced triangles (56 bytes per record) it
- * is at most 87.4 and at least 74.7. */
+ * need at least n/28 nodes; structure_node_capacity() is the maximum, which emit.c observes. For
+ * triangles (48 bytes per record, 224 per node) the size per triangle is at most 48 + 0.09 * 224 =
+ * 68.2 bytes and at least 56; for microtriangles of displaced triangles (56 bytes per record) it
+ * is at most 76.2 and at least 64. */
 #ifndef ASSAY_BVH_STRUCTURE_H
 #define ASSAY_BVH_STRUCTURE_H
 
@@ -18,14 +18,14 @@
 
 #include "src/bvh/bvh.h"
 
-#define NODE_WIDTH 4u
+#define NODE_WIDTH 8u
 
 /* Splits by cost end at this depth. Deeper ranges are split by primitive number, at most 29 times.
- * Therefore no path is longer than 80 nodes, and the stack of a traversal holds at most three
+ * Therefore no path is longer than 80 nodes, and the stack of a traversal holds at most seven
  * pending children per level. */
 #define SPLIT_DEPTH_LIMIT 48u
 #define TREE_DEPTH_LIMIT 80u
-#define TRACE_STACK (3 * TREE_DEPTH_LIMIT + NODE_WIDTH)
+#define TRACE_STACK (7 * TREE_DEPTH_LIMIT + NODE_WIDTH)
 
 /* A child is CHILD_EMPTY, the index of a node, or LEAF_BIT | (records - 1) << 29 | index of the
  * first record. */
@@ -163,7 +163,7 @@ struct structure_header {
     uint32_t micromap_count;
 };
 _Static_assert(sizeof(struct structure_header) == 96, "layout");
-_Static_assert(sizeof(struct wide_node) == 112, "layout");
+_Static_assert(sizeof(struct wide_node) == 224, "layout");
 _Static_assert(sizeof(struct triangle_record) == 48, "layout");
 _Static_assert(sizeof(struct instance_record) == 144, "layout");
 _Static_assert(sizeof(struct motion_instance_record) == 288, "layout");

@@ -62,6 +62,13 @@ struct trace_counters {
     uint64_t micromaps; /* opacity look-ups */
 };
 
+/* The instruction sets of traversal. All find the same hits. */
+enum trace_vectors {
+    TRACE_VECTORS_BEST, /* the best one that the processor has */
+    TRACE_VECTORS_AVX2, /* at most AVX2 */
+    TRACE_VECTORS_PLAIN,
+};
+
 struct trace_scene {
     const void *structure; /* BLAS or TLAS */
     enum trace_accuracy accuracy;
@@ -70,6 +77,7 @@ struct trace_scene {
     /* Maps builder_opacity::micromap to the block of a micromap. If it finds none, the triangle has
      * the opacity of its geometry. */
     struct builder_resolver micromaps;
+    enum trace_vectors vectors;
 };
 
 enum trace_answer {

@@ -116,18 +116,19 @@ static inline float box_half_area_in(struct box box, float4 unit)
     return box_half_area((struct box){box.lower * unit, box.upper * unit});
 }
 
-/* rounded_down() returns the greatest float not above `x`, rounded_up() the least float not below
- * it. */
-static inline float rounded_down(double x)
-{
-    float near = (float)x;
-    return (double)near > x ? nextafterf(near, -INFINITY) : near;
-}
-
+/* The least float not below `x`. Adds or subtracts 1 from the bits of the nearest float:
+ * nextafterf() would be a call. */
 static inline float rounded_up(double x)
 {
     float near = (float)x;
-    return (double)near < x ? nextafterf(near, INFINITY) : near;
+    uint32_t bits = float_bits(near + 0.0f), step = bits >> 31 ? UINT32_MAX : 1;
+    return float_from_bits((double)near < x ? bits + step : float_bits(near));
+}
+
+/* The greatest float not above `x`. */
+static inline float rounded_down(double x)
+{
+    return -rounded_up(-x);
 }
 
 #endif

@@ -265,7 +265,8 @@ static struct trace_ray random_ray(uint64_t *seed, float extent, uint32_t i)
     return ray;
 }
 
-static uint64_t digest_of_hits(const struct scene *scene, const void *structure)
+static uint64_t digest_of_hits(const struct scene *scene, const void *structure,
+                               enum trace_vectors vectors)
 {
     uint64_t digest = DIGEST_BEGIN, seed = 41;
     for (uint32_t i = 0; i < RAYS; i++) {
@@ -275,7 +276,8 @@ static uint64_t digest_of_hits(const struct scene *scene, const void *structure)
             const struct trace_scene traced = {.structure = structure,
                                                .accuracy = (enum trace_accuracy)accuracy,
                                                .resolver = scene->input.input.resolver,
-                                               .counters = &counters};
+                                               .counters = &counters,
+                                               .vectors = vectors};
             const struct trace_visitor visitor = {note_hit, &digest};
             struct trace_hit hit;
             trace_candidates(&traced, &ray, &visitor);
@@ -348,7 +350,9 @@ static void find_digests(const struct row_of_digests *wanted, enum builder_quali
     void *structure = fixture_build(&scene.input.input, &report);
     assert_non_null(structure);
     found[0] = digest_of_structure(structure);
-    found[1] = digest_of_hits(&scene, structure);
+    found[1] = digest_of_hits(&scene, structure, TRACE_VECTORS_BEST);
+    assert_int_equal(found[1], digest_of_hits(&scene, structure, TRACE_VECTORS_AVX2));
+    assert_int_equal(found[1], digest_of_hits(&scene, structure, TRACE_VECTORS_PLAIN));
     found[2] = digest_of_rest(&scene, structure, &report);
     if (scene.input.geometry.type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
         for (uint32_t i = 0; i < 9 * scene.input.range.primitiveCount; i++)

@@ -75,7 +75,7 @@ static void test_sah(const char *name, struct fixture_mesh mesh)
     report_build(&subject.report, BUILDER_BALANCED, 0, &built);
 #ifdef HAS_EMBREE
     const double embree = embree_build(&subject.mesh, EMBREE_MEDIUM).sah;
-    expect(fabs(built.sah - embree) <= 0.05 * embree, name, built.sah, embree);
+    expect(fabs(built.sah - embree) <= 0.15 * embree, name, built.sah, embree);
 #else
     printf("left out: %s (no Embree)\n", name);
 #endif

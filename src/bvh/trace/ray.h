@@ -8,23 +8,30 @@
 #include "src/bvh/trace.h"
 #include "src/bvh/vector.h"
 
+typedef double double4 __attribute__((vector_size(32)));
+typedef int64_t int64x4 __attribute__((vector_size(32)));
+#define DOUBLE4_ABS(v) ((double4)((int64x4)(v)&INT64_MAX))
+
+/* The distance of a plane is (plane - origin) * scale. Near and far planes have separate origins
+ * and scales, padded so that no box is missed. Distances are scaled by 2^24, so that small ones do
+ * not become subnormal, where rounding is no longer relative. */
+#define SLAB_UNITS 0x1p24
 struct slab {
-    float4 near_origin[3], far_origin[3], near_scale[3], far_scale[3];
-    uint32_t near_plane[3], far_plane[3]; /* offsets within a node, in floats */
+    float4 near_origin, far_origin, near_scale, far_scale;
+    int4 near_plane, far_plane; /* offsets within a node, in floats */
     float t_min, t_max;
 };
 
 /* The direction is scaled by a power of two so that its largest component is in [1, 2). A distance
  * in this "unit" is exactly the caller's distance times `unit`. */
 struct local_ray {
-    double origin[3], direction[3];
-    double unit, t_min; /* t_min is in units */
+    double origin[4], direction[4]; /* 0 in the fourth, which completes a vector */
+    double unit, t_min;             /* t_min is in units */
     /* axis[2] is the direction's largest component; axis[0] and axis[1] preserve the winding. */
     uint32_t axis[3];
     /* near_origin and near_direction: origin and direction in float, for accuracies fast and
      * robust. */
-    float near_origin[3];
-    float near_direction[3], shear[3];
+    float4 near_origin, near_direction, shear;
     struct slab slab;
 };
 
@@ -35,14 +42,11 @@ struct local_hit {
     bool front_face;
 };
 
-/* Returns false if the ray cannot hit anything. `is_world` pads for the rounding of rays that enter
- * instances. */
-bool ray_make(struct local_ray *local, const struct trace_ray *ray, enum trace_accuracy accuracy,
-              bool is_world);
-/* Returns false if the matrix of the instance is singular. */
-bool ray_enter(struct local_ray *local, const struct trace_ray *ray, enum trace_accuracy accuracy,
-               const struct instance_record *instance);
-void ray_limit(struct local_ray *local, double t_max); /* t_max is in the caller's distances */
+/* t_max is in the caller's distances. */
+static inline void ray_limit(struct local_ray *local, double t_max)
+{
+    local->slab.t_max = rounded_up(t_max * local->unit * SLAB_UNITS);
+}
 
 /* Return whether the ray hits the triangle at t_min < t < t_max, in units. */
 bool triangle_fast(const struct local_ray *ray, const struct triangle_record *triangle,
@@ -61,25 +65,6 @@ bool swept_hit(const struct local_ray *ray, const struct swept_record *swept, bo
  * the intersection. */
 bool aabb_hit(const struct local_ray *ray, const struct aabb_record *box, double t_max, double *t);
 
-/* Returns one bit for each child whose box the ray may hit, and the entry distances. If a ray lies
- * in a plane, 0 times infinity gives NaN, which leaves the interval unchanged. */
-static inline unsigned slab_test(const struct slab *slab, const struct wide_node *node,
-                                 float4 *enter)
-{
-    const float *planes = &node->lower[0][0];
-    float4 near = float4_all(slab->t_min), far = float4_all(slab->t_max);
-    for (int axis = 0; axis < 3; axis++) {
-        float4 low = float4_load(planes + slab->near_plane[axis]) - slab->near_origin[axis];
-        float4 high = float4_load(planes + slab->far_plane[axis]) - slab->far_origin[axis];
-        near = float4_max(low * slab->near_scale[axis], near);
-        far = float4_min(high * slab->far_scale[axis], far);
-    }
-    /* A distance that overflowed to infinity was finite; `far` is then infinite, too. */
-    near = float4_min(near, float4_all(FLT_MAX));
-    *enter = near;
-    return int4_mask(near <= far);
-}
-
 /* ---- Processes a candidate: opacity, culling, and the visitor's answer ("Ray Intersection
  * Culling"). */
 
@@ -92,7 +77,13 @@ struct walk {
     bool is_stopped;
 };
 
-/* A BLAS and the instance that refers to it; NULL if the BLAS is traced directly. */
+/* traverse.c, which is compiled once for each instruction set: visits the candidates of the scene's
+ * structure. */
+typedef void scene_walker(struct walk *walk);
+scene_walker walk_plain, walk_avx2, walk_avx512;
+
+/* A BLAS and the instance that refers to it; NULL if the BLAS is traced directly. Initialize the
+ * members one by one: clearing the whole is slow. */
 struct view {
     const struct structure_header *blas;
     const struct instance_record *instance;

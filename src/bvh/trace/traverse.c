@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Traverses trees without recursion: one stack of fixed size for a BLAS, another for the TLAS above
  * it, both sized for the maximum depth (structure.h). "Ray Intersection Candidate Determination"
- * and "Ray Intersection Culling" define the candidates. */
+ * and "Ray Intersection Culling" define the candidates.
+ *
+ * This file is compiled once for each instruction set, with WALK_SCENE as the name of its only
+ * external function. All of them do the same operations in the same order, so the hits are the
+ * same. */
 #include "src/bvh/input/displaced.h"
 #include "src/bvh/motion.h"
-#include "src/bvh/trace/ray.h"
-
-struct waiting_child {
-    uint32_t child;
-    float enter;
-};
+#include "src/bvh/trace/filter.h"
+#include "src/bvh/trace/prepare.h"
 
 static bool geometry_is_opaque(const struct view *view, uint32_t geometry)
 {
@@ -167,34 +167,209 @@ static void test_record(struct walk *walk, struct view *view, const void *record
     }
 }
 
-static void test_leaf(struct walk *walk, struct view *view, uint32_t child)
+/* What is walked: the nodes, the records of the leaves, and the ray. */
+struct tree {
+    const struct wide_node *nodes;
+    const uint8_t *records;
+    uint64_t record_size;
+    const struct slab *slab;
+};
+
+/* Returns one bit for each record of a leaf that must be tested. */
+static ALWAYS_INLINE unsigned filter_leaf(const struct walk *walk, const struct view *view,
+                                          const uint8_t *records, uint64_t size, uint32_t count)
 {
-    uint32_t first = leaf_first(child), count = leaf_count(child);
-    uint64_t size = structure_record_size(view->blas->kind);
-    const uint8_t *record = (const uint8_t *)structure_records(view->blas) + first * size;
-    walk->counters.primitives += count;
-    for (; count > 0 && !walk->is_stopped; count--, record += size)
-        test_record(walk, view, record);
+    enum structure_kind kind = view->blas->kind;
+    enum trace_accuracy accuracy = walk->scene->accuracy;
+    bool has_triangles =
+        kind == STRUCTURE_TRIANGLES || kind == STRUCTURE_DENSE || kind == STRUCTURE_DISPLACED;
+    unsigned all = (1u << count) - 1;
+    struct four_triangles four;
+    if (!has_triangles || accuracy == TRACE_FAST)
+        return all;
+    load_triangles(records, size, count, &four);
+    return all & (accuracy == TRACE_ROBUST ? filter_robust(&view->ray, &four)
+                                           : filter_exact(&view->ray, &four));
 }
 
-/* Pushes the children that the ray may hit onto the stack, the nearest on top. */
-static uint32_t push_children(const struct wide_node *node, const struct slab *slab,
-                              struct waiting_child *stack, uint32_t count)
+static void test_leaf(struct walk *walk, struct view *view, const struct tree *tree, uint32_t child)
 {
-    float4 enter;
-    uint32_t bottom = count;
-    for (unsigned mask = slab_test(slab, node, &enter); mask != 0; mask &= mask - 1) {
-        uint32_t lane = (uint32_t)__builtin_ctz(mask), place = count;
-        struct waiting_child child = {node->child[lane], enter[lane]};
-        if (child.child == CHILD_EMPTY)
-            continue;
-        for (; place > bottom && stack[place - 1].enter < child.enter; place--)
-            stack[place] = stack[place - 1];
-        stack[place] = child;
-        count++;
-    }
-    return count;
+    uint32_t count = leaf_count(child);
+    const uint8_t *records = tree->records + leaf_first(child) * tree->record_size;
+    walk->counters.primitives += count;
+    unsigned mask = filter_leaf(walk, view, records, tree->record_size, count);
+    for (; mask != 0 && !walk->is_stopped; mask &= mask - 1)
+        test_record(walk, view, records + (uint32_t)__builtin_ctz(mask) * tree->record_size);
 }
+
+/* ---- Nodes. Boxes are tested in vectors of LANES floats. */
+
+#ifdef __AVX2__
+#define LANES 8
+#define LANE_NUMBERS 0, 1, 2, 3, 4, 5, 6, 7
+typedef float float_lanes __attribute__((vector_size(32)));
+typedef int32_t int_lanes __attribute__((vector_size(32)));
+#define lanes_min _mm256_min_ps
+#define lanes_max _mm256_max_ps
+#else
+#define LANES 4
+#define LANE_NUMBERS 0, 1, 2, 3
+typedef float4 float_lanes;
+typedef int4 int_lanes;
+#define lanes_min float4_min
+#define lanes_max float4_max
+#endif
+
+/* Children that wait, the nearest last. A key is the distance at which the ray enters the box, as
+ * bits, which compare like the distance; the lowest bits are the child's lane. */
+#define LANE_BITS 7
+#define STACK_BOTTOM 2u /* push_children() looks at the two children below */
+struct waiting {
+    uint32_t count;
+    int32_t key[STACK_BOTTOM + TRACE_STACK + NODE_WIDTH];
+    uint32_t child[STACK_BOTTOM + TRACE_STACK + NODE_WIDTH];
+};
+
+static ALWAYS_INLINE void clear_waiting(struct waiting *waiting)
+{
+    waiting->count = STACK_BOTTOM;
+    waiting->child[0] = waiting->child[1] = 0;
+}
+
+/* Returns the keys of LANES children from `lane` on, and -1 for boxes that the ray misses and for
+ * empty children. If a ray lies in a plane, 0 times infinity gives NaN; the minimum and maximum
+ * then are those of other planes, which may make the interval longer. */
+static ALWAYS_INLINE void test_boxes(const struct slab *slab, const struct wide_node *node,
+                                     uint32_t lane, int_lanes *keys)
+{
+    const float *planes = &node->lower[0][lane];
+    const float_lanes zero = {0};
+    float_lanes near[3], far[3];
+    for (int axis = 0; axis < 3; axis++) {
+        memcpy(&near[axis], planes + slab->near_plane[axis], sizeof(near[0]));
+        memcpy(&far[axis], planes + slab->far_plane[axis], sizeof(far[0]));
+        near[axis] = (near[axis] - slab->near_origin[axis]) * slab->near_scale[axis];
+        far[axis] = (far[axis] - slab->far_origin[axis]) * slab->far_scale[axis];
+    }
+    float_lanes enter =
+        lanes_max(lanes_max(near[0], near[1]), lanes_max(near[2], zero + slab->t_min));
+    float_lanes leave = lanes_min(lanes_min(far[0], far[1]), lanes_min(far[2], zero + slab->t_max));
+    const int_lanes numbers = (int_lanes){LANE_NUMBERS} + (int32_t)lane;
+    int_lanes children;
+    memcpy(&children, &node->child[lane], sizeof(children));
+    *keys = ((int_lanes)enter & ~LANE_BITS) | numbers | ~(enter <= leave) |
+            (children == (int32_t)CHILD_EMPTY);
+}
+
+/* The latency of memory is most of the time of a ray in a large structure. */
+static ALWAYS_INLINE void prefetch_child(const struct tree *tree, uint32_t child)
+{
+    const uint8_t *at = child & LEAF_BIT ? tree->records + leaf_first(child) * tree->record_size
+                                         : (const uint8_t *)&tree->nodes[child];
+    for (uint32_t line = 0; line < sizeof(struct wide_node); line += 64)
+        __builtin_prefetch(at + line);
+}
+
+/* Takes the nearest child from the stack. Returns false if no child is near enough. */
+static ALWAYS_INLINE bool take_child(struct waiting *waiting, const struct slab *slab,
+                                     uint32_t *child)
+{
+    int32_t limit = (int32_t)float_bits(slab->t_max) | LANE_BITS;
+    while (waiting->count > STACK_BOTTOM && waiting->key[waiting->count - 1] > limit)
+        waiting->count--;
+    if (waiting->count == STACK_BOTTOM)
+        return false;
+    *child = waiting->child[--waiting->count];
+    return true;
+}
+
+#ifdef __AVX2__
+/* A step of a bitonic sorting network, in descending order: p are the lanes to compare with, k
+ * selects the greater (8 + i) or the lesser key (i). */
+#define SORT_STEP(keys, p0, p1, p2, p3, p4, p5, p6, p7, k0, k1, k2, k3, k4, k5, k6, k7)            \
+    do {                                                                                           \
+        const int_lanes others =                                                                   \
+            __builtin_shufflevector(keys, keys, p0, p1, p2, p3, p4, p5, p6, p7);                   \
+        const __m256i lesser = _mm256_min_epi32((__m256i)(keys), (__m256i)others);                 \
+        const __m256i greater = _mm256_max_epi32((__m256i)(keys), (__m256i)others);                \
+        (keys) = __builtin_shufflevector((int_lanes)lesser, (int_lanes)greater, k0, k1, k2, k3,    \
+                                         k4, k5, k6, k7);                                          \
+    } while (0)
+
+/* Sorts the hit children onto the stack and returns how many they are. Does not branch: how many
+ * children a ray hits, and in which order, cannot be predicted. */
+static ALWAYS_INLINE uint32_t push_children(const struct wide_node *node, int_lanes keys,
+                                            struct waiting *waiting)
+{
+    int_lanes children;
+    uint32_t missed = (uint32_t)__builtin_popcount((unsigned)_mm256_movemask_ps((__m256)keys));
+    SORT_STEP(keys, 1, 0, 3, 2, 5, 4, 7, 6, 8, 1, 10, 3, 12, 5, 14, 7);
+    SORT_STEP(keys, 3, 2, 1, 0, 7, 6, 5, 4, 8, 9, 2, 3, 12, 13, 6, 7);
+    SORT_STEP(keys, 1, 0, 3, 2, 5, 4, 7, 6, 8, 1, 10, 3, 12, 5, 14, 7);
+    SORT_STEP(keys, 7, 6, 5, 4, 3, 2, 1, 0, 8, 9, 10, 11, 4, 5, 6, 7);
+    SORT_STEP(keys, 2, 3, 0, 1, 6, 7, 4, 5, 8, 9, 2, 3, 12, 13, 6, 7);
+    SORT_STEP(keys, 1, 0, 3, 2, 5, 4, 7, 6, 8, 1, 10, 3, 12, 5, 14, 7);
+    memcpy(&children, node->child, sizeof(children));
+    children = (int_lanes)_mm256_permutevar8x32_epi32((__m256i)children, (__m256i)keys);
+    memcpy(waiting->key + waiting->count, &keys, sizeof(keys));
+    memcpy(waiting->child + waiting->count, &children, sizeof(children));
+    return NODE_WIDTH - missed;
+}
+
+/* The sorted children are known later than the nearest one. */
+static ALWAYS_INLINE uint32_t nearest_child(const struct wide_node *node, int_lanes keys)
+{
+    const __m256i all = (__m256i)keys;
+    __m128i least = _mm_min_epu32(_mm256_castsi256_si128(all), _mm256_extracti128_si256(all, 1));
+    least = _mm_min_epu32(least, _mm_shuffle_epi32(least, 0x4e));
+    least = _mm_min_epu32(least, _mm_shuffle_epi32(least, 0xb1));
+    return node->child[_mm_cvtsi128_si32(least) & LANE_BITS];
+}
+
+/* Goes from a node to the nearest child that the ray may hit; the others wait. Returns false if
+ * there is no child to go to. */
+static ALWAYS_INLINE bool next_child(const struct tree *tree, struct waiting *waiting,
+                                     uint32_t *child)
+{
+    const struct wide_node *node = &tree->nodes[*child];
+    int_lanes keys;
+    test_boxes(tree->slab, node, 0, &keys);
+    uint32_t hits = push_children(node, keys, waiting);
+    prefetch_child(tree, waiting->child[waiting->count + hits - 2]);
+    if (hits == 0)
+        return take_child(waiting, tree->slab, child);
+    *child = nearest_child(node, keys);
+    waiting->count += hits - 1;
+    return true;
+}
+#else
+static ALWAYS_INLINE bool next_child(const struct tree *tree, struct waiting *waiting,
+                                     uint32_t *child)
+{
+    const struct wide_node *node = &tree->nodes[*child];
+    int32_t keys[NODE_WIDTH];
+    uint32_t bottom = waiting->count;
+    for (uint32_t lane = 0; lane < NODE_WIDTH; lane += LANES) {
+        int_lanes some;
+        test_boxes(tree->slab, node, lane, &some);
+        memcpy(keys + lane, &some, sizeof(some));
+    }
+    for (uint32_t lane = 0; lane < NODE_WIDTH; lane++) {
+        uint32_t place = waiting->count;
+        if (keys[lane] < 0)
+            continue;
+        for (; place > bottom && waiting->key[place - 1] < keys[lane]; place--) {
+            waiting->key[place] = waiting->key[place - 1];
+            waiting->child[place] = waiting->child[place - 1];
+        }
+        waiting->key[place] = keys[lane];
+        waiting->child[place] = node->child[lane];
+        waiting->count++;
+    }
+    prefetch_child(tree, waiting->child[waiting->count - 2]);
+    return take_child(waiting, tree->slab, child);
+}
+#endif
 
 /* Returns whether the BLAS has any primitive that the flags do not skip. */
 static bool kind_is_visible(const struct structure_header *blas, uint32_t flags)
@@ -208,29 +383,29 @@ static void walk_blas(struct walk *walk, struct view *view)
 {
     if (!kind_is_visible(view->blas, walk->ray->flags))
         return;
-    const struct wide_node *nodes = structure_nodes(view->blas);
-    struct waiting_child stack[TRACE_STACK];
-    uint32_t count = 1;
-    stack[0] = (struct waiting_child){0, view->ray.slab.t_min};
-    while (count > 0 && !walk->is_stopped) {
-        struct waiting_child now = stack[--count];
-        if (now.enter > view->ray.slab.t_max)
-            continue;
-        if (now.child & LEAF_BIT) {
-            test_leaf(walk, view, now.child);
-            continue;
+    const struct tree tree = {structure_nodes(view->blas), structure_records(view->blas),
+                              structure_record_size(view->blas->kind), &view->ray.slab};
+    struct waiting waiting;
+    uint32_t child = 0;
+    clear_waiting(&waiting);
+    for (bool has_child = true; has_child;) {
+        if (child & LEAF_BIT) {
+            test_leaf(walk, view, &tree, child);
+            has_child = !walk->is_stopped && take_child(&waiting, tree.slab, &child);
+        } else {
+            walk->counters.nodes++;
+            has_child = next_child(&tree, &waiting, &child);
         }
-        walk->counters.nodes++;
-        count = push_children(&nodes[now.child], &view->ray.slab, stack, count);
     }
 }
 
 static void enter_instance(struct walk *walk, const struct instance_record *instance)
 {
     const struct builder_resolver *resolver = &walk->scene->resolver;
-    struct view view = {.instance = instance};
+    struct view view;
     if ((instance->instance.mask & walk->ray->cull_mask & 0xff) == 0)
         return;
+    view.instance = instance;
     view.blas =
         resolver->find(resolver->context, instance->instance.accelerationStructureReference);
     if (!view.blas || !kind_is_visible(view.blas, walk->ray->flags) ||
@@ -254,68 +429,35 @@ static void walk_tlas(struct walk *walk, const struct structure_header *tlas)
     struct local_ray world;
     if (!ray_make(&world, walk->ray, walk->scene->accuracy, true))
         return;
-    const struct wide_node *nodes = structure_nodes(tlas);
-    struct waiting_child stack[TRACE_STACK];
-    uint32_t count = tlas->node_count > 0 ? 1 : 0;
-    stack[0] = (struct waiting_child){0, world.slab.t_min};
-    while (count > 0 && !walk->is_stopped) {
-        struct waiting_child now = stack[--count];
-        if (now.enter > world.slab.t_max)
-            continue;
-        if (now.child & LEAF_BIT) {
-            const struct instance_record *instance =
-                structure_instance(tlas, leaf_first(now.child));
+    const struct tree tree = {structure_nodes(tlas), structure_records(tlas),
+                              structure_record_size(tlas->kind), &world.slab};
+    struct waiting waiting;
+    uint32_t child = 0;
+    clear_waiting(&waiting);
+    for (bool has_child = tlas->node_count > 0; has_child;) {
+        if (child & LEAF_BIT) {
+            const struct instance_record *instance = structure_instance(tlas, leaf_first(child));
             if (tlas->kind == STRUCTURE_INSTANCES)
                 enter_instance(walk, instance);
             else
                 enter_moving(walk, (const void *)instance);
             ray_limit(&world, walk->t_max);
-            continue;
+            has_child = !walk->is_stopped && take_child(&waiting, tree.slab, &child);
+        } else {
+            walk->counters.nodes++;
+            has_child = next_child(&tree, &waiting, &child);
         }
-        walk->counters.nodes++;
-        count = push_children(&nodes[now.child], &world.slab, stack, count);
     }
 }
 
-void trace_candidates(const struct trace_scene *scene, const struct trace_ray *ray,
-                      const struct trace_visitor *visitor)
+void WALK_SCENE(struct walk *walk)
 {
-    const struct structure_header *header = scene->structure;
-    struct walk walk = {.scene = scene, .ray = ray, .visitor = visitor, .t_max = ray->t_max};
-    if (structure_is_top(header->kind)) {
-        walk_tlas(&walk, header);
-    } else {
-        struct view view = {.blas = header};
-        if (ray_make(&view.ray, ray, scene->accuracy, false))
-            walk_blas(&walk, &view);
-    }
-    if (scene->counters) {
-        scene->counters->nodes += walk.counters.nodes;
-        scene->counters->primitives += walk.counters.primitives;
-        scene->counters->instances += walk.counters.instances;
-        scene->counters->exact_calls += walk.counters.exact_calls;
-        scene->counters->micromaps += walk.counters.micromaps;
-    }
-}
-
-struct closest {
-    struct trace_hit *hit;
-    bool is_found;
-};
-
-static enum trace_answer keep_closest(void *context, struct trace_hit *candidate)
-{
-    struct closest *closest = context;
-    *closest->hit = *candidate;
-    closest->is_found = true;
-    return TRACE_ACCEPT;
-}
-
-bool trace_closest(const struct trace_scene *scene, const struct trace_ray *ray,
-                   struct trace_hit *hit)
-{
-    struct closest closest = {hit, false};
-    struct trace_visitor visitor = {keep_closest, &closest};
-    trace_candidates(scene, ray, &visitor);
-    return closest.is_found;
+    const struct structure_header *header = walk->scene->structure;
+    struct view view;
+    view.blas = header;
+    view.instance = NULL;
+    if (structure_is_top(header->kind))
+        walk_tlas(walk, header);
+    else if (ray_make(&view.ray, walk->ray, walk->scene->accuracy, false))
+        walk_blas(walk, &view);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Accuracy fast: Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997. */
 #include "src/bvh/expansion.h"
-#include "src/bvh/trace/ray.h"
+#include "src/bvh/trace/filter.h"
 
 static float dot(const float a[3], const float b[3])
 {
@@ -19,16 +19,17 @@ static void cross(const float a[3], const float b[3], float to[3])
 bool triangle_fast(const struct local_ray *ray, const struct triangle_record *triangle,
                    double t_max, struct local_hit *hit)
 {
+    const float *direction = (const float *)&ray->near_direction;
     float ab[3], ac[3], to_origin[3], p[3], q[3];
     for (int i = 0; i < 3; i++) {
         ab[i] = triangle->b[i] - triangle->a[i];
         ac[i] = triangle->c[i] - triangle->a[i];
         to_origin[i] = ray->near_origin[i] - triangle->a[i];
     }
-    cross(ray->near_direction, ac, p);
+    cross(direction, ac, p);
     cross(to_origin, ab, q);
     float determinant = dot(ab, p), inverse = 1 / determinant;
-    float u = dot(to_origin, p) * inverse, v = dot(ray->near_direction, q) * inverse;
+    float u = dot(to_origin, p) * inverse, v = dot(direction, q) * inverse;
     float t = dot(ac, q) * inverse;
     if (!(u >= 0 && v >= 0 && u + v <= 1 && t > ray->t_min && t < t_max))
         return false;
@@ -37,10 +38,6 @@ bool triangle_fast(const struct local_ray *ray, const struct triangle_record *tr
 }
 
 /* ---- accuracy robust: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", 2013 */
-
-/* Below this value a product may have lost bits to underflow; above its reciprocal sums may
- * overflow. */
-#define FLOAT_RANGE 0x1p-100f
 
 /* Vertices relative to the origin, sheared so that the ray runs along the third axis. */
 struct sheared {
@@ -87,7 +84,8 @@ bool triangle_robust(const struct local_ray *ray, const struct triangle_record *
     float u = s.x[2] * s.y[1] - s.y[2] * s.x[1];
     float v = s.x[0] * s.y[2] - s.y[0] * s.x[2];
     float w = s.x[1] * s.y[0] - s.y[1] * s.x[0];
-    float least = fminf(fabsf(u), fminf(fabsf(v), fabsf(w)));
+    float least = fabsf(u) < fabsf(v) ? fabsf(u) : fabsf(v);
+    least = fabsf(w) < least ? fabsf(w) : least;
     float sum = fabsf(u) + fabsf(v) + fabsf(w);
     if (!(least > FLOAT_RANGE && sum < 1 / FLOAT_RANGE))
         return hit_in_double(&s, ray->t_min, t_max, hit);
@@ -116,9 +114,6 @@ bool triangle_robust(const struct local_ray *ray, const struct triangle_record *
  * the result is still zero, the edge and the origin are collinear, and the ray sees the triangle
  * edge-on. */
 
-/* Differences, two products, their difference, the product by d and two sums: at most 7 roundings
- * of 2^-53 for each term of the sum of magnitudes, and as many in that sum itself. */
-#define EDGE_BOUND (16 * 0x1p-53)
 /* If numerator and denominator are this accurate, t is computed in double. */
 #define CERTAIN 0x1p-40
 /* The resulting error of t is smaller than this; closer comparisons are exact. */
@@ -250,16 +245,27 @@ static bool is_close(double t, double limit)
     return fabs(t - limit) <= T_BOUND * fabs(t);
 }
 
-/* Returns whether t is within the limits, and the best double approximation of t. */
+/* Returns whether t is within the limits, and the best double approximation of t: A . N / d . N
+ * with the normal N = (B - A) x (C - A). Less cancels in it than in products of the corners:
+ * EDGE_BOUND also covers the rounding of both differences. */
 static bool compute_t(const struct local_ray *ray, const struct triangle_record *triangle,
-                      double t_max, double numerator, double numerator_bound,
-                      const struct edge edges[3], double *t, uint64_t *exact_calls)
+                      const struct corner *a, double t_max, double *t, uint64_t *exact_calls)
 {
-    double denominator = edges[0].value + edges[1].value + edges[2].value;
-    double bound = edges[0].bound + edges[1].bound + edges[2].bound;
-    *t = numerator / denominator;
-    bool is_certain =
-        numerator_bound <= CERTAIN * fabs(numerator) && bound <= CERTAIN * fabs(denominator);
+    struct corner ab, ac;
+    struct edge plane;
+    double numerator = 0, bound = 0;
+    for (int i = 0; i < 3; i++) {
+        ab.at[i] = (double)triangle->b[i] - triangle->a[i];
+        ac.at[i] = (double)triangle->c[i] - triangle->a[i];
+    }
+    make_edge(ray, &ab, &ac, &plane);
+    for (int i = 0; i < 3; i++) {
+        numerator += a->at[i] * plane.normal[i];
+        bound += fabs(a->at[i]) * plane.size[i];
+    }
+    *t = numerator / plane.value;
+    bool is_certain = bound * EDGE_BOUND <= CERTAIN * fabs(numerator) &&
+                      plane.bound <= CERTAIN * fabs(plane.value);
     if (is_certain && !is_close(*t, ray->t_min) && !is_close(*t, t_max))
         return *t > ray->t_min && *t < t_max;
     struct exact_t exact;
@@ -297,13 +303,7 @@ bool triangle_exact(const struct local_ray *ray, const struct triangle_record *t
         if (edges[i].sign == 0 || signs == 3)
             return false;
     }
-    double numerator = 0, bound = 0;
-    for (int i = 0; i < 3; i++) {
-        numerator += corners[0].at[i] * edges[0].normal[i];
-        bound += fabs(corners[0].at[i]) * edges[0].size[i];
-    }
-    if (!compute_t(ray, triangle, t_max, numerator, bound * EDGE_BOUND, edges, &hit->t,
-                   exact_calls))
+    if (!compute_t(ray, triangle, &corners[0], t_max, &hit->t, exact_calls))
         return false;
     double sum = edges[0].value + edges[1].value + edges[2].value;
     hit->u = (float)(edges[1].value / sum);

@@ -291,7 +291,7 @@ static void partition_shared(struct build_state *state, const struct tree_task *
 static bool split_range(struct build_state *state, const struct tree_task *task,
                         struct tree_halves *halves)
 {
-    uint32_t count = task->end - task->begin, limit = structure_leaf_limit(state->kind);
+    uint32_t count = task->end - task->begin, limit = tree_split_limit(state->kind);
     struct bins bins;
     struct binning binning = make_binning(task);
     bool is_shared = count >= SHARED_SPLIT && !workers_are_alone(&state->workers);

@@ -286,7 +286,7 @@ static void apply_split(struct build_state *state, const struct tree_task *task,
 static bool split_range(struct build_state *state, const struct tree_task *task,
                         struct tree_halves *halves)
 {
-    uint32_t count = task->end - task->begin, limit = structure_leaf_limit(state->kind);
+    uint32_t count = task->end - task->begin, limit = tree_split_limit(state->kind);
     struct box bounds = state->tree[task->slot].bounds;
     float4 unit = box_unit(bounds);
     struct sweep_split best = {.cost = INFINITY};

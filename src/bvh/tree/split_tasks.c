@@ -61,7 +61,7 @@ static bool split_pair(struct build_state *state, const struct tree_task *task,
 static bool split_range(struct build_state *state, const struct tree_task *task,
                         struct tree_halves *halves)
 {
-    uint32_t count = task->end - task->begin, limit = structure_leaf_limit(state->kind);
+    uint32_t count = task->end - task->begin, limit = tree_split_limit(state->kind);
     if (count == 1)
         return false;
     if (count == 2 && limit == 2)

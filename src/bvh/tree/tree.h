@@ -91,6 +91,7 @@ struct build_state {
     uint32_t primitive_count, ref_count;
     uint32_t record_capacity; /* capacity of the structure, at least primitive_count */
     struct box bounds, centers;
+    float4 unit; /* box_unit() of the bounds */
     bool has_clamped;
     struct tree_node *tree;
     /* The tree's nodes have bounds; in Morton order a later pass computes them. */
@@ -136,20 +137,27 @@ void sort_pairs(struct sort_pair *pairs, struct sort_pair *spare, uint32_t count
 #define SORT_DIGITS 256u
 #define SORT_TALLIES (SORT_PIECES * SORT_DIGITS)
 
-/* The cost of a split in units of testing a primitive. It is half the cost of a node of four, since
- * such a node replaces up to three splits. */
+/* The cost of a split in units of testing a primitive: less than that of a node, which replaces up
+ * to seven splits. */
 #define NODE_COST 0.5f
+/* The maximum number of primitives that the area heuristic may leave unsplit. emit.c merges them
+ * into larger leaves. */
+static inline uint32_t tree_split_limit(enum structure_kind kind)
+{
+    return structure_is_top(kind) ? 1 : 2;
+}
+
 /* split_tasks.c: splits by the highest bit in which the primitives' numbers differ. */
 void tree_split_numbers(struct build_state *state, const struct tree_task *task,
                         struct tree_halves *halves);
 /* records.c: writes the records of the structure. */
 void tree_write_records(struct build_state *state);
 
-/* emit.c: chooses which nodes of the binary tree become nodes of four and which become leaves.
+/* emit.c: chooses which nodes of the binary tree become nodes of eight and which become leaves.
  * The choice minimizes the SAH cost if each node costs `node_price` (an area) in addition to its
  * own area. */
 struct collapse_cost {
-    float roots[3]; /* least cost of a node's subtree with at most 1, 2 or 3 roots */
+    float roots[NODE_WIDTH - 1]; /* roots[i]: least cost of a subtree with at most i + 1 roots */
 };
 
 /* Computes the costs of slots [begin, end). Their subtrees must lie within the range or have costs

@@ -755,8 +755,8 @@ void fragile_find(const struct builder_input *input, const void *tree, struct fr
     struct builder_statistics statistics = {.nodes = 0};
     if (tree)
         builder_measure(tree, &statistics);
-    /* A tree of four children whose leaves are full has half as many levels as log2 says. */
-    if (statistics.active > 1 && statistics.depth > 2 * log2((double)statistics.active) + 4)
+    /* A tree of eight children whose leaves are full has a third as many levels as log2 says. */
+    if (statistics.active > 1 && statistics.depth > log2((double)statistics.active) + 1)
         add(list, DEEP, CAPTURE_NONE, CAPTURE_NONE, statistics.depth);
     if (!primitives || (tree && !statistics.active))
         add(list, NO_PRIMITIVE, CAPTURE_NONE, CAPTURE_NONE, 0);
