@@ -317,16 +317,29 @@ function listenToControls() {
   get("scene-next").addEventListener("click", () => showTarget(targets[next++ % targets.length]));
 }
 
-function showScene(structures) {
-  const { why, views } = data.scene;
+function explainScene(why, isShown) {
   get("scene-why").textContent = why;
   get("scene-why").hidden = !why;
-  get("scene-view").hidden = views.length === 0;
+  get("scene-view").hidden = !isShown;
+}
+
+/* Whatever goes wrong here, the rest of the page is shown. */
+function showScene(structures) {
+  const { why, views } = data.scene;
+  explainScene(why, views.length > 0);
   if (views.length === 0) return;
+  try {
+    showPicture(structures);
+  } catch (error) {
+    explainScene(`There is no picture, because of ${error}.`, false);
+    scene.renderer = null;
+    console.error(error);
+  }
+}
+
+function showPicture(structures) {
   if (!makePicture(get("scene-canvas"))) {
-    get("scene-why").textContent = "There is no picture, because this browser has no WebGL.";
-    get("scene-why").hidden = false;
-    get("scene-view").hidden = true;
+    explainScene("There is no picture, because this browser has no WebGL.", false);
     return;
   }
   scene.structures = structures;

@@ -41,6 +41,7 @@ struct view {
     uint32_t row_count, row_capacity;
     uint32_t *writes; /* by command: index in `written`, or CAPTURE_NONE */
     uint32_t *meshes; /* by command: index in `mesh_list`, or CAPTURE_NONE */
+    bool *is_named;   /* by structure: a write names it */
     json_t *arrays, *mesh_list, *written, *moments;
 };
 
@@ -134,6 +135,7 @@ static uint32_t write_of(struct view *view, uint32_t index, uint32_t build)
     snprintf(buffer, sizeof(buffer), "0x%llx", (unsigned long long)command->command_buffer);
     snprintf(flags, sizeof(flags), "0x%x", view->capture->commands[build].flags);
     use(view, ENTRY_BYTES);
+    view->is_named[command->dst] = true;
     view->writes[index] =
         add(view->written,
             json_pack("{s:I, s:s, s:I, s:I, s:s, s:s, s:I, s:s, s:s*, s:i}", "n",
@@ -387,10 +389,12 @@ static json_t *make_structure(const struct capture *capture, uint32_t index, uin
     return object;
 }
 
-/* Returns, by their indices, the structures that were alive at a moment which is shown. */
-static json_t *make_structures(const struct capture *capture, const struct moment *moments,
+/* Returns, by their indices, the structures that writes name, and those that were alive at a moment
+ * which is shown: they may share memory. */
+static json_t *make_structures(const struct view *view, const struct moment *moments,
                                uint32_t moment_count)
 {
+    const struct capture *capture = view->capture;
     const uint32_t commands = capture->command_count, count = capture->structure_count;
     uint32_t *shown =
                  capture_allocate(NULL, commands + (size_t)1, sizeof(*shown)), /* before each */
@@ -414,7 +418,7 @@ static json_t *make_structures(const struct capture *capture, const struct momen
     for (uint32_t i = 0; i < count; i++) {
         char key[16];
         snprintf(key, sizeof(key), "%u", i);
-        if (born[i] != CAPTURE_NONE && shown[died[i]] > shown[born[i]])
+        if (view->is_named[i] || (born[i] != CAPTURE_NONE && shown[died[i]] > shown[born[i]]))
             json_object_set_new(structures, key, make_structure(capture, i, born[i], died[i]));
     }
     free(shown);
@@ -449,6 +453,8 @@ bool export_view(struct capture *capture, const char *path, uint64_t limit,
     };
     memset(view.writes, 0xff, capture->command_count * sizeof(*view.writes));
     memset(view.meshes, 0xff, capture->command_count * sizeof(*view.meshes));
+    view.is_named = memset(capture_allocate(NULL, capture->structure_count, sizeof(*view.is_named)),
+                           0, capture->structure_count * sizeof(*view.is_named));
     error->text[0] = '\0';
     struct moment *moments = capture_allocate(NULL, capture->command_count, sizeof(*moments));
     const uint32_t moment_count = find_moments(capture, moments);
@@ -459,7 +465,7 @@ bool export_view(struct capture *capture, const char *path, uint64_t limit,
     json_t *root = json_pack(
         "{s:i, s:o, s:o, s:o, s:o, s:o, s:i, s:i, s:s?}", "rows", (int)rows, "moments",
         view.moments, "writes", view.written, "meshes", view.mesh_list, "arrays", view.arrays,
-        "structures", make_structures(capture, moments, shown), "leftOut",
+        "structures", make_structures(&view, moments, shown), "leftOut",
         (int)(moment_count - shown), "missing", (int)count_missing(capture), "end", capture->end);
     const bool is_written = !error->text[0] && json_dump_file(root, path, JSON_COMPACT) == 0;
     if (!is_written && !error->text[0])
@@ -469,6 +475,7 @@ bool export_view(struct capture *capture, const char *path, uint64_t limit,
     free(view.rows);
     free(view.writes);
     free(view.meshes);
+    free(view.is_named);
     handle_table_release(&view.array_ids);
     handle_table_release(&view.row_ids);
     return is_written;

@@ -265,6 +265,19 @@ class View(Case):
         self.assertTrue(self.browser.run("get('scene-view').hidden"))
         self.assertEqual(self.browser.run("document.querySelectorAll('.finding').length"), 1)
 
+    def test_wrong_data(self):
+        """The rest of the page is shown whatever happens to the picture."""
+        capture = self.capture()
+        capture.build(1, capture.triangles(CORNERS, QUAD))
+        self.write(capture, finding(**place(1)))
+        page = self.folder / "a.html"
+        page.write_text(self.read("a.html").replace('[{"rows":', '[{"rows":9'), encoding="utf-8")
+        self.browser.open(page)
+        self.assertIn("There is no picture, because of TypeError", self.text("why"))
+        self.assertEqual(self.browser.run("document.querySelectorAll('.finding').length"), 1)
+        self.assertNotEqual(self.browser.console, [])
+        self.browser.console.clear()
+
     def test_no_builds(self):
         self.open(self.capture())
         self.assertIn("There is no picture, because the capture of this run has no build", self.text("why"))

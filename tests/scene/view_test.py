@@ -129,6 +129,17 @@ class View(unittest.TestCase):
         self.assertEqual(view["structures"]["1"]["name"], "mesh 2")
         self.assertEqual((view["end"], view["meshes"][-1]["box"]), ("capture_limit_mib was reached", None))
 
+    def test_use_after_destruction(self):
+        """A structure that a build names is there, whatever the capture says of its life."""
+        capture = Capture(self.folder / "capture")
+        capture.structure(1)
+        capture.structure(2, "top level")
+        capture.build(1, capture.triangles(CORNERS, QUAD))
+        capture.command("Destroyed", dst_id=1)
+        capture.command("Destroyed", dst_id=2)
+        capture.build_top(2, [(IDENTITY, 1)])
+        self.assertEqual(sorted(self.view(capture)["structures"]), ["0", "1"])
+
     def test_nothing(self):
         capture = Capture(self.folder / "capture")
         view = self.view(capture)
