@@ -18,15 +18,16 @@ const char *const left_out_names[LEFT_OUT] = {LEFT_OUT_LIST(TEXT_OF)};
 
 /* ---- structures */
 
-void contents_execute(const struct capture *capture, uint32_t index, uint32_t *builds)
+void contents_execute(const struct capture *capture, uint32_t command, uint32_t *builds)
 {
-    const struct captured_command *command = &capture->commands[index];
-    if (command->dst == CAPTURE_NONE)
+    const struct captured_command *executed = &capture->commands[command];
+    if (executed->dst == CAPTURE_NONE)
         return;
-    if (command->kind == CAPTURE_COMMAND_BUILD)
-        builds[command->dst] = index;
-    else if (command->kind == CAPTURE_COMMAND_COPY)
-        builds[command->dst] = command->src == CAPTURE_NONE ? CAPTURE_NONE : builds[command->src];
+    if (executed->kind == CAPTURE_COMMAND_BUILD)
+        builds[executed->dst] = command;
+    else if (executed->kind == CAPTURE_COMMAND_COPY)
+        builds[executed->dst] =
+            executed->src == CAPTURE_NONE ? CAPTURE_NONE : builds[executed->src];
 }
 
 uint32_t *contents_find_builds(const struct capture *capture, uint32_t command_count)

@@ -382,10 +382,10 @@ static json_t *make_structure(const struct capture *capture, uint32_t index, uin
         capture->buffers[structure->buffer].memory == CAPTURE_NONE)
         return object;
     const struct captured_buffer *buffer = &capture->buffers[structure->buffer];
+    const uint64_t offset = buffer->memory_offset + structure->offset;
     json_object_set_new(object, "memory",
                         json_integer((json_int_t)capture->memories[buffer->memory].id));
-    json_object_set_new(object, "offset",
-                        json_integer((json_int_t)(buffer->memory_offset + structure->offset)));
+    json_object_set_new(object, "offset", json_integer((json_int_t)offset));
     return object;
 }
 
