@@ -10,9 +10,9 @@ enum {
     CHUNK = 512, /* rays that a thread takes */
     TIMES = 3,   /* passes, of which the faster counts */
     PROBES = 64, /* rays that show how much work the others are */
-    RAYS_LEAST = 500,
+    RAYS_LEAST = 8,
 };
-#define WORK_MOST 2e7      /* nodes and primitives of a set at accuracy exact */
+#define WORK_MOST 5e6      /* nodes and primitives of a set at accuracy exact */
 #define SAME_DISTANCE 1e-3 /* relative: a level that is less accurate finds the same hit */
 
 const char *const accuracy_names[3] = {"fast", "robust", "exact"};
@@ -188,9 +188,13 @@ static void limit_work(struct report *report, struct ray_set sets[RAY_SETS])
         struct trace_scene scene = report_scene(report, TRACE_EXACT);
         struct answer answer;
         scene.counters = &work;
-        for (uint32_t i = 0; i < PROBES && i < sets[set].count; i++)
-            answer_find(&scene, &sets[set].rays[i], &answer);
-        const double each = (double)(work.nodes + work.primitives + 10 * work.exact_calls) / PROBES;
+        uint32_t probes = 0;
+        while (probes < PROBES && probes < sets[set].count &&
+               (double)(work.nodes + work.primitives) < WORK_MOST)
+            answer_find(&scene, &sets[set].rays[probes++], &answer);
+        const double each = (double)(work.nodes + work.primitives + 10 * work.exact_calls) / probes;
+        if (set == RAYS_CAMERA)
+            report->camera_work = each;
         const uint32_t most =
             WORK_MOST / each > RAYS_LEAST ? (uint32_t)fmin(WORK_MOST / each, 1e9) : RAYS_LEAST;
         sets[set].count = most < sets[set].count ? most : sets[set].count;

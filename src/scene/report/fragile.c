@@ -766,6 +766,7 @@ void fragile_find(const struct builder_input *input, const void *tree, struct fr
 /* ---- the part of the report */
 
 enum { ROWS_OF_KIND = 12, ROWS_OF_USUAL_KIND = 3, AIMED_RAYS = 4096 };
+#define WORK_MOST 5000000u /* nodes and primitives of the rays of a row */
 
 struct found {
     uint32_t mesh; /* CAPTURE_NONE: the top level */
@@ -853,8 +854,10 @@ static void trace_row(void *context, uint32_t index)
     struct found *found = &search->found[index];
     const uint32_t asked = search->report->options->rays,
                    rays = asked && asked < AIMED_RAYS ? asked : AIMED_RAYS;
+    struct trace_counters work = {0};
     uint64_t random = index;
-    for (uint32_t i = 0; found->item.listed && i < rays; i++) {
+    for (uint32_t i = 0; found->item.listed && i < rays && work.nodes + work.primitives < WORK_MOST;
+         i++) {
         const VkAccelerationStructureInstanceKHR *instance;
         struct trace_ray ray;
         struct answer truth, answer;
@@ -866,6 +869,7 @@ static void trace_row(void *context, uint32_t index)
                       &ray))
             continue;
         struct trace_scene scene = report_scene(search->report, TRACE_EXACT);
+        scene.counters = &work;
         if (!instance)
             scene.structure = mesh->tree;
         answer_find(&scene, &ray, &truth);

@@ -8,7 +8,8 @@
 #include "src/scene/report/report.h"
 
 enum { WIDTH = REPORT_PICTURE_WIDTH, HEIGHT = REPORT_PICTURE_HEIGHT, PIXELS = WIDTH * HEIGHT };
-enum { WRONG_FAST = 1, WRONG_ROBUST = 2 };
+enum { WRONG_FAST = 1, WRONG_ROBUST = 2, STEP_MOST = 32 };
+#define WORK_MOST 1e9 /* nodes and primitives of a picture; beyond, pixels share rays */
 
 /* Planes of pixels, from the left and the top. */
 struct planes {
@@ -19,6 +20,7 @@ struct planes {
 };
 struct painter {
     struct report *report;
+    uint32_t step; /* pixels that share one ray, in both directions */
     struct planes *planes;
 };
 
@@ -61,12 +63,28 @@ static uint16_t narrow(uint64_t count)
     return count < UINT16_MAX ? (uint16_t)count : UINT16_MAX;
 }
 
-static void paint_row(void *context, uint32_t y)
+/* Copies a pixel to those that share its ray. */
+static void fill(struct planes *planes, uint32_t x, uint32_t y, uint32_t step)
+{
+    const size_t from = (size_t)y * WIDTH + x;
+    for (uint32_t row = y; row < y + step && row < HEIGHT; row++)
+        for (uint32_t column = x; column < x + step && column < WIDTH; column++) {
+            const size_t to = (size_t)row * WIDTH + column;
+            planes->shade[to] = planes->shade[from];
+            planes->mesh[to] = planes->mesh[from];
+            planes->wrong[to] = planes->wrong[from];
+            planes->nodes[to] = planes->nodes[from];
+            planes->primitives[to] = planes->primitives[from];
+        }
+}
+
+static void paint_row(void *context, uint32_t index)
 {
     const struct painter *painter = context;
     struct report *report = painter->report;
     struct planes *planes = painter->planes;
-    for (uint32_t x = 0; x < WIDTH; x++) {
+    const uint32_t y = index * painter->step;
+    for (uint32_t x = 0; x < WIDTH; x += painter->step) {
         const struct trace_ray ray =
             camera_ray(report, (x + 0.5) * 2 / WIDTH - 1, (y + 0.5) * 2 / HEIGHT - 1);
         const size_t at = (size_t)y * WIDTH + x;
@@ -93,6 +111,7 @@ static void paint_row(void *context, uint32_t y)
         planes->wrong[at] =
             (wrong_add(&wrong, &answers[TRACE_EXACT], &answers[TRACE_FAST]) ? WRONG_FAST : 0) |
             (wrong_add(&wrong, &answers[TRACE_EXACT], &answers[TRACE_ROBUST]) ? WRONG_ROBUST : 0);
+        fill(planes, x, y, painter->step);
     }
 }
 
@@ -133,11 +152,14 @@ static json_t *summarize(const struct planes *planes)
 
 void pictures_report(struct report *report)
 {
-    struct painter painter = {report, capture_allocate(NULL, 1, sizeof(*painter.planes))};
+    struct painter painter = {report, 1, capture_allocate(NULL, 1, sizeof(*painter.planes))};
     struct planes *planes = painter.planes;
     report_progress(report, "pictures");
     memset(planes, 0, sizeof(*planes));
-    report_parallel(HEIGHT, paint_row, &painter);
+    while (4 * report->camera_work * PIXELS > WORK_MOST * painter.step * painter.step &&
+           painter.step < STEP_MOST)
+        painter.step *= 2;
+    report_parallel((HEIGHT + painter.step - 1) / painter.step, paint_row, &painter);
     json_object_set_new(report->root, "pictures", summarize(planes));
     json_object_set_new(
         report->root, "planes",

@@ -59,6 +59,7 @@ struct report {
     uint64_t left_out[LEFT_OUT];
     double center[3], radius; /* of most of the scene */
     struct camera camera;
+    double camera_work; /* nodes and primitives of a camera ray */
     json_t *root;
 };
 
