@@ -3,8 +3,9 @@
  * are worth, beside Embree's: lines of comma-separated values on stdout, a word of progress on
  * stderr.
  *
- * One thread, CPU time, the best of several runs. Rays of the reference builder are traced at
- * accuracy robust, those of Embree in its robust mode. */
+ * One thread, CPU time, the best of several runs, in which both take turns: a machine that others
+ * slow down slows down both. Rays of the reference builder are traced at accuracy robust, those of
+ * Embree in its robust mode, both with the best instruction set that they know. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,7 +15,7 @@
 
 enum { QUALITIES = 3 };
 
-static uint32_t runs = 3, ray_count = 100000;
+static uint32_t runs = 5, ray_count = 100000;
 
 /* What is measured of one tree. */
 struct figures {
@@ -47,10 +48,9 @@ static struct trace_ray *make_rays(const struct fixture_mesh *mesh)
 
 /* ---- the reference builder */
 
-static struct figures measure_ours(const struct fixture_mesh *mesh, enum builder_quality quality,
-                                   const struct trace_ray *rays)
+static void measure_ours(const struct fixture_mesh *mesh, enum builder_quality quality,
+                         const struct trace_ray *rays, struct figures *figures)
 {
-    struct figures figures = {INFINITY, 0, INFINITY};
     struct builder_statistics statistics;
     struct builder_sizes sizes;
     struct fixture_input input;
@@ -60,46 +60,35 @@ static struct figures measure_ours(const struct fixture_mesh *mesh, enum builder
     builder_get_sizes(&input.input, &mesh->triangle_count, &sizes);
     void *structure = fixture_allocate(sizes.structure),
          *scratch = fixture_allocate(sizes.build_scratch);
-    for (uint32_t run = 0; run < runs; run++) {
-        double begin = thread_time();
-        builder_build(&input.input, structure, sizes.structure, scratch, sizes.build_scratch, NULL);
-        figures.seconds = fmin(figures.seconds, (thread_time() - begin) / 1e9);
-    }
-    for (uint32_t run = 0; run < runs; run++) {
-        struct trace_hit hit;
-        double begin = thread_time();
-        for (uint32_t i = 0; i < ray_count; i++)
-            fixture_trace(structure, TRACE_ROBUST, &rays[i], &hit);
-        figures.ray = fmin(figures.ray, (thread_time() - begin) / ray_count);
-    }
+    double begin = thread_time();
+    builder_build(&input.input, structure, sizes.structure, scratch, sizes.build_scratch, NULL);
+    figures->seconds = fmin(figures->seconds, (thread_time() - begin) / 1e9);
+    struct trace_hit hit;
+    begin = thread_time();
+    for (uint32_t i = 0; i < ray_count; i++)
+        fixture_trace(structure, TRACE_ROBUST, &rays[i], &hit);
+    figures->ray = fmin(figures->ray, (thread_time() - begin) / ray_count);
     builder_measure(structure, &statistics);
-    figures.sah = statistics.sah;
+    figures->sah = statistics.sah;
     free(structure);
     free(scratch);
-    return figures;
 }
 
 /* ---- Embree */
 
-static struct figures measure_embree(const struct fixture_mesh *mesh, enum embree_quality quality,
-                                     const struct trace_ray *rays)
+static void measure_embree(const struct fixture_mesh *mesh, enum embree_quality quality,
+                           const struct trace_ray *rays, struct figures *figures)
 {
-    struct figures figures = {INFINITY, 0, INFINITY};
     struct embree_scene *scene = embree_scene_create(mesh, quality);
-    for (uint32_t run = 0; run < runs; run++) {
-        const struct embree_tree tree = embree_build(mesh, quality);
-        figures.seconds = fmin(figures.seconds, tree.seconds);
-        figures.sah = tree.sah;
-    }
-    for (uint32_t run = 0; run < runs; run++) {
-        struct trace_hit hit;
-        double begin = thread_time();
-        for (uint32_t i = 0; i < ray_count; i++)
-            embree_trace(scene, &rays[i], &hit);
-        figures.ray = fmin(figures.ray, (thread_time() - begin) / ray_count);
-    }
+    const struct embree_tree tree = embree_build(mesh, quality);
+    figures->seconds = fmin(figures->seconds, tree.seconds);
+    figures->sah = tree.sah;
+    struct trace_hit hit;
+    double begin = thread_time();
+    for (uint32_t i = 0; i < ray_count; i++)
+        embree_trace(scene, &rays[i], &hit);
+    figures->ray = fmin(figures->ray, (thread_time() - begin) / ray_count);
     embree_scene_destroy(scene);
-    return figures;
 }
 
 /* ---- all of it */
@@ -111,10 +100,13 @@ static void measure_mesh(const char *name, struct fixture_mesh mesh)
     struct trace_ray *rays = make_rays(&mesh);
     fprintf(stderr, "  builder: %s, %u triangles\n", name, mesh.triangle_count);
     for (int i = 0; i < QUALITIES; i++) {
-        struct figures figures = measure_ours(&mesh, (enum builder_quality)i, rays);
-        print_figures(name, mesh.triangle_count, "Assay", our_names[i], &figures);
-        figures = measure_embree(&mesh, (enum embree_quality)i, rays);
-        print_figures(name, mesh.triangle_count, "Embree", their_names[i], &figures);
+        struct figures ours = {INFINITY, 0, INFINITY}, theirs = ours;
+        for (uint32_t run = 0; run < runs; run++) {
+            measure_ours(&mesh, (enum builder_quality)i, rays, &ours);
+            measure_embree(&mesh, (enum embree_quality)i, rays, &theirs);
+        }
+        print_figures(name, mesh.triangle_count, "Assay", our_names[i], &ours);
+        print_figures(name, mesh.triangle_count, "Embree", their_names[i], &theirs);
     }
     free(rays);
     fixture_mesh_free(&mesh);
