@@ -121,7 +121,8 @@ static ALWAYS_INLINE bool ray_make(struct local_ray *local, const struct trace_r
                                    enum trace_accuracy accuracy, bool is_world)
 {
     const float *o = ray->origin, *d = ray->direction;
-    double4 origin = {o[0], o[1], o[2], 0}, direction = {d[0], d[1], d[2], 0};
+    /* Zeros would become an instruction that Valgrind 3.19 lacks. */
+    double4 origin = {o[0], o[1], o[2], o[2]}, direction = {d[0], d[1], d[2], d[2]};
     double unit, pad = 0;
     if (!(ray->t_min >= 0) || !(ray->t_max >= ray->t_min) || !make_unit(&origin, &direction, &unit))
         return false;

@@ -25,7 +25,7 @@ struct slab {
 /* The direction is scaled by a power of two so that its largest component is in [1, 2). A distance
  * in this "unit" is exactly the caller's distance times `unit`. */
 struct local_ray {
-    double origin[4], direction[4]; /* 0 in the fourth, which completes a vector */
+    double origin[4], direction[4]; /* the fourth completes a vector */
     double unit, t_min;             /* t_min is in units */
     /* axis[2] is the direction's largest component; axis[0] and axis[1] preserve the winding. */
     uint32_t axis[3];
