@@ -67,6 +67,7 @@ static void close_subject(struct subject *subject)
 
 /* ---- SAH */
 
+/* A tree may cost less than Embree's, because its nodes are collapsed in the best way. */
 static void test_sah(const char *name, struct fixture_mesh mesh)
 {
     struct subject subject;
@@ -75,7 +76,7 @@ static void test_sah(const char *name, struct fixture_mesh mesh)
     report_build(&subject.report, BUILDER_BALANCED, 0, &built);
 #ifdef HAS_EMBREE
     const double embree = embree_build(&subject.mesh, EMBREE_MEDIUM).sah;
-    expect(fabs(built.sah - embree) <= 0.15 * embree, name, built.sah, embree);
+    expect(built.sah <= 1.05 * embree && built.sah >= 0.8 * embree, name, built.sah, embree);
 #else
     printf("left out: %s (no Embree)\n", name);
 #endif
