@@ -4,16 +4,14 @@
 #ifndef ASSAY_PLATFORM_ALIGNED_H
 #define ASSAY_PLATFORM_ALIGNED_H
 
-#include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <stdlib.h>
 #ifdef _WIN32
 #include <malloc.h>
 #else
 #include <sys/mman.h>
 #endif
-
-#define HUGE_PAGE ((size_t)2 << 20)
 
 /* `size` is a multiple of `alignment`. Returns NULL if memory runs out. Large memory asks for huge
  * pages: rays read large structures at random, and each read of small pages costs a look-up. */
@@ -22,11 +20,13 @@ static inline void *aligned_allocate(size_t alignment, size_t size)
 #ifdef _WIN32
     return _aligned_malloc(size, alignment);
 #else
-    const bool is_large = size >= 2 * HUGE_PAGE;
-    void *memory = aligned_alloc(is_large ? HUGE_PAGE : alignment, size);
+    void *memory = aligned_alloc(alignment, size);
 #ifdef MADV_HUGEPAGE
-    if (memory && is_large)
-        (void)madvise(memory, size & ~(HUGE_PAGE - 1), MADV_HUGEPAGE);
+    const uintptr_t page = (uintptr_t)2 << 20;
+    const uintptr_t begin = ((uintptr_t)memory + page - 1) & ~(page - 1),
+                    end = ((uintptr_t)memory + size) & ~(page - 1);
+    if (memory && begin < end && end - begin >= page)
+        (void)madvise((void *)begin, end - begin, MADV_HUGEPAGE);
 #endif
     return memory;
 #endif
