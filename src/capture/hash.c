@@ -12,7 +12,7 @@ struct capture_hash capture_hash_anywhere(const void *bytes, size_t size, uint64
 
 struct capture_hash capture_hash(const void *bytes, size_t size, uint64_t seed)
 {
-#ifdef __x86_64__
+#ifdef CAPTURE_HAS_AVX2
     if (__builtin_cpu_supports("avx2"))
         return capture_hash_by_avx2(bytes, size, seed);
 #endif

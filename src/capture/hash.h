@@ -11,8 +11,8 @@ struct capture_hash {
 };
 
 struct capture_hash capture_hash(const void *bytes, size_t size, uint64_t seed);
-/* Its two ways, which give the same hash: for any processor, and for one with AVX2, only built for
- * x86-64. */
+/* Its two ways, which give the same hash: for any processor, and, if CAPTURE_HAS_AVX2 is defined,
+ * for one with AVX2. */
 struct capture_hash capture_hash_anywhere(const void *bytes, size_t size, uint64_t seed);
 struct capture_hash capture_hash_by_avx2(const void *bytes, size_t size, uint64_t seed);
 

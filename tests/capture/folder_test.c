@@ -252,7 +252,7 @@ const char *unit_test_open(const char *name)
 
 TEST(all_processors_hash_alike)
 {
-#ifdef __x86_64__
+#ifdef CAPTURE_HAS_AVX2
     static unsigned char bytes[5000];
     struct random random = random_of("hash");
     for (size_t i = 0; i < sizeof(bytes); i++)
