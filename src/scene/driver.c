@@ -2,6 +2,7 @@
 #include "src/scene/driver.h"
 
 #include <dlfcn.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -352,4 +353,47 @@ bool driver_run(struct driver *driver, struct capture_error *error)
         return driver_fail(error, "vkQueueSubmit", result);
     result = driver->vk.QueueWaitIdle(driver->queue);
     return result == VK_SUCCESS || driver_fail(error, "vkQueueWaitIdle", result);
+}
+
+void driver_order_all(const struct driver *driver)
+{
+    const VkMemoryBarrier barrier = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+                                     .srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT,
+                                     .dstAccessMask =
+                                         VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT};
+    driver->vk.CmdPipelineBarrier(driver->commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
+                                  VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 1, &barrier, 0, NULL, 0,
+                                  NULL);
+}
+
+/* ---- time */
+
+void driver_begin_time(const struct driver *driver)
+{
+    if (!driver->times)
+        return;
+    driver->vk.CmdResetQueryPool(driver->commands, driver->times, 0, 2);
+    driver->vk.CmdWriteTimestamp(driver->commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
+                                 driver->times, 0);
+}
+
+void driver_end_time(const struct driver *driver)
+{
+    if (driver->times)
+        driver->vk.CmdWriteTimestamp(driver->commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
+                                     driver->times, 1);
+}
+
+double driver_read_time(const struct driver *driver)
+{
+    uint64_t ticks[2] = {0};
+    if (!driver->times)
+        return (double)NAN;
+    driver->vk.GetQueryPoolResults(driver->device, driver->times, 0, 2, sizeof(ticks), ticks,
+                                   sizeof(ticks[0]),
+                                   VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT);
+    const uint64_t mask =
+        driver->timestamp_bits < 64 ? (UINT64_C(1) << driver->timestamp_bits) - 1 : UINT64_MAX;
+    return (double)((ticks[1] - ticks[0]) & mask) *
+           (double)driver->properties.limits.timestampPeriod;
 }

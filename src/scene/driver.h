@@ -67,6 +67,15 @@ VkDeviceAddress driver_buffer_address(const struct driver *driver, VkBuffer buff
 bool driver_begin(struct driver *driver, struct capture_error *error);
 bool driver_run(struct driver *driver, struct capture_error *error);
 
+/* Records a barrier between all that precedes it and all that follows. */
+void driver_order_all(const struct driver *driver);
+/* Record timestamps around what is measured. Nothing without driver->times. */
+void driver_begin_time(const struct driver *driver);
+void driver_end_time(const struct driver *driver);
+/* Returns the nanoseconds between the two timestamps that were executed last, or NaN without
+ * driver->times. */
+double driver_read_time(const struct driver *driver);
+
 /* Says that a call has failed. Returns false. */
 bool driver_fail(struct capture_error *error, const char *call, VkResult result);
 

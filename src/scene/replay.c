@@ -649,17 +649,6 @@ static bool prepare_build(struct replay *replay, struct replayed_build *build)
 
 /* ---- commands */
 
-static void order_all(struct replay *replay)
-{
-    const VkMemoryBarrier barrier = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-                                     .srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT,
-                                     .dstAccessMask =
-                                         VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT};
-    replay->driver.vk.CmdPipelineBarrier(
-        replay->driver.commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
-        VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 1, &barrier, 0, NULL, 0, NULL);
-}
-
 static int compare_times(const void *a, const void *b)
 {
     const double x = *(const double *)a, y = *(const double *)b;
@@ -673,29 +662,18 @@ static bool run_call(struct replay *replay, uint32_t count,
 {
     struct driver *driver = &replay->driver;
     const bool is_timed = replay->options->shows_times && driver->times;
-    uint64_t ticks[2] = {0};
     if (!driver_begin(driver, replay->error))
         return false;
-    if (is_timed) {
-        driver->vk.CmdResetQueryPool(driver->commands, driver->times, 0, 2);
-        driver->vk.CmdWriteTimestamp(driver->commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
-                                     driver->times, 0);
-    }
-    order_all(replay);
-    driver->vk.CmdBuildAccelerationStructuresKHR(driver->commands, count, infos, ranges);
-    order_all(replay);
     if (is_timed)
-        driver->vk.CmdWriteTimestamp(driver->commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
-                                     driver->times, 1);
+        driver_begin_time(driver);
+    driver_order_all(driver);
+    driver->vk.CmdBuildAccelerationStructuresKHR(driver->commands, count, infos, ranges);
+    driver_order_all(driver);
+    if (is_timed)
+        driver_end_time(driver);
     if (!driver_run(driver, replay->error))
         return false;
-    if (is_timed)
-        driver->vk.GetQueryPoolResults(driver->device, driver->times, 0, 2, sizeof(ticks), ticks,
-                                       sizeof(ticks[0]),
-                                       VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT);
-    const uint64_t bits = driver->timestamp_bits;
-    const uint64_t passed = (ticks[1] - ticks[0]) & (bits < 64 ? (1ull << bits) - 1 : UINT64_MAX);
-    *time = (double)passed * (double)driver->properties.limits.timestampPeriod / 1000;
+    *time = is_timed ? driver_read_time(driver) / 1000 : 0;
     return true;
 }
 

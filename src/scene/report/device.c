@@ -68,52 +68,6 @@ static VkDeviceSize align(VkDeviceSize size)
     return (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
 }
 
-/* ---- time */
-
-static void begin_time(const struct device *device)
-{
-    const struct driver *driver = &device->driver;
-    if (!driver->times)
-        return;
-    driver->vk.CmdResetQueryPool(driver->commands, driver->times, 0, 2);
-    driver->vk.CmdWriteTimestamp(driver->commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
-                                 driver->times, 0);
-}
-
-static void end_time(const struct device *device)
-{
-    if (device->driver.times)
-        device->driver.vk.CmdWriteTimestamp(
-            device->driver.commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, device->driver.times, 1);
-}
-
-/* Returns nanoseconds, or NaN if the queue has no timestamps. */
-static double read_time(const struct device *device)
-{
-    const struct driver *driver = &device->driver;
-    uint64_t ticks[2] = {0};
-    if (!driver->times)
-        return (double)NAN;
-    driver->vk.GetQueryPoolResults(driver->device, driver->times, 0, 2, sizeof(ticks), ticks,
-                                   sizeof(ticks[0]),
-                                   VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT);
-    const uint64_t mask =
-        driver->timestamp_bits < 64 ? (UINT64_C(1) << driver->timestamp_bits) - 1 : UINT64_MAX;
-    return (double)((ticks[1] - ticks[0]) & mask) *
-           (double)driver->properties.limits.timestampPeriod;
-}
-
-static void order_all(const struct device *device)
-{
-    const VkMemoryBarrier barrier = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-                                     .srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT,
-                                     .dstAccessMask =
-                                         VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT};
-    device->driver.vk.CmdPipelineBarrier(
-        device->driver.commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
-        VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 1, &barrier, 0, NULL, 0, NULL);
-}
-
 /* ---- inputs */
 
 /* Writes the triangles of a geometry. Those that are inactive stay so. */
@@ -317,7 +271,7 @@ static void record_builds(struct device *device, uint32_t begin, uint32_t end)
     }
     device->driver.vk.CmdBuildAccelerationStructuresKHR(device->driver.commands, end - begin, infos,
                                                         ranges);
-    order_all(device);
+    driver_order_all(&device->driver);
     free(infos);
     free((void *)ranges);
 }
@@ -328,8 +282,8 @@ static bool build_all(struct device *device, double *ns)
     const uint32_t count = device->report->mesh_count;
     if (!driver_begin(&device->driver, &device->error))
         return false;
-    begin_time(device);
-    order_all(device);
+    driver_begin_time(&device->driver);
+    driver_order_all(&device->driver);
     for (uint32_t begin = 0, end; begin <= count; begin = end) {
         VkDeviceSize used = 0;
         /* The top level is built alone, after all others. */
@@ -342,10 +296,10 @@ static bool build_all(struct device *device, double *ns)
         }
         record_builds(device, begin, end);
     }
-    end_time(device);
+    driver_end_time(&device->driver);
     if (!driver_run(&device->driver, &device->error))
         return false;
-    *ns = read_time(device);
+    *ns = driver_read_time(&device->driver);
     return true;
 }
 
@@ -493,13 +447,13 @@ static bool trace(struct device *device, const struct ray_set *set, uint32_t mod
                                      device->layout, 0, 1, &device->set, 0, NULL);
     driver->vk.CmdPushConstants(driver->commands, device->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0,
                                 sizeof(constants), &constants);
-    begin_time(device);
+    driver_begin_time(&device->driver);
     driver->vk.CmdDispatch(driver->commands, (set->count + GROUP - 1) / GROUP, 1, 1);
-    end_time(device);
-    order_all(device);
+    driver_end_time(&device->driver);
+    driver_order_all(&device->driver);
     if (!driver_run(driver, &device->error))
         return false;
-    *ns = read_time(device);
+    *ns = driver_read_time(&device->driver);
     return true;
 }
 
