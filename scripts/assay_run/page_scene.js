@@ -122,7 +122,7 @@ function addMeshes(group, items, color, red) {
   mesh.geometries.forEach((_, index) => {
     const triangles = trianglesOf(view, mesh, index);
     if (!triangles) return;
-    /* Its own geometry, of shared arrays: three.js r111 gives meshes of one geometry one array of instances. */
+    /* Each mesh has a geometry of its own, whose arrays are shared: three.js r111 keeps one array of instances a geometry. */
     const { index: indices, attributes, groups } = triangles.made;
     const own = Object.assign(new THREE.BufferGeometry(), { index: indices, attributes, groups });
     const drawn = new THREE.InstancedMesh(own, [materialOf(color), red], items.length);

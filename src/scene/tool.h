@@ -11,7 +11,7 @@
  * holds, or as JSON. */
 bool info_print(struct capture *capture, bool is_json, bool lists_all, struct capture_error *error);
 
-/* The same as JSON, which the caller releases. Returns NULL with an error. */
+/* Returns the same as JSON, which the caller releases, or NULL with an error. */
 json_t *info_make(struct capture *capture, struct capture_error *error);
 
 struct export_options {

@@ -257,7 +257,7 @@ class Fragile(ReportCase):
         self.assertIn("nothing", [row["name"] for row in self.rows(report, "nothing active")])
 
     def test_layout_of_the_capture(self):
-        """The report reads positions as floats; what they were is not forgotten."""
+        """The report reads positions as floats, and still knows the format, the fourth component and offsets."""
         capture = Capture(self.folder)
         capture.structure(1)
         capture.build(1, capture.triangles([(x, y, z, 0) for x, y, z in UNIT], descr="<f2", code="e",

@@ -52,7 +52,8 @@ bool wrong_add(struct wrong *wrong, const struct answer *truth, const struct ans
 {
     const uint32_t truths = truth->count < ANSWER_MOST ? truth->count : ANSWER_MOST,
                    answers = answer->count < ANSWER_MOST ? answer->count : ANSWER_MOST;
-    /* Of longer lists the ends are not compared: one hit more or less would move the rest. */
+    /* The ends of lists that were cut are not compared: one hit more or less moves all behind it.
+     */
     const bool is_cut = truth->count > ANSWER_MOST || answer->count > ANSWER_MOST;
     uint32_t i = 0, j = 0, missed = 0, more = 0;
     while (i < truths && j < answers) {
