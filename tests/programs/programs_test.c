@@ -196,6 +196,7 @@ int main(int argc, char **argv)
     const char *chosen = argc > 2 && argv[2][0] != '-' ? argv[2] : NULL;
     if (chosen) {
         argv[2] = argv[1];
+        argv[1] = argv[0];
         argv++;
         argc--;
     }
