@@ -71,7 +71,8 @@ static bool has_instances(const struct build_parameters *parameters)
 static const char *find_obstacle(const struct recorder *recorder, bool is_nv, uint64_t source)
 {
     struct buffer_target target;
-    if (recorder->device->facts.has_other_builders)
+    const struct device_facts *facts = &recorder->device->facts;
+    if (facts->newer_than_registry || facts->extension.cluster_acceleration_structure_nv)
         return "an enabled extension builds structures that have no handle, or is not known to the "
                "layer";
     if (recorder->cannot_inject || !dispatches_are_allowed(recorder))
