@@ -324,6 +324,17 @@ static uint32_t pairs_of_conflicts(uint32_t builds, bool one_structure)
     return pairs_of(&sweep);
 }
 
+/* Builds into one structure conflict also if the memory of one of them is unknown or empty. */
+TEST(a_range_without_bytes_has_a_handle)
+{
+    struct sweep sweep;
+    sweep_init(&sweep);
+    add_range(&sweep, range_of(ROLE_DST, 0, 7, 1, 0, 100));
+    add_range(&sweep, range_of(ROLE_DST, 1, 7, 2, 5, 5));
+    assert_false(sweep_finds_nothing(&sweep));
+    assert_int_equal(pairs_of(&sweep), 1);
+}
+
 /* However many builds there are: as many pairs a build, also if all pairs are wanted. */
 TEST(conflicts_cost_no_square)
 {
