@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tests/tools/gpu.h"
+#include "scripts/tools/gpu.h"
 
 enum { CORNERS = 12, VERTICES = CORNERS * CORNERS, TRIANGLES = 2 * (CORNERS - 1) * (CORNERS - 1) };
 enum { INDICES = 3 * TRIANGLES, BUILDS_A_CALL = 64, REFITS_A_FRAME = 8, NAME_SIZE = 64 };

@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "scripts/tools/measure.h"
 #include "tests/fixture/geometry.h"
 #include "tests/programs/play.h"
-#include "tests/tools/measure.h"
 
 enum { BUILDS = 10000, ROUNDS = 15, BUILDS_A_CALL = 100, TIME_BAR = 100, MEMORY_BAR = 256 };
 

@@ -13,7 +13,7 @@
 #include "src/scene/report/report.h"
 #include "tests/builder/fixture.h"
 #ifdef HAS_EMBREE
-#include "tests/tools/accuracy/embree.h"
+#include "scripts/tools/accuracy/embree.h"
 #endif
 
 static int failures;

@@ -7,7 +7,7 @@ import sys
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-sys.path.insert(0, str(ROOT / "tests" / "tools" / "findings"))
+sys.path.insert(0, str(ROOT / "scripts" / "tools" / "findings"))
 
 from judge import Judge
 from play import read_plays

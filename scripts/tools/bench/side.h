@@ -6,7 +6,7 @@
 
 #include <stdbool.h>
 
-#include "tests/tools/gpu.h"
+#include "scripts/tools/gpu.h"
 
 #define BENCH_PEER "VK_LAYER_KHRONOS_validation"
 

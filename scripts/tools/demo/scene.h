@@ -3,7 +3,7 @@
 #ifndef DEMO_SCENE_H
 #define DEMO_SCENE_H
 
-#include "tests/tools/gpu.h"
+#include "scripts/tools/gpu.h"
 
 /* ---- a triangle mesh from a file, made fit to stand in the scene (mesh.c) */
 

@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "scripts/tools/measure.h"
 #include "tests/fixture/geometry.h"
-#include "tests/tools/measure.h"
 
 enum { REFERRED = 1000 }; /* structures that instances refer to */
 

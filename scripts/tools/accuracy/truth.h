@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Which triangles of a closed mesh a ray meets, in rational arithmetic, and whether an answer of
  * the reference builder is that. */
-#ifndef ASSAY_TESTS_ACCURACY_TRUTH_H
-#define ASSAY_TESTS_ACCURACY_TRUTH_H
+#ifndef ASSAY_TOOLS_ACCURACY_TRUTH_H
+#define ASSAY_TOOLS_ACCURACY_TRUTH_H
 
 #include "exact.h"
 #include "tests/builder/fixture.h"

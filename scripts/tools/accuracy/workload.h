@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Scenes as applications build them, in a world with the layer or without. */
-#ifndef ASSAY_TESTS_ACCURACY_WORKLOAD_H
-#define ASSAY_TESTS_ACCURACY_WORKLOAD_H
+#ifndef ASSAY_TOOLS_ACCURACY_WORKLOAD_H
+#define ASSAY_TOOLS_ACCURACY_WORKLOAD_H
 
 #include "scene.h"
 

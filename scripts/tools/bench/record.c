@@ -7,7 +7,7 @@
 #include "options.h"
 #include "probes.h"
 #include "recorder.h"
-#include "tests/tools/measure.h"
+#include "scripts/tools/measure.h"
 
 /* ---- the two tables, the same figures as CSV, and the bars that they are held to */
 

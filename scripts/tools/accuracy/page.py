@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Makes docs/accuracy/ of what the programs of scripts/accuracy wrote: tables as CSV, and the page
-that shows and explains them. The pictures are gnuplot's (tests/tools/accuracy/*.gp), from the same CSV."""
+that shows and explains them. The pictures are gnuplot's (scripts/tools/accuracy/*.gp), from the same CSV."""
 
 import argparse
 import collections

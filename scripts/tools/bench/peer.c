@@ -8,7 +8,7 @@
 #include "options.h"
 #include "peer_report.h"
 #include "recorder.h"
-#include "tests/tools/measure.h"
+#include "scripts/tools/measure.h"
 
 enum {
     BUILDS_PER_SAMPLE = 2000,

@@ -4,7 +4,7 @@
 
 #include <pthread.h>
 
-#include "tests/tools/measure.h"
+#include "scripts/tools/measure.h"
 
 void recorder_open(struct recorder *recorder, const struct side *side)
 {

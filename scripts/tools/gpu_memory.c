@@ -2,7 +2,7 @@
 /* Buffers, the structures that lie in them, and command buffers. */
 #include <stdint.h>
 
-#include "tests/tools/gpu.h"
+#include "scripts/tools/gpu.h"
 
 void gpu_name(struct gpu *gpu, VkObjectType type, uint64_t handle, const char *name)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Clocks, and medians of samples. */
-#include "tests/tools/measure.h"
+#include "scripts/tools/measure.h"
 
 #include <malloc.h>
 #include <stdlib.h>

@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "tests/tools/measure.h"
+#include "scripts/tools/measure.h"
 #include "truth.h"
 
 /* ---- sets of rays against a closed sphere of triangles, from harmless to hard */

@@ -6,8 +6,8 @@
 
 #include "command_line.h"
 #include "frames.h"
+#include "scripts/tools/measure.h"
 #include "tests/null_driver/null_driver.h"
-#include "tests/tools/measure.h"
 
 enum { MOST_SIDES = 8, MOST_FRAMES = 1001 };
 

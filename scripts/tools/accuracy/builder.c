@@ -11,7 +11,7 @@
 #include <stdlib.h>
 
 #include "embree.h"
-#include "tests/tools/measure.h"
+#include "scripts/tools/measure.h"
 
 enum { QUALITIES = 3 };
 

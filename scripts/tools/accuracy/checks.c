@@ -12,7 +12,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "tests/tools/measure.h"
+#include "scripts/tools/measure.h"
 #include "workload.h"
 
 #define COMPARE "VK_ASSAY_VALIDATION_COMPARE_RAYS"

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tests/tools/measure.h"
+#include "scripts/tools/measure.h"
 
 #define WIDTH 8
 #define LEAF 4

@@ -11,7 +11,7 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
-#include "tests/tools/measure.h"
+#include "scripts/tools/measure.h"
 
 enum { PAGE = 4096, PAGES_MAX = 64, TIMES = 20000, SAMPLES = 15, SIGNALS_SIZE = 8 };
 

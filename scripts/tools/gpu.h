@@ -8,8 +8,8 @@
 #include <vulkan/utility/vk_dispatch_table.h>
 #include <vulkan/vulkan.h>
 
+#include "scripts/tools/fail.h"
 #include "tests/fixture/make.h"
-#include "tests/tools/fail.h"
 
 #define GPU_LAYER "VK_LAYER_ASSAY_validation"
 #define GPU_LAYER_LIBRARY "libVkLayer_assay"

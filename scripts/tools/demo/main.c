@@ -8,7 +8,7 @@
 
 #include "plants.h"
 #include "scene.h"
-#include "tests/tools/measure.h"
+#include "scripts/tools/measure.h"
 
 #define WIDTH 960
 #define HEIGHT 540

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tests/tools/fail.h"
+#include "scripts/tools/fail.h"
 
 enum { MOST_OPTIONS = 16 };
 

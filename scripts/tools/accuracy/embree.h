@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Embree 3, the measure of the reference builder: the same meshes, its builders and its rays. */
-#ifndef ASSAY_TESTS_ACCURACY_EMBREE_H
-#define ASSAY_TESTS_ACCURACY_EMBREE_H
+#ifndef ASSAY_TOOLS_ACCURACY_EMBREE_H
+#define ASSAY_TOOLS_ACCURACY_EMBREE_H
 
 #include "tests/builder/fixture.h"
 

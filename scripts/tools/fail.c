@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Ends a tool that can't go on. */
 #define _GNU_SOURCE /* program_invocation_short_name */
-#include "tests/tools/fail.h"
+#include "scripts/tools/fail.h"
 
 #include <errno.h>
 #include <stdarg.h>
