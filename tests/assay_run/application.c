@@ -22,7 +22,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "tests/rules/scene.h"
+#include "tests/rules/scene/scene.h"
 
 static struct fixture fixture;
 static struct scene *scene;

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "tests/rules/scene.h"
+#include "tests/rules/scene/scene.h"
 
 enum {
     USES_OF_A_STRUCTURE = 4,

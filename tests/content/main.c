@@ -7,12 +7,12 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "tests/rules/wording.h"
 #include "variant.h"
-#include "wording.h"
 
 #define LIST(name) &cases_##name,
 static const struct case_list *const lists[] = {
-#include "lists_of_content_test.def"
+#include "tests/rules/lists_of_content_test.def"
 };
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 

@@ -3,7 +3,7 @@
 #ifndef CONTENT_VARIANT_H
 #define CONTENT_VARIANT_H
 
-#include "judge.h"
+#include "tests/rules/judge.h"
 
 /* What the host does to the data that it wrote. The bytes that break rules and those before them
  * are exchanged. */

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Random programs (tests/programs/program.h), with what the model says that the layer must report.
+/* Random programs (tests/player/program.h), with what the model says that the layer must report.
  * Each line is played as soon as it is made, because what follows depends on the calls that fail.
  */
 #ifndef EXECUTION_RANDOM_TEST_H
 #define EXECUTION_RANDOM_TEST_H
 
 #include "shape.h"
-#include "tests/programs/play.h"
+#include "tests/player/play.h"
 #include "tests/state/random.h"
 
 /* Command buffers c0 to c3 are for queue q0, c4 and c5 for q2; c6 and c7 are secondary, for q0. */

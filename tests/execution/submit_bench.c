@@ -10,7 +10,7 @@
 
 #include "scripts/tools/measure.h"
 #include "tests/fixture/geometry.h"
-#include "tests/programs/play.h"
+#include "tests/player/play.h"
 
 enum { BUILDS = 10000, ROUNDS = 15, BUILDS_A_CALL = 100, TIME_BAR = 100, MEMORY_BAR = 256 };
 

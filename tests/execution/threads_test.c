@@ -6,7 +6,7 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
-#include "tests/programs/play.h"
+#include "tests/player/play.h"
 #include "tests/state/unit_test.h"
 
 enum { ROUNDS = 400, MISTAKES = 5 /* one in so many rounds */, JOINERS = 2, RUNNERS = 3 };

@@ -6,7 +6,7 @@
 
 #include "tests/fixture/linked.h"
 #include "tests/fixture/scarce_memory.h"
-#include "tests/programs/play.h"
+#include "tests/player/play.h"
 #include "tests/state/unit_test.h"
 
 static struct platform platform;

@@ -12,7 +12,7 @@
 #include <vulkan/vk_layer.h>
 
 #include "tests/fixture/linked.h"
-#include "tests/programs/play.h"
+#include "tests/player/play.h"
 #include "tests/state/unit_test.h"
 
 /* ---- what wild_calls.h needs */

@@ -10,7 +10,7 @@
 
 #include "fuzz.h"
 #include "tests/fixture/linked.h"
-#include "tests/programs/play.h"
+#include "tests/player/play.h"
 
 enum { TEXT_SIZE = 2048, LINES = 90, DEPTH_MAX = 12 };
 

@@ -6,7 +6,7 @@
 #include <time.h>
 
 #include "loader_test.h"
-#include "placing.h"
+#include "tests/rules/calls/placing.h"
 
 enum {
     RECORDERS = 4, /* unless the arguments say otherwise */

@@ -7,7 +7,7 @@
  * rule fired or stayed silent as lines of tab-separated values: platform, program, command, id, and
  * fired, silent or failed; at a level below execution, unseen. With --peer the Khronos layer's
  * synchronization validation plays the programs, too, and a table says which layer reports what. */
-#include "play.h"
+#include "tests/player/play.h"
 
 #include <stdio.h>
 #include <stdlib.h>

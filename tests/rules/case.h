@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#include "scene.h"
+#include "tests/rules/scene/scene.h"
 
 /* Members are set and added to as numbers, whatever their type. */
 #define SET(member, value) case_set(&(member), sizeof(member), (uint64_t)(value))
@@ -118,9 +118,9 @@ void offer_packed_format(struct null_driver_config *config);
 
 /* Each file defines one. */
 #define LIST(name_) extern const struct case_list cases_##name_;
-#include "lists_of_rules_test.def"
+#include "tests/rules/lists_of_rules_test.def"
 #define LIST(name_) extern const struct case_list cases_##name_;
-#include "lists_of_content_test.def"
+#include "tests/rules/lists_of_content_test.def"
 
 /* A page that cannot be read. */
 void *unreadable_page(void);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Translates cases (tests/rules/*.cases; docs/contributing.md says how they read) to C: for each list
+"""Translates cases (tests/rules/cases/*.cases; docs/contributing.md says how they read) to C: for each list
 a file LIST.inc that defines cases_LIST."""
 
 import argparse

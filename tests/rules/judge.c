@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What programs that play cases have in common: fixtures, mutations, and what is expected of
  * messages. */
-#include "judge.h"
+#include "tests/rules/judge.h"
 
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "wording.h"
+#include "tests/rules/wording.h"
 
 static const struct setup default_setup;
 

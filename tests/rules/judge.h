@@ -4,8 +4,8 @@
 #ifndef RULES_JUDGE_H
 #define RULES_JUDGE_H
 
-#include "case.h"
-#include "tally.h"
+#include "tests/player/tally.h"
+#include "tests/rules/case.h"
 
 struct call;
 struct report;

@@ -11,11 +11,11 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "wording.h"
+#include "tests/rules/wording.h"
 
 #define LIST(name) &cases_##name,
 static const struct case_list *const lists[] = {
-#include "lists_of_rules_test.def"
+#include "tests/rules/lists_of_rules_test.def"
 };
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 

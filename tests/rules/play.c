@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "judge.h"
+#include "tests/rules/judge.h"
 
 static bool is_submitted(const struct play *play)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Checks the wording of messages, and mutes rules to see those that their messages name. */
-#include "wording.h"
+#include "tests/rules/wording.h"
 
 #include <ctype.h>
 #include <stdio.h>

@@ -3,7 +3,7 @@
 #ifndef ASSAY_TESTS_RULES_WORDING_H
 #define ASSAY_TESTS_RULES_WORDING_H
 
-#include "judge.h"
+#include "tests/rules/judge.h"
 
 /* Returns whether each message has the hint of its row and counts that agree with their nouns, and
  * whether the messages of the case's first rule name the ids of the rules in NAMES(). */

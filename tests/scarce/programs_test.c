@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "lives.h"
-#include "tests/programs/play.h"
+#include "tests/player/play.h"
 
 static struct platform platform;
 static struct program program;

@@ -3,7 +3,7 @@
 #ifndef ASSAY_TOOLS_ACCURACY_WORKLOAD_H
 #define ASSAY_TOOLS_ACCURACY_WORKLOAD_H
 
-#include "scene.h"
+#include "tests/rules/scene/scene.h"
 
 enum workload_kind {
     WORKLOAD_MESH,      /* one BLAS, of 70,000 triangles: as large as the bunny */

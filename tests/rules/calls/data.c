@@ -1,0 +1,224 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The data that builds read. */
+#include <math.h>
+
+#include "tests/rules/calls/placing.h"
+#include "tests/rules/case.h"
+
+enum { MIN_X, MIN_Y, MIN_Z, MAX_X, MAX_Y, MAX_Z };
+
+enum { SHORTS = SCENE_BUFFER_SIZE / 2 };
+
+static uint16_t *short_indices(struct scene *scene)
+{
+    return (uint16_t *)(void *)(scene->indices.host + SHORTS);
+}
+
+static void wide_indices(struct scene *scene, uint32_t last)
+{
+    const uint32_t indices[6] = {0, 1, 2, 3, 2, last};
+    memcpy(short_indices(scene), indices, sizeof(indices));
+    scene->TRIANGLES(UNINDEXED, 1).indexType = VK_INDEX_TYPE_UINT32;
+}
+
+static void byte_index_beyond(struct scene *scene)
+{
+    const uint8_t indices[6] = {0, 1, 2, 3, 2, 255};
+    memcpy(short_indices(scene), indices, sizeof(indices));
+    scene->TRIANGLES(UNINDEXED, 1).indexType = VK_INDEX_TYPE_UINT8_KHR;
+}
+
+/* A few vertices far apart are no more than there are. */
+static void few_vertices_far_apart(struct scene *scene)
+{
+    const uint16_t indices[6] = {0, 1, 900, 1, 0, 900};
+    memcpy(short_indices(scene), indices, sizeof(indices));
+}
+
+static void use_transform(struct scene *scene, const float matrix[3][4])
+{
+    scene->ranges[INDEXED][0].transformOffset = SCENE_TRANSFORM_OFFSET;
+    memcpy(scene->transforms.host + SCENE_TRANSFORM_OFFSET, matrix, 12 * sizeof(float));
+}
+
+#define TRANSFORM(name, ...)                                                                       \
+    static void name(struct scene *scene)                                                          \
+    {                                                                                              \
+        static const float matrix[3][4] = {__VA_ARGS__};                                           \
+        use_transform(scene, matrix);                                                              \
+    }
+
+TRANSFORM(zero_transform, {0})
+TRANSFORM(tiny_transform, {1e-20f}, {0, 1e-20f}, {0, 0, 1e-20f})
+TRANSFORM(small_transform, {1e-12f, 0, 0, 5}, {0, 1e-12f}, {0, 0, 1e-12f})
+TRANSFORM(huge_transform, {1e15f}, {0, -1e15f}, {0, 0, 1e15f})
+TRANSFORM(flat_transform, {1, 2, 3}, {4, 5, 6}, {7, 8, 9})
+/* The last number is one float more than 9. */
+TRANSFORM(almost_flat_transform, {1, 2, 3}, {4, 5, 6}, {7, 8, 9.00000095f})
+TRANSFORM(undefined_transform, {NAN}, {0, 1}, {0, 0, 1})
+TRANSFORM(infinite_transform, {1}, {0, INFINITY}, {0, 0, 1})
+/* The fourth column moves, and is no part of it. */
+TRANSFORM(flat_and_infinite, {1, 2, 3, INFINITY}, {4, 5, 6}, {7, 8, 9})
+TRANSFORM(infinite_move, {1, 0, 0, INFINITY}, {0, 1, 0, 0}, {0, 0, 1, 0})
+#include "content.inc"
+
+#define ALLOW_UPDATE VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR
+
+/* Adds a build like `model` that allows updates, builds it as it is now, and makes it an update of
+ * itself. Returns its index. */
+static uint32_t update_of_itself(struct scene *scene, uint32_t model)
+{
+    const VkBuildAccelerationStructureFlagsKHR flags = scene->infos[model].flags;
+    scene->infos[model].flags |= ALLOW_UPDATE;
+    const uint32_t build = scene_add_build(scene, model);
+    scene->infos[model].flags = flags;
+    scene_build_before(scene, build, 1);
+    scene->infos[build].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+    scene->infos[build].srcAccelerationStructure = scene->infos[build].dstAccelerationStructure;
+    return build;
+}
+
+/* Vertex 3 is in the second triangle of the first geometry, and in the first and second of the
+ * other, vertex 5 in the first geometry alone.
+ * BOX_2 is the last box of the second geometry. */
+enum { BOX_2 = 1024 + 64 };
+
+/* No number of this format is NaN. */
+static void use_a_format_without_nan(struct scene *scene)
+{
+    for (uint32_t i = 0; i < 2; i++) {
+        scene->TRIANGLES(UNINDEXED, i).vertexFormat = VK_FORMAT_R16G16_SNORM;
+        scene->TRIANGLES(UNINDEXED, i).vertexStride = 4;
+        scene->TRIANGLES(UNINDEXED, i).vertexData.deviceAddress =
+            scene_address(scene, &scene->vertices, SCENE_BUFFER_SIZE / 2);
+    }
+    update_of_itself(scene, UNINDEXED);
+    memset(scene->vertices.host + SCENE_BUFFER_SIZE / 2, 0xff, 24);
+}
+#include "content_update.inc"
+
+/* One primitive less than the second geometry has. */
+static void allow_fewer(struct scene *scene)
+{
+    static const uint32_t fewer[SCENE_GEOMETRIES] = {2, 1};
+    scene->count_pointers[UNINDEXED] = fewer;
+}
+
+/* More than any device takes, and than the call says. */
+enum { TOO_MANY = 1 << 29 };
+
+#define READS_TOO_MANY(build)                                                                      \
+    static void read_too_many_of_##build(struct scene *scene)                                      \
+    {                                                                                              \
+        static const uint32_t counts[SCENE_GEOMETRIES] = {2, 3};                                   \
+        scene->count_pointers[build] = counts;                                                     \
+        scene->ranges[build][0].primitiveCount = TOO_MANY;                                         \
+    }
+READS_TOO_MANY(INDEXED)
+READS_TOO_MANY(AABBS)
+
+#define READS(name, build, count)                                                                  \
+    static void name(struct scene *scene)                                                          \
+    {                                                                                              \
+        scene->ranges[build][1].primitiveCount = count;                                            \
+        scene_give_objects(scene, build);                                                          \
+    }
+READS(read_6_triangles, UNINDEXED, 4)
+READS(read_7_triangles, UNINDEXED, 5)
+READS(read_7_boxes, AABBS, 4)
+#include "indirect_contents.inc"
+
+static VkAccelerationStructureKHR accel_in_external_memory(struct scene *scene)
+{
+    const STRUCT(VkExternalMemoryBufferCreateInfo, external,
+                 .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT);
+    const STRUCT(VkBufferCreateInfo, create_info, .pNext = &external,
+                 .size = scene->dst_buffers[INDEXED].size, .usage = ACCEL_USAGE);
+    struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
+    const struct test_memory memory =
+        scene_allocate(scene, scene_buffer_memory_size(scene, &buffer));
+    scene_bind(scene, &buffer, &memory, 0);
+    return scene_accel_in(scene, &buffer, 0, buffer.size, scene->infos[INDEXED].type);
+}
+#include "instance_addresses.inc"
+
+static void refer_to_blas_in(struct scene *scene, const struct test_buffer *buffer)
+{
+    scene_refer(
+        scene, 1,
+        scene_accel_in(scene, buffer, 0, place_size(scene, INDEXED), scene->infos[INDEXED].type));
+}
+
+static uint64_t device_address(const struct scene *scene, VkAccelerationStructureKHR accel)
+{
+    const STRUCT(VkAccelerationStructureDeviceAddressInfoKHR, info, .accelerationStructure = accel);
+    return scene->vk->GetAccelerationStructureDeviceAddressKHR(scene->fixture->device, &info);
+}
+#include "instances.inc"
+
+#define ALLOW_DISABLING VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR
+
+/* A BLAS that is like INDEXED; its index behind the builds, where the next one will be, too. */
+static uint32_t build_blas(struct scene *scene, VkBuildAccelerationStructureFlagsKHR flags)
+{
+    const uint32_t build = scene_reserve_build(scene, INDEXED);
+    scene->infos[build].flags = flags;
+    scene_build_before(scene, build, 1);
+    return build;
+}
+
+/* 0 of a BLAS that doesn't allow it, 2 of one that does and has it disabled. */
+static void use_instances(struct scene *scene)
+{
+    const VkAccelerationStructureKHR plain =
+        scene->infos[build_blas(scene, 0)].dstAccelerationStructure;
+    const VkAccelerationStructureKHR allowing =
+        scene->infos[build_blas(scene, ALLOW_DISABLING)].dstAccelerationStructure;
+    scene_refer(scene, 0, plain);
+    scene_refer(scene, 2, allowing);
+    scene_instance(scene, 2)->flags = VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR;
+}
+
+/* What comes after doesn't count. */
+static void rebuild_what_allowed(struct scene *scene)
+{
+    const uint32_t build = scene->info_count; /* the last of use_instances() */
+    scene->infos[build].flags = 0;
+    scene_barrier(scene, scene->command_buffer);
+    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[build],
+                                                 &scene->range_pointers[build]);
+}
+
+/* A build of the host's, from the same data by device addresses. */
+static void record_on_device(struct scene *scene, uint32_t build, VkCommandBuffer command_buffer)
+{
+    VkAccelerationStructureGeometryKHR geometry = scene->geometries[build][0];
+    VkAccelerationStructureGeometryTrianglesDataKHR *triangles = &geometry.geometry.triangles;
+    VkAccelerationStructureBuildGeometryInfoKHR info = scene->infos[build];
+    triangles->vertexData.deviceAddress = scene->vertices.address;
+    triangles->indexData.deviceAddress = scene->indices.address;
+    triangles->transformData.deviceAddress = scene->transforms.address;
+    info.pGeometries = &geometry;
+    info.scratchData.deviceAddress = scene->scratch_buffers[build].address;
+    scene->vk->CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info,
+                                                 &scene->range_pointers[build]);
+}
+
+/* What the host has built with other flags before. */
+static void rebuild_on_device(struct scene *scene)
+{
+    use_instances(scene);
+    const uint32_t build = build_blas(scene, ALLOW_DISABLING);
+    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
+    const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
+    const STRUCT(VkSubmitInfo, submit_info, .commandBufferCount = 1,
+                 .pCommandBuffers = &command_buffer);
+    scene_refer(scene, 0, scene->infos[build].dstAccelerationStructure);
+    scene->infos[build].flags = 0;
+    scene_begin(scene, command_buffer, 0);
+    record_on_device(scene, build, command_buffer);
+    scene_end(scene, command_buffer);
+    MUST_SUCCEED(
+        scene->vk->QueueSubmit(scene_queue(scene, family), 1, &submit_info, VK_NULL_HANDLE));
+}
+#include "disabling.inc"

@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Dense geometry, motion, spheres and displacement. */
+#include "tests/rules/calls/placing.h"
+#include "tests/rules/case.h"
+
+/* The build that the functions below add. */
+enum { DENSE = SCENE_BASE_BUILDS };
+
+static void add_build(struct scene *scene, const struct test_buffer *buffer)
+{
+    scene_add_build(scene, UNINDEXED);
+    scene->infos[DENSE].geometryCount = 1;
+    scene->dense =
+        MAKE(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX,
+             .compressedData.deviceAddress = scene_address(scene, buffer, 0), .dataSize = 1024,
+             .numTriangles = 64, .numVertices = 96, .maxPrimitiveIndex = 63, .maxGeometryIndex = 1,
+             .format = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX);
+    scene->geometries[DENSE][0] =
+        MAKE(VkAccelerationStructureGeometryKHR, .pNext = &scene->dense,
+             .geometryType = VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX);
+    /* So that the sizes are those of so many triangles; no range is given. */
+    scene->ranges[DENSE][0].primitiveCount = scene->dense.numTriangles;
+    scene_give_objects(scene, DENSE);
+    if (scene->command != COMMAND_HOST) /* which requires a pointer */
+        scene->range_pointers[DENSE] = NULL;
+}
+
+static void add_dense_without_usage(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_dense_buffer(
+        scene, VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+    add_build(scene, &buffer);
+}
+
+/* A host build of the source is reported, too, but that is not what the case is about. */
+static void build_then_update(struct scene *scene)
+{
+    if (scene->fixture->fails && scene->command == COMMAND_HOST) {
+        scene->skip = "debug_action = fail lets no such call pass";
+        return;
+    }
+    scene_build_before(scene, DENSE, 1);
+    messages_clear(&scene->fixture->messages);
+    scene->infos[DENSE].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+    scene->infos[DENSE].srcAccelerationStructure = scene->infos[DENSE].dstAccelerationStructure;
+}
+#include "dense.inc"
+
+#define MOTION VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV
+
+static void chain_motion(struct scene *scene, uint64_t address)
+{
+    scene->motion = MAKE(VkAccelerationStructureGeometryMotionTrianglesDataNV,
+                         .vertexData.deviceAddress = address);
+    scene->geometries[INDEXED][0].geometry.triangles.pNext = &scene->motion;
+    scene_give_motion_dst(scene, INDEXED);
+    scene->infos[INDEXED].flags = MOTION;
+}
+
+static void give_motion_dst_by_address(struct scene *scene)
+{
+    const struct test_buffer *buffer = &scene->dst_buffers[INDEXED];
+    scene->infos[INDEXED].dstAccelerationStructure = scene_accel_at(
+        scene, &MAKE(VkAccelerationStructureCreateInfo2KHR,
+                     .createFlags = VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV,
+                     .addressRange = {.address = buffer->address, .size = buffer->size},
+                     .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR));
+}
+
+static const VkBaseInStructure info_for_creation = {
+    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV};
+#include "motion.inc"
+
+#include "displacement.inc"
+#include "spheres.inc"

@@ -1,0 +1,107 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What only host builds have. */
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include "tests/rules/calls/placing.h"
+#include "tests/rules/case.h"
+
+static VkDeferredOperationKHR create_operation(struct scene *scene)
+{
+    VkDeferredOperationKHR operation;
+    MUST_SUCCEED(scene->vk->CreateDeferredOperationKHR(scene->fixture->device, NULL, &operation));
+    return operation;
+}
+
+SCENE_DESTROYS(destroy_operation, DestroyDeferredOperationKHR, VkDeferredOperationKHR)
+
+static void join_and_destroy(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    const VkDeferredOperationKHR operation = (VkDeferredOperationKHR)handle;
+    while (scene->vk->DeferredOperationJoinKHR(device, operation) == VK_THREAD_IDLE_KHR)
+        continue;
+    destroy_operation(scene, device, handle);
+}
+
+static void complete_the_operation(struct scene *scene)
+{
+    while (scene->vk->DeferredOperationJoinKHR(scene->fixture->device, scene->deferred_operation) ==
+           VK_THREAD_IDLE_KHR)
+        continue;
+}
+
+static VkAccelerationStructureKHR accel_in(struct scene *scene, struct test_buffer buffer,
+                                           uint32_t build)
+{
+    return scene_accel_in(scene, &buffer, 0, place_size(scene, build), scene->infos[build].type);
+}
+
+static VkAccelerationStructureKHR in_a_buffer(struct scene *scene, uint32_t build)
+{
+    return accel_in(scene, place_buffer(scene), build);
+}
+
+static VkAccelerationStructureKHR in_device_memory(struct scene *scene, uint32_t build)
+{
+    return accel_in(scene, place_device_local_buffer(scene), build);
+}
+
+static VkAccelerationStructureKHR in_visible_memory(struct scene *scene, uint32_t build)
+{
+    return accel_in(scene, place_buffer_of_instances(scene, 1), build);
+}
+
+static VkAccelerationStructureKHR of_two_instances(struct scene *scene, uint32_t build)
+{
+    return accel_in(scene, place_buffer_of_instances(scene, 3), build);
+}
+
+/* What the host could not have built itself is deserialized on the device. */
+static void deserialize_src(struct scene *scene)
+{
+    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
+    const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
+    const STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info,
+                 .src.deviceAddress = scene_serialized(scene),
+                 .dst = scene->infos[UPDATE].srcAccelerationStructure,
+                 .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
+    scene_begin(scene, command_buffer, 0);
+    scene->vk->CmdCopyMemoryToAccelerationStructureKHR(command_buffer, &info);
+    scene_end(scene, command_buffer);
+    scene_submit(scene, family, command_buffer);
+}
+#include "host.inc"
+
+static void point_to_instances(struct scene *scene, size_t missing)
+{
+    const void *pointers[3];
+    for (size_t i = 0; i < 3; i++)
+        pointers[i] = scene->instances.host + i * 64;
+    scene->INSTANCES(TLAS, 0).arrayOfPointers = VK_TRUE;
+    char *copy = bytes_before_unreadable_page(sizeof(pointers) - missing);
+    scene->INSTANCES(TLAS, 0).data.hostAddress = memcpy(copy, pointers, sizeof(pointers) - missing);
+}
+
+/* Scratch that is no VkDeviceMemory at all. */
+static void put_scratch_in_own_memory(struct scene *scene, uint32_t shared_bytes)
+{
+    const size_t first = (size_t)scene_scratch_size(scene, INDEXED);
+    const size_t second = (size_t)scene_scratch_size(scene, AABBS);
+    char *bytes = bytes_before_unreadable_page(first + second);
+    scene->infos[INDEXED].scratchData.hostAddress = bytes;
+    scene->infos[AABBS].scratchData.hostAddress = bytes + first - shared_bytes;
+}
+/* Returns the last `size` bytes of a mapping whose pages are protected, as tools that trace writes
+ * protect them. */
+static void *bytes_of_protected_mapping(struct scene *scene, size_t size)
+{
+    const size_t page = (size_t)sysconf(_SC_PAGESIZE);
+    const VkDeviceMemory memory = place_buffer(scene).memory;
+    char *pages;
+    scene->vk->UnmapMemory(scene->fixture->device, memory);
+    MUST_SUCCEED(scene->vk->MapMemory(scene->fixture->device, memory, 0, page, 0, (void **)&pages));
+    if (mprotect(pages, 2 * page, PROT_NONE) != 0)
+        scene_skip(scene, "the pages cannot be protected");
+    return pages + page - size;
+}
+#include "host_memory.inc"

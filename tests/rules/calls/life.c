@@ -1,0 +1,414 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Commands that build no structures. */
+#include <stdlib.h>
+
+#include "tests/rules/calls/placing.h"
+#include "tests/rules/case.h"
+
+/* ---- sources */
+
+static uint64_t unbuilt_object(struct scene *scene)
+{
+    switch (scene->life.object_type) {
+    case VK_OBJECT_TYPE_MICROMAP_EXT:
+        return (uint64_t)scene_micromap_ext(scene, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
+    case VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV:
+        return (uint64_t)scene_nv_accel(scene);
+    default:
+        return (uint64_t)scene_accel_for(scene, INDEXED);
+    }
+}
+
+static void use_source(struct scene *scene, uint64_t source)
+{
+    scene->life.copy.src = (VkAccelerationStructureKHR)source;
+    scene->life.to_memory.src = (VkAccelerationStructureKHR)source;
+    scene->life.objects[1] = source;
+}
+
+static void use_unbuilt(struct scene *scene)
+{
+    use_source(scene, unbuilt_object(scene));
+}
+
+static void build_uncompactable_micromap(struct scene *scene, uint64_t micromap)
+{
+    VkMicromapBuildInfoEXT info = scene->life.builds[0];
+    info.flags = 0;
+    info.dstMicromap = (VkMicromapEXT)micromap;
+    if (command_is_on_host(scene->command))
+        MUST_SUCCEED(
+            scene->vk->BuildMicromapsEXT(scene->fixture->device, VK_NULL_HANDLE, 1, &info));
+    else
+        scene->vk->CmdBuildMicromapsEXT(scene->command_buffer, 1, &info);
+}
+
+static void use_uncompactable(struct scene *scene)
+{
+    struct scene_life *life = &scene->life;
+    uint64_t source = life->src;
+    if (life->object_type == VK_OBJECT_TYPE_MICROMAP_EXT) {
+        build_uncompactable_micromap(scene, source);
+    } else if (life->object_type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV) {
+        scene->nv.info.flags &= ~(VkFlags)VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_NV;
+        source = (uint64_t)scene_nv_accel(scene);
+        scene_nv_build(scene, (VkAccelerationStructureNV)source);
+    } else {
+        scene->infos[INDEXED].flags &=
+            ~(VkFlags)VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
+        scene_build_before(scene, INDEXED, 1);
+    }
+    use_source(scene, source);
+    life->objects[0] = source;
+}
+
+/* ---- deserialized sources that refer to a micromap */
+
+static void deserialize_by_device(struct scene *scene, VkAccelerationStructureKHR dst)
+{
+    const STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info,
+                 .src.deviceAddress = scene_serialized(scene), .dst = dst,
+                 .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
+    const VkCommandBuffer command_buffer = scene_begin_before(scene);
+    scene->vk->CmdCopyMemoryToAccelerationStructureKHR(command_buffer, &info);
+    scene_end_before(scene, command_buffer);
+}
+
+/* Has the device do what was recorded, and goes on in another command buffer. */
+static void submit_so_far(struct scene *scene)
+{
+    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
+    scene_end(scene, scene->command_buffer);
+    scene_submit(scene, family, scene->command_buffer);
+    scene->command_buffer = scene_command_buffer(scene, family);
+    scene_begin(scene, scene->command_buffer, 0);
+}
+
+/* The data have a block with one micromap. */
+static void deserialize_with(struct scene *scene, VkAccelerationStructureKHR dst,
+                             VkDeviceAddress micromap)
+{
+    enum { BLOCK_TYPE = VK_ACCELERATION_STRUCTURE_SERIALIZED_BLOCK_TYPE_OPACITY_MICROMAP_KHR };
+    struct {
+        uint8_t driver[VK_UUID_SIZE], format[VK_UUID_SIZE];
+        uint64_t size, deserialized_size, blocks;
+        uint32_t type, reserved;
+        uint64_t count, micromap;
+    } *data = (void *)place_buffer(scene).host;
+    STRUCT(VkPhysicalDeviceIDProperties, ids);
+    STRUCT(VkPhysicalDeviceProperties2, properties, .pNext = &ids);
+    scene->fixture->vki.GetPhysicalDeviceProperties2(scene->fixture->physical_device, &properties);
+    memset(data, 0, sizeof(*data));
+    memcpy(data->driver, ids.driverUUID, VK_UUID_SIZE);
+    memcpy(data->format, ids.driverUUID, VK_UUID_SIZE);
+    data->size = data->deserialized_size = sizeof(*data);
+    data->blocks = (uint64_t)UINT32_MAX << 32 | 1;
+    data->type = BLOCK_TYPE;
+    data->count = 1;
+    data->micromap = micromap;
+    const STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info, .src.hostAddress = data,
+                 .dst = dst, .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
+    MUST_SUCCEED(scene->vk->CopyMemoryToAccelerationStructureKHR(scene->fixture->device,
+                                                                 VK_NULL_HANDLE, &info));
+}
+
+enum micromap_state { UNWRITTEN, BUILT, REBUILT, DESERIALIZED };
+
+static void use_source_with_micromap(struct scene *scene, enum micromap_state state)
+{
+    if (scene->fixture->platform->is_cpu) {
+        scene_skip(scene, "backend cpu writes no blocks");
+        return;
+    }
+    const struct test_buffer buffer = place_buffer(scene),
+                             visible = place_buffer_of_instances(scene, 1);
+    const VkAccelerationStructureKHR micromap = scene_accel_in(
+        scene, &buffer, 0, PLACE_FAR, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    const VkAccelerationStructureKHR structure = scene_accel_in(
+        scene, &visible, 0, PLACE_FAR, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    if (state == REBUILT || state == DESERIALIZED)
+        deserialize_by_device(scene, micromap);
+    if (state == REBUILT || state == BUILT)
+        scene_record_micromap_in(scene, micromap, 4);
+    submit_so_far(scene);
+    deserialize_with(scene, structure, buffer.address);
+    use_source(scene, (uint64_t)structure);
+}
+
+/* ---- descriptors */
+
+static VkAccelerationStructureKHR generic_structure(struct scene *scene)
+{
+    const struct test_buffer buffer = place_buffer(scene);
+    return scene_accel_in(scene, &buffer, 0, 1024, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
+}
+
+static VkAccelerationStructureNV nv_blas(struct scene *scene)
+{
+    scene->nv.info.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV;
+    scene->nv.info.instanceCount = 0;
+    scene->nv.info.geometryCount = 1;
+    scene->nv.info.pGeometries = scene->nv.geometries;
+    return scene_nv_accel(scene);
+}
+
+/* Has the call write descriptors of VK_KHR_acceleration_structure, with both structures. */
+static void chain_both_descriptors(struct scene *scene)
+{
+    static VkAccelerationStructureKHR structures[2];
+    struct scene_life *life = &scene->life;
+    structures[0] = structures[1] = scene->infos[TLAS].dstAccelerationStructure;
+    life->descriptor.pAccelerationStructures = structures;
+    life->descriptor.pNext = &life->descriptor_nv;
+    life->write.pNext = &life->descriptor;
+    life->write.descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR;
+}
+
+/* ---- destruction */
+
+static void wait_idle(struct scene *scene)
+{
+    MUST_SUCCEED(scene->vk->DeviceWaitIdle(scene->fixture->device));
+}
+
+VKAPI_ATTR static void *VKAPI_CALL allocate(void *user, size_t size, size_t alignment,
+                                            VkSystemAllocationScope scope)
+{
+    (void)user, (void)scope;
+    return aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+}
+
+/* No Vulkan command on structures reallocates. */
+VKAPI_ATTR static void *VKAPI_CALL reallocate(void *user, void *original, size_t size,
+                                              size_t alignment, VkSystemAllocationScope scope)
+{
+    return original ? NULL : allocate(user, size, alignment, scope);
+}
+
+VKAPI_ATTR static void VKAPI_CALL release(void *user, void *memory)
+{
+    (void)user;
+    free(memory);
+}
+
+static const VkAllocationCallbacks callbacks = {
+    .pfnAllocation = allocate, .pfnReallocation = reallocate, .pfnFree = release};
+
+static void destroy_with_callbacks(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    if (scene->life.object_type == VK_OBJECT_TYPE_MICROMAP_EXT)
+        scene->vk->DestroyMicromapEXT(device, (VkMicromapEXT)handle, &callbacks);
+    else if (scene->life.object_type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV)
+        scene->vk->DestroyAccelerationStructureNV(device, (VkAccelerationStructureNV)handle,
+                                                  &callbacks);
+    else
+        scene->vk->DestroyAccelerationStructureKHR(device, (VkAccelerationStructureKHR)handle,
+                                                   &callbacks);
+}
+
+/* Has the call destroy an object that was created with callbacks. */
+static void use_created_with_callbacks(struct scene *scene)
+{
+    struct scene_life *life = &scene->life;
+    const VkDevice device = scene->device;
+    void *created = &life->destroyed;
+    if (life->object_type == VK_OBJECT_TYPE_MICROMAP_EXT)
+        MUST_SUCCEED(scene->vk->CreateMicromapEXT(device, &life->create_micromap, &callbacks,
+                                                  (VkMicromapEXT *)created));
+    else if (life->object_type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV)
+        MUST_SUCCEED(scene->vk->CreateAccelerationStructureNV(
+            device, &life->create_nv, &callbacks, (VkAccelerationStructureNV *)created));
+    else
+        MUST_SUCCEED(scene->vk->CreateAccelerationStructureKHR(
+            device, &life->create, &callbacks, (VkAccelerationStructureKHR *)created));
+    scene_defer(scene, device, life->destroyed, destroy_with_callbacks);
+}
+
+/* Submits the build of the scene, and waits for it if asked to. */
+static void submit_build(struct scene *scene, int waits)
+{
+    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1,
+                 .pCommandBuffers = &scene->command_buffer);
+    VkQueue queue;
+    scene->vk->GetDeviceQueue(scene->fixture->device,
+                              fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0), 0,
+                              &queue);
+    scene_end(scene, scene->command_buffer);
+    MUST_SUCCEED(scene->vk->QueueSubmit(queue, 1, &info, VK_NULL_HANDLE));
+    if (waits)
+        wait_idle(scene);
+}
+
+/* Builds a structure in a buffer and memory of its own. */
+static struct test_buffer buffer_of_a_build(struct scene *scene)
+{
+    const struct test_buffer buffer = place_buffer(scene);
+    scene->infos[INDEXED].dstAccelerationStructure =
+        scene_accel_in(scene, &buffer, 0, place_size(scene, INDEXED), scene->infos[INDEXED].type);
+    scene_build_before(scene, INDEXED, 1);
+    return buffer;
+}
+
+/* ---- queries */
+
+static void record_queries(struct scene *scene, VkCommandBuffer command_buffer, uint64_t object,
+                           uint32_t query, VkQueryType type, VkQueryPool pool)
+{
+    const VkuDeviceDispatchTable *vk = scene->vk;
+    if (command_is_of_micromaps(scene->command))
+        vk->CmdWriteMicromapsPropertiesEXT(command_buffer, 1, (const VkMicromapEXT *)&object, type,
+                                           pool, query);
+    else if (command_is_of_nv(scene->command))
+        vk->CmdWriteAccelerationStructuresPropertiesNV(
+            command_buffer, 1, (const VkAccelerationStructureNV *)&object, type, pool, query);
+    else
+        vk->CmdWriteAccelerationStructuresPropertiesKHR(
+            command_buffer, 1, (const VkAccelerationStructureKHR *)&object, type, pool, query);
+}
+
+/* Writes queries of the pool from the first one on, which the scene has reset. */
+static void write_queries_before(struct scene *scene, uint32_t count)
+{
+    const struct scene_life *life = &scene->life;
+    for (uint32_t i = 0; i < count; i++)
+        record_queries(scene, scene->command_buffer, life->src, i, life->query_type, life->pool);
+}
+
+static void reset_queries(struct scene *scene, uint32_t first, uint32_t count)
+{
+    scene->vk->CmdResetQueryPool(scene->command_buffer, scene->life.pool, first, count);
+}
+
+static void reset_queries_on_host(struct scene *scene)
+{
+    scene->vk->ResetQueryPool(scene->fixture->device, scene->life.pool, 0, 4);
+}
+
+/* ---- sizes */
+
+static void build_and_query(struct scene *scene, VkAccelerationStructureKHR accel, VkQueryPool pool)
+{
+    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
+    const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
+    VkAccelerationStructureBuildGeometryInfoKHR info = scene->infos[INDEXED];
+    info.dstAccelerationStructure = accel;
+    scene_begin(scene, command_buffer, 0);
+    scene->vk->CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info,
+                                                 &scene->range_pointers[INDEXED]);
+    scene_barrier(scene, command_buffer);
+    scene->vk->CmdResetQueryPool(command_buffer, pool, 0, 1);
+    scene->vk->CmdWriteAccelerationStructuresPropertiesKHR(
+        command_buffer, 1, &accel, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, pool,
+        0);
+    scene_end(scene, command_buffer);
+    scene_submit(scene, family, command_buffer);
+}
+
+/* Builds a structure before the call, and returns its compacted size. */
+static VkDeviceSize compacted_size_of(struct scene *scene, VkAccelerationStructureKHR accel)
+{
+    const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
+    const VkDevice device = scene->fixture->device;
+    uint64_t size = 0;
+    if (command_is_on_host(scene->command)) {
+        scene_build_before(scene, INDEXED, 1);
+        MUST_SUCCEED(scene->vk->WriteAccelerationStructuresPropertiesKHR(
+            device, 1, &accel, type, sizeof(size), &size, sizeof(size)));
+        return size;
+    }
+    const VkQueryPool pool = scene_query_pool(scene, type, 1);
+    build_and_query(scene, accel, pool);
+    MUST_SUCCEED(scene->vk->GetQueryPoolResults(device, pool, 0, 1, sizeof(size), &size,
+                                                sizeof(size),
+                                                VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
+    return size;
+}
+
+enum dst_size { SMALL, COMPACTED, FULL };
+
+static void use_queried_source(struct scene *scene, int dst_size)
+{
+    VkAccelerationStructureKHR source = (VkAccelerationStructureKHR)scene->life.src;
+    if (!command_is_on_host(scene->command))
+        source = scene_accel_for(scene, INDEXED);
+    const VkDeviceSize size = compacted_size_of(scene, source);
+    const struct test_buffer buffer = place_buffer(scene);
+    scene->life.copy.src = source;
+    if (dst_size != FULL)
+        scene->life.copy.dst = scene_accel_in(scene, &buffer, 0, size - (dst_size == SMALL),
+                                              scene->infos[INDEXED].type);
+}
+
+/* Dst of a clone is created with so many bytes less than the build of src needs. */
+static void clone_to_less(struct scene *scene, uint32_t missing)
+{
+    const VkDeviceSize size = scene_sizes(scene, INDEXED).accelerationStructureSize;
+    const struct test_buffer buffer = place_buffer(scene);
+    if (command_is_on_host(scene->command))
+        scene_build_before(scene, INDEXED, 1);
+    scene->life.copy.dst =
+        scene_accel_in(scene, &buffer, 0, size - missing, scene->infos[INDEXED].type);
+}
+
+/* Queries the structure that the scene has built, and returns what the host reads. */
+static VkDeviceSize queried_size_of_source(struct scene *scene, VkQueryType type)
+{
+    const VkQueryPool pool = scene_query_pool(scene, type, 1);
+    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
+    const VkCommandBuffer command_buffer = scene->command_buffer;
+    uint64_t size = 0;
+    scene_barrier(scene, command_buffer);
+    scene->vk->CmdResetQueryPool(command_buffer, pool, 0, 1);
+    record_queries(scene, command_buffer, scene->life.src, 0, type, pool);
+    scene_end(scene, command_buffer);
+    scene_submit(scene, family, command_buffer);
+    scene->command_buffer = scene_command_buffer(scene, family);
+    scene_begin(scene, scene->command_buffer, 0);
+    MUST_SUCCEED(scene->vk->GetQueryPoolResults(scene->fixture->device, pool, 0, 1, sizeof(size),
+                                                &size, sizeof(size),
+                                                VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
+    return size;
+}
+
+enum { NV_ALIGNMENT = 256 };
+
+static void use_queried_nv_source(struct scene *scene, int dst_size)
+{
+    const VkDeviceSize size =
+        queried_size_of_source(scene, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV);
+    if (dst_size != FULL)
+        scene->life.copy.dst = (VkAccelerationStructureKHR)(uint64_t)scene_nv_accel_of_size(
+            scene, size - (dst_size == SMALL ? NV_ALIGNMENT : 0));
+}
+
+/* Lets src be serialized to the end of a buffer, which is `missing` bytes too short. */
+static void serialize_queried_source(struct scene *scene, uint32_t missing)
+{
+    enum { ALIGNMENT = 256 };
+    const VkDeviceSize size = queried_size_of_source(
+        scene, command_is_of_micromaps(scene->command)
+                   ? VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT
+                   : VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR);
+    const struct test_buffer buffer =
+        scene_buffer(scene, ALIGNMENT + size - missing, SCRATCH_USAGE);
+    scene->life.to_memory.dst.deviceAddress = scene_address(scene, &buffer, ALIGNMENT);
+}
+
+static void rebuild_source(struct scene *scene)
+{
+    if (command_is_of_micromaps(scene->command))
+        build_uncompactable_micromap(scene, scene->life.src);
+    else
+        scene_build_before(scene, INDEXED, 1);
+}
+
+#include "copies.inc"
+#include "copy_sizes.inc"
+#include "descriptors.inc"
+#include "destruction.inc"
+#include "life_features.inc"
+#include "life_results.inc"
+#include "queries.inc"
+#include "query_pools.inc"
+#include "sources.inc"
+#include "written_queries.inc"

@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* VK_NV_ray_tracing. */
+#include "tests/rules/case.h"
+
+static uint64_t foreign_accel(struct scene *scene)
+{
+    scene_enter_other_device(scene);
+    const VkAccelerationStructureNV accel = scene_nv_accel(scene);
+    scene_leave_other_device(scene);
+    return (uint64_t)accel;
+}
+
+static VkMemoryRequirements of_object(const struct scene *scene, VkAccelerationStructureNV accel)
+{
+    return scene_nv_requirements(scene, accel,
+                                 VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV);
+}
+
+/* An update whose dst begins `alignments` alignments behind its source, which ends as many behind
+ * that. */
+static void update_behind(struct scene *scene, VkDeviceSize alignments)
+{
+    struct scene_nv *nv = &scene->nv;
+    nv->src = scene_nv_create(scene);
+    nv->dst = scene_nv_create(scene);
+    const VkMemoryRequirements needs = of_object(scene, nv->dst);
+    const VkDeviceSize size =
+        (needs.size + needs.alignment - 1) / needs.alignment * needs.alignment;
+    const struct test_memory memory = scene_nv_allocate(scene, nv->dst, 2 * size);
+    scene_nv_bind(scene, nv->src, memory.handle, 0);
+    scene_nv_bind(scene, nv->dst, memory.handle, size - alignments * needs.alignment);
+    scene_nv_build(scene, nv->src);
+    nv->update = VK_TRUE;
+}
+
+static VkDeviceSize scratch_size(const struct scene *scene)
+{
+    const VkDeviceSize size =
+        scene_nv_requirements(
+            scene, scene->nv.dst,
+            scene->nv.update ? VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_UPDATE_SCRATCH_NV
+                             : VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV)
+            .size;
+    return size != 0 ? size : 1;
+}
+#include "nv.inc"
+
+enum { LIMIT = 4 };
+
+#include "nv_geometry.inc"
+#include "nv_info.inc"
+
+/* A source that was created and built with these flags. */
+static VkAccelerationStructureNV built_with(struct scene *scene,
+                                            VkBuildAccelerationStructureFlagsNV flags)
+{
+    const VkBuildAccelerationStructureFlagsNV own = scene->nv.info.flags;
+    scene->nv.info.flags = flags;
+    scene_nv_give_large_scratch(scene);
+    const VkAccelerationStructureNV source = scene_nv_accel(scene);
+    scene_nv_build(scene, source);
+    scene->nv.info.flags = own;
+    return source;
+}
+#include "nv_update.inc"
