@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Options and counts of programs that play cases. */
+/* Options and counts of what plays cases and programs. */
 #include "tests/player/tally.h"
 
 #include <stdlib.h>
@@ -21,6 +21,8 @@ static bool read_arguments(struct tally *tally, int argc, char **argv)
             tally->list = true;
         } else if (strcmp(argv[i], "--misaligned") == 0) {
             tally->misaligns = true;
+        } else if (strcmp(argv[i], "--submitted") == 0) {
+            tally->submits = true;
         } else if (strcmp(argv[i], "--fail") == 0) {
             tally->fails = true;
         } else if (strcmp(argv[i], "--verbose") == 0) {
@@ -43,8 +45,7 @@ static bool read_arguments(struct tally *tally, int argc, char **argv)
     return true;
 }
 
-int tally_open(struct tally *tally, struct platform *platform, int argc, char **argv,
-               const char *usage)
+int tally_open(struct tally *tally, int argc, char **argv, const char *usage)
 {
     if (argc > 1 && strcmp(argv[1], "--help") == 0) {
         fputs(usage, stdout);
@@ -57,7 +58,7 @@ int tally_open(struct tally *tally, struct platform *platform, int argc, char **
     tally->argument_count = argc;
     tally->arguments = argv;
     setvbuf(stdout, NULL, _IOLBF, 0);
-    const char *missing = platform_open(platform, argv[1]);
+    const char *missing = platform_open(&tally->platform, argv[1]);
     if (missing == NULL)
         return 0;
     printf("[  SKIPPED ] %s: %s\n", argv[1], missing);
@@ -91,11 +92,39 @@ const char *command_word(enum build_command command)
     return command < BUILD_COMMAND_COUNT ? words[command] : build_command_name(command);
 }
 
-void tally_write(const struct tally *tally, const struct platform *platform, const char *name,
-                 enum build_command command, const char *id, const char *word)
+void tally_note(struct tally *tally, const char *name, enum build_command command, enum vuid vuid,
+                enum sight sight)
 {
-    fprintf(tally->results, "%s\t%s\t%s\t%s\t%s\n", platform->name, name, command_word(command), id,
-            word);
+    static const char *const words[] = {"fired", "silent", "unseen", "failed"};
+    if (vuid == VUID_NONE)
+        return;
+    tally->fired[vuid] |= sight == SIGHT_FIRED;
+    tally->stayed_silent[vuid] |= sight == SIGHT_SILENT;
+    if (tally->results != NULL &&
+        !vuid_is_warning(vuid)) /* scripts/coverage counts the registry's ids */
+        fprintf(tally->results, "%s\t%s\t%s\t%s\t%s\n", tally->platform.name, name,
+                command_word(command), vuid_texts[vuid].id, words[sight]);
+}
+
+void tally_check_ids(struct tally *tally, const char *name,
+                     bool (*is_asked_for)(const struct rule_info *info, enum build_command command))
+{
+    bool good = true;
+    for (enum rule rule = 0; rule < RULE_COUNT; rule++) {
+        const struct rule_info *info = &rule_infos[rule];
+        for (enum build_command command = COMMAND_DEVICE; info->subject && command < COMMAND_COUNT;
+             command++) {
+            const enum vuid vuid = info->vuid[command];
+            if (vuid == VUID_NONE || (tally->fired[vuid] && tally->stayed_silent[vuid]) ||
+                !is_asked_for(info, command))
+                continue;
+            printf("never %s: %s (%s)\n", tally->fired[vuid] ? "silent" : "fired",
+                   vuid_texts[vuid].id, info->name);
+            tally->fired[vuid] = tally->stayed_silent[vuid] = true; /* reported once */
+            good = false;
+        }
+    }
+    tally_count(tally, good ? OUTCOME_PASSED : OUTCOME_FAILED, name, "");
 }
 
 static void count_reason(struct tally *tally, const char *text)

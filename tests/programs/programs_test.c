@@ -14,64 +14,31 @@
 #include <string.h>
 
 static struct sources sources;
-static struct platform platform;
+static struct tally tally;
 enum { PLAYS = 4 }; /* instances that are open at once */
-static struct play plays[PLAYS], khronos = {&platform, .is_khronos = true};
+static struct play plays[PLAYS], khronos = {&tally.platform, .is_khronos = true};
 static struct play *assay = plays; /* of the program */
 static struct program program;
-static struct tally tally;
 
 /* ---- results */
 
-static bool fired[MESSAGE_ID_COUNT], stayed_silent[MESSAGE_ID_COUNT];
-
 static void write_results(enum vuid vuid, enum build_command command)
 {
-    const bool is_unseen = !play_sees_executions(assay);
-    const char *word = assay->outcome != OUTCOME_PASSED ? "failed"
-                       : program.is_repaired            ? "silent"
-                       : is_unseen                      ? "unseen"
-                                                        : "fired";
-    if (vuid == VUID_NONE || assay->outcome == OUTCOME_SKIPPED)
-        return;
-    fired[vuid] |= strcmp(word, "fired") == 0;
-    stayed_silent[vuid] |= strcmp(word, "silent") == 0;
-    if (tally.results)
-        tally_write(&tally, &platform, program.name, command, vuid_texts[vuid].id, word);
+    if (assay->outcome != OUTCOME_SKIPPED)
+        tally_note(&tally, program.name, command, vuid,
+                   assay->outcome != OUTCOME_PASSED ? SIGHT_FAILED
+                   : program.is_repaired            ? SIGHT_SILENT
+                   : play_sees_executions(assay)    ? SIGHT_FIRED
+                                                    : SIGHT_UNSEEN);
 }
 
-/* Every rule of the subject that needs no data has fired, and stayed silent; on drivers other than
- * the null driver, that of the device's command. */
-static void check_subject(const char *subject)
+/* Every rule about updates that needs no data; on drivers other than the null driver, that of the
+ * device's command. */
+static bool is_about_updates(const struct rule_info *info, enum build_command command)
 {
-    const bool is_complete = platform.is_null && !platform.is_cpu;
-    char name[128];
-    bool good = true;
-    snprintf(name, sizeof(name), "every rule of %s has fired", subject);
-    for (enum rule rule = 0; rule < RULE_COUNT; rule++) {
-        const struct rule_info *info = &rule_infos[rule];
-        if (!info->subject || info->level >= LEVEL_CONTENT || strcmp(info->subject, subject) != 0)
-            continue;
-        for (enum build_command command = COMMAND_DEVICE; command < COMMAND_COUNT; command++) {
-            const enum vuid vuid = info->vuid[command];
-            if (vuid == VUID_NONE || (command != COMMAND_DEVICE && !is_complete) ||
-                (fired[vuid] && stayed_silent[vuid]))
-                continue;
-            printf("never %s: %s (%s)\n", fired[vuid] ? "silent" : "fired", vuid_texts[vuid].id,
-                   info->name);
-            good = false;
-        }
-    }
-    tally_count(&tally, good ? OUTCOME_PASSED : OUTCOME_FAILED, name, "");
-}
-
-static void check_coverage(const char *chosen)
-{
-    static const char *const subjects[] = {"update", "updated_geometry"};
-    const bool is_all = !chosen || strcmp(chosen, "execution") == 0;
-    for (size_t i = 0; i < ARRAY_COUNT(subjects); i++)
-        if (is_all && !tally.filter && !tally.list && !tally.level)
-            check_subject(subjects[i]);
+    const bool is_complete = tally.platform.is_null && !tally.platform.is_cpu;
+    return info->level < LEVEL_CONTENT && (command == COMMAND_DEVICE || is_complete) &&
+           (strcmp(info->subject, "update") == 0 || strcmp(info->subject, "updated_geometry") == 0);
 }
 
 /* ---- playing */
@@ -101,14 +68,14 @@ static void play_one(const struct source *source, unsigned variant, bool is_repa
 
 static int play_all(int argc, char **argv, const char *chosen)
 {
-    const int status = tally_open(&tally, &platform, argc, argv,
+    const int status = tally_open(&tally, argc, argv,
                                   "usage: programs_test " PLATFORM_NAMES
                                   " [FOLDER[/FILE]] [--filter NAME] [--list] [--verbose]"
                                   " [--results FILE] [--level NAME]\n");
     if (status)
         return status;
     for (unsigned i = 0; i < PLAYS; i++)
-        plays[i] = (struct play){.platform = &platform, .level = tally.level};
+        plays[i] = (struct play){.platform = &tally.platform, .level = tally.level};
     for (unsigned i = 0; i < sources.count; i++)
         for (unsigned j = 0; j < source_variants(&sources.items[i]); j++) {
             if (sources.items[i].has_twin)
@@ -117,7 +84,9 @@ static int play_all(int argc, char **argv, const char *chosen)
         }
     for (unsigned i = 0; i < PLAYS; i++)
         play_close(&plays[i]);
-    check_coverage(chosen);
+    if ((!chosen || strcmp(chosen, "execution") == 0) && !tally.filter && !tally.list &&
+        !tally.level)
+        tally_check_ids(&tally, "every id about updates has a program", is_about_updates);
     return tally_close(&tally);
 }
 
@@ -167,12 +136,12 @@ static void compare(const struct source *source, bool is_repaired)
 static int compare_all(const char *name)
 {
     setenv("ASSAY_TEST_LAYERS", LAYER_FOLDER ":/usr/share/vulkan/explicit_layer.d", 0);
-    const char *missing = platform_open(&platform, name);
+    const char *missing = platform_open(&tally.platform, name);
     if (missing) {
         fprintf(stderr, "%s\n", missing);
         return 77;
     }
-    plays[0].platform = &platform;
+    plays[0].platform = &tally.platform;
     printf("group\tprogram\texpected\tAssay\tKhronos\n");
     for (unsigned i = 0; i < sources.count; i++) {
         if (sources.items[i].has_twin)

@@ -93,7 +93,7 @@ struct test_case {
     bool forwards;      /* the callback lets the call pass; null driver only */
     bool below_content; /* what the data says is wrong, too, and the case isn't about that */
     bool submits;       /* what is recorded is judged when it is submitted */
-    /* For content_test, which plays the cases of level content by command buffers, too: */
+    /* For --submitted, which plays the cases of level content by command buffers, too: */
     bool is_wild;         /* a driver that trusts the data reads where nothing is */
     bool has_pointers;    /* which a shader has to follow */
     bool is_for_the_call; /* its data is the host's, or parameters break rules, too */

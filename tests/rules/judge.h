@@ -9,7 +9,7 @@
 
 struct call;
 struct report;
-struct variant; /* content_test's */
+struct variant; /* of --submitted */
 
 /* One way to play a case. */
 struct play {

@@ -37,7 +37,7 @@ def calls_text(registry, commands):
     return f"""{HEAD}#include <stdlib.h>
 
 #include "life_arguments.h"
-#include "scene.h"
+#include "tests/rules/scene/scene.h"
 
 static bool has_life_command(const VkuDeviceDispatchTable *vk, enum build_command command)
 {{

@@ -1,23 +1,28 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* rules_test PLATFORM [--filter [!]NAME] [--list] [--verbose] [--results FILE] [--level NAME]
- *            [--misaligned] [--fail]
+/* rules_test PLATFORM [--submitted] [--filter [!]NAME] [--list] [--verbose] [--results FILE]
+ *            [--level NAME] [--misaligned] [--fail]
  *
- * Plays every case on every command that it fits, and writes what fired and what stayed silent as
- * lines of tab-separated values: platform, case, command, id, fired|silent|failed; at a level that
- * is asked for, unseen where it can't see what is broken. */
+ * Plays every case on every command that it fits; with --submitted, the cases about the data of
+ * builds by command buffers, in every variant that fits (submitted/). --results writes what fired
+ * and what stayed silent as lines of tab-separated values: platform, case, command, id,
+ * fired|silent|failed; at a level that is asked for, unseen where it can't see what is broken. */
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "tests/rules/submitted/variant.h"
 #include "tests/rules/wording.h"
 
 #define LIST(name) &cases_##name,
-static const struct case_list *const lists[] = {
+static const struct case_list *const lists_of_calls[] = {
 #include "tests/rules/lists_of_rules_test.def"
-};
-enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
+    NULL};
+#define LIST(name) &cases_##name,
+static const struct case_list *const lists_of_submissions[] = {
+#include "tests/rules/lists_of_content_test.def"
+    NULL};
 
 enum { PLAYS_MAX = 20000, SETUPS_MAX = 2000 };
 
@@ -29,7 +34,6 @@ struct planned_play {
 };
 
 struct run {
-    struct platform platform;
     struct tally tally;
     struct fixture fixture;
     struct report report;
@@ -38,7 +42,8 @@ struct run {
     struct planned_play plays[PLAYS_MAX];
     struct setup setups[SETUPS_MAX]; /* in the order of the plays that begin with them */
     uint32_t play_count, setup_count;
-    bool fired[MESSAGE_ID_COUNT];
+    bool
+        is_known[2 * COMMAND_COUNT]; /* by form: the valid call was silent with the current setup */
 };
 
 static char current_name[256];
@@ -68,42 +73,26 @@ static void catch_crashes(void)
 static void catch_crashes(void) {}
 #endif
 
-static void count_result(struct run *run)
-{
-    tally_count(&run->tally, run->report.outcome, current_name, run->report.text);
-}
-
-static void write_result(struct run *run, const struct play *play, const char *id, bool good,
-                         const char *word)
-{
-    char name[256];
-    snprintf(name, sizeof(name), "%s%s", play->test_case->name,
-             play->geometry_pointers ? "+ppGeometries" : "");
-    tally_write(&run->tally, &run->platform, name, play->command, id, good ? word : "failed");
-}
-
 static void write_results(struct run *run, const struct play *play)
 {
     const struct test_case *test_case = play->test_case;
+    const struct report *report = &run->report;
+    const bool is_silent = test_case->silent || play->is_made_better;
 
-    if (play->is_mutation_alone || run->report.outcome == OUTCOME_SKIPPED)
+    if (play->is_mutation_alone || report->outcome == OUTCOME_SKIPPED)
         return;
     for (uint32_t i = 0; i < test_case->rule_count; i++) {
-        const char *id = rule_id(test_case->rules[i], play->command);
-        if (id == NULL)
-            continue;
-        if (!test_case->silent && run->report.fired)
-            run->fired[rule_infos[test_case->rules[i]].vuid[play->command]] = true;
-        if (run->tally.results == NULL ||
-            vuid_is_warning(rule_infos[test_case->rules[i]].vuid[play->command]))
-            continue; /* scripts/coverage counts the registry's ids */
-        if (test_case->silent) {
-            write_result(run, play, id, run->report.outcome == OUTCOME_PASSED, "silent");
-        } else {
-            write_result(run, play, id, run->report.fired,
-                         judge_expects(play, test_case->rules[i]) ? "fired" : "unseen");
-            write_result(run, play, id, run->report.stayed_silent, "silent");
-        }
+        const enum rule rule = test_case->rules[i];
+        const enum vuid vuid = rule_infos[rule].vuid[play->command];
+        const bool stayed_silent =
+            is_silent ? report->outcome == OUTCOME_PASSED : report->stayed_silent;
+        if (!is_silent)
+            tally_note(&run->tally, current_name, play->command, vuid,
+                       !report->fired              ? SIGHT_FAILED
+                       : judge_expects(play, rule) ? SIGHT_FIRED
+                                                   : SIGHT_UNSEEN);
+        tally_note(&run->tally, current_name, play->command, vuid,
+                   stayed_silent ? SIGHT_SILENT : SIGHT_FAILED);
     }
 }
 
@@ -165,17 +154,23 @@ static bool wants_pointers(const struct test_case *test_case)
     return false;
 }
 
-static void play_one(struct run *run, const struct case_list *list, const struct play *play)
+/* The valid call is made once for each setup and form: a variant, or a command with either array.
+ */
+static void play_one(struct run *run, const struct case_list *list, struct play play)
 {
-    snprintf(current_name, sizeof(current_name), "%s.%s/%s%s%s%s", list->name,
-             play->test_case->name, command_word(play->command),
-             play->geometry_pointers ? "+ppGeometries" : "", play->level != NULL ? "@" : "",
-             play->level != NULL ? play->level : "");
+    bool *is_known = &run->is_known[play.variant ? (size_t)(play.variant - variants)
+                                                 : 2 * play.command + play.geometry_pointers];
+    snprintf(current_name, sizeof(current_name), "%s.%s/%s%s%s%s", list->name, play.test_case->name,
+             play.variant ? play.variant->name : command_word(play.command),
+             play.geometry_pointers && !play.variant ? "+ppGeometries" : "",
+             play.level != NULL ? "@" : "", play.level != NULL ? play.level : "");
     if (!tally_starts(&run->tally, current_name))
         return;
-    judge_play(play, &run->fixture, &run->report);
-    write_results(run, play);
-    count_result(run);
+    play.base_is_known = *is_known;
+    judge_play(&play, &run->fixture, &run->report);
+    *is_known |= run->report.stayed_silent;
+    write_results(run, &play);
+    tally_count(&run->tally, run->report.outcome, current_name, run->report.text);
 }
 
 /* If calls are skipped, a device may keep what a case would have destroyed, so that it is used for
@@ -196,9 +191,12 @@ static uint32_t find_setup(struct run *run, const struct setup *setup)
 static void plan(struct run *run, const struct case_list *list, const struct play *play)
 {
     struct muted_play muted;
-    if (run->mutes && !wording_mute(play, &muted))
+    if (run->mutes && (play->is_made_better || !wording_mute(play, &muted)))
         return;
-    const struct setup setup = judge_first_setup(run->mutes ? &muted.play : play);
+    const struct play *played = run->mutes ? &muted.play : play;
+    if (play->variant && !variant_fits(play->variant, play->platform, played->test_case))
+        return;
+    const struct setup setup = judge_first_setup(played);
     if (run->play_count == PLAYS_MAX)
         abort();
     run->plays[run->play_count++] = (struct planned_play){
@@ -210,7 +208,7 @@ static void plan_all_forms(struct run *run, const struct case_list *list,
 {
     for (enum build_command command = COMMAND_DEVICE; command < COMMAND_COUNT; command++) {
         struct play play = {.make_call = play_call,
-                            .platform = &run->platform,
+                            .platform = &run->tally.platform,
                             .test_case = test_case,
                             .command = command,
                             .level = run->tally.level};
@@ -230,7 +228,7 @@ static void plan_at_lower_level(struct run *run, const struct case_list *list,
 {
     const bool is_nv = !fits_command(test_case, COMMAND_DEVICE);
     const struct play play = {.make_call = play_call,
-                              .platform = &run->platform,
+                              .platform = &run->tally.platform,
                               .test_case = test_case,
                               .command = is_nv ? COMMAND_NV : COMMAND_DEVICE,
                               .level = run->lower_level,
@@ -240,13 +238,35 @@ static void plan_at_lower_level(struct run *run, const struct case_list *list,
         plan(run, list, &play);
 }
 
-static void for_all_cases(struct run *run,
+/* Those that read data, which at level content alone is done. */
+static bool is_about_inputs(const struct test_case *test_case)
+{
+    return test_case->setup != NULL && test_case->setup->level != NULL &&
+           strcmp(test_case->setup->level, "content") == 0 && !test_case->is_for_the_call;
+}
+
+static void plan_all_variants(struct run *run, const struct case_list *list,
+                              const struct test_case *test_case)
+{
+    for (uint32_t i = 0; i < variant_count && is_about_inputs(test_case); i++) {
+        const struct play play = {.make_call = content_call,
+                                  .platform = &run->tally.platform,
+                                  .test_case = test_case,
+                                  .command = variants[i].command,
+                                  .geometry_pointers = variants[i].geometry_pointers,
+                                  .variant = &variants[i],
+                                  .is_made_better = variants[i].change == CHANGE_FOR_THE_BETTER};
+        plan(run, list, &play);
+    }
+}
+
+static void for_all_cases(struct run *run, const struct case_list *const *lists,
                           void (*plan_case)(struct run *run, const struct case_list *list,
                                             const struct test_case *test_case))
 {
-    for (size_t i = 0; i < LIST_COUNT; i++)
-        for (size_t j = 0; j < lists[i]->count; j++)
-            plan_case(run, lists[i], &lists[i]->cases[j]);
+    for (; *lists; lists++)
+        for (size_t i = 0; i < (*lists)->count; i++)
+            plan_case(run, *lists, &(*lists)->cases[i]);
 }
 
 static void plan_all(struct run *run)
@@ -254,10 +274,14 @@ static void plan_all(struct run *run)
     static const char *const lower_levels[] = {"parameters", "state"};
     for (int mutes = 0; mutes < 2; mutes++) {
         run->mutes = mutes != 0;
-        for_all_cases(run, plan_all_forms);
-        for (size_t i = 0; i < 2 && run->platform.is_null && run->tally.level == NULL; i++) {
+        if (run->tally.submits) {
+            for_all_cases(run, lists_of_submissions, plan_all_variants);
+            continue;
+        }
+        for_all_cases(run, lists_of_calls, plan_all_forms);
+        for (size_t i = 0; i < 2 && run->tally.platform.is_null && run->tally.level == NULL; i++) {
             run->lower_level = lower_levels[i];
-            for_all_cases(run, plan_at_lower_level);
+            for_all_cases(run, lists_of_calls, plan_at_lower_level);
         }
     }
 }
@@ -266,7 +290,8 @@ static void plan_all(struct run *run)
  */
 static void play_all(struct run *run)
 {
-    for (uint32_t setup = 0; setup < run->setup_count; setup++)
+    for (uint32_t setup = 0; setup < run->setup_count; setup++) {
+        memset(run->is_known, 0, sizeof(run->is_known));
         for (uint32_t i = 0; i < run->play_count; i++) {
             const struct planned_play *planned = &run->plays[i];
             struct muted_play muted;
@@ -274,69 +299,32 @@ static void play_all(struct run *run)
                 continue;
             if (planned->is_muted)
                 wording_mute(&planned->play, &muted);
-            play_one(run, planned->list, planned->is_muted ? &muted.play : &planned->play);
-        }
-}
-
-/* ---- every rule has a case ---- */
-
-static bool fires(const struct test_case *test_case, enum rule rule)
-{
-    for (uint32_t i = 0; i < test_case->rule_count; i++)
-        if (test_case->rules[i] == rule && !test_case->silent)
-            return true;
-    for (uint32_t i = 0; i < test_case->name_count; i++)
-        if (test_case->names[i] == rule && !test_case->silent)
-            return true;
-    return false;
-}
-
-static bool has_firing_case(enum rule rule)
-{
-    for (size_t i = 0; i < LIST_COUNT; i++)
-        for (size_t j = 0; j < lists[i]->count; j++)
-            if (fires(&lists[i]->cases[j], rule))
-                return true;
-    return false;
-}
-
-/* What command buffers read is for content_test to break, which looks after its rules itself. */
-static bool is_for_content_test(const struct rule_info *info, enum build_command command)
-{
-    return info->level == LEVEL_CONTENT && command != COMMAND_HOST;
-}
-
-/* On the null driver every id has to have fired, too. */
-static void check_every_rule_has_a_case(struct run *run)
-{
-    struct report *report = &run->report;
-    const bool is_complete =
-        run->platform.is_null && !run->platform.is_cpu && !run->tally.fails && !limits_are_harsh();
-
-    *report = (struct report){.outcome = OUTCOME_PASSED};
-    snprintf(current_name, sizeof(current_name), "every_rule_has_a_case");
-    for (enum rule rule = 0; rule < RULE_COUNT; rule++) {
-        const struct rule_info *info = &rule_infos[rule];
-        if (info->subject == NULL)
-            continue;
-        if (!has_firing_case(rule)) {
-            if (is_for_content_test(info, COMMAND_DEVICE))
-                continue;
-            printf("no case for %s\n", info->name);
-            report->outcome = OUTCOME_FAILED;
-            continue;
-        }
-        for (int command = 0; command < COMMAND_COUNT && is_complete; command++) {
-            const enum vuid vuid = info->vuid[command];
-            if (vuid == VUID_NONE || run->fired[vuid] ||
-                is_for_content_test(info, (enum build_command)command))
-                continue;
-            printf("never fired: %s (%s)\n", vuid_texts[vuid].id, info->name);
-            run->fired[vuid] = true; /* said once */
-            report->outcome = OUTCOME_FAILED;
+            play_one(run, planned->list, planned->is_muted ? muted.play : planned->play);
         }
     }
-    count_result(run);
+}
+
+/* ---- every id has a case: on the null driver, which takes everything ---- */
+
+/* --submitted breaks what command buffers read. */
+static bool is_asked_of_calls(const struct rule_info *info, enum build_command command)
+{
+    return info->level != LEVEL_CONTENT || command == COMMAND_HOST;
+}
+
+static bool is_asked_of_submissions(const struct rule_info *info, enum build_command command)
+{
+    return command < BUILD_COMMAND_COUNT && !is_asked_of_calls(info, command);
+}
+
+static void check_every_id_has_a_case(struct run *run)
+{
+    const struct tally *tally = &run->tally;
+    const struct platform *platform = &tally->platform;
+    if (platform->is_null && !platform->is_cpu && !platform->is_guarded && !tally->fails &&
+        !limits_are_harsh() && tally->filter == NULL && !tally->list && tally->level == NULL)
+        tally_check_ids(&run->tally, "every_id_has_a_case",
+                        tally->submits ? is_asked_of_submissions : is_asked_of_calls);
 }
 
 /* ---- the program ---- */
@@ -345,9 +333,9 @@ int main(int argc, char **argv)
 {
     static struct run run;
 
-    const int status = tally_open(&run.tally, &run.platform, argc, argv,
+    const int status = tally_open(&run.tally, argc, argv,
                                   "usage: rules_test " PLATFORM_NAMES
-                                  " [--filter NAME] [--list] [--verbose] "
+                                  " [--submitted] [--filter NAME] [--list] [--verbose] "
                                   "[--results FILE] [--level NAME] [--misaligned] [--fail]\n");
     if (status != 0)
         return status;
@@ -358,8 +346,9 @@ int main(int argc, char **argv)
         setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "fail", 1);
     plan_all(&run);
     play_all(&run);
+    if (run.tally.submits)
+        texts_play(&run.tally.platform, &run.fixture, &run.tally);
     fixture_close(&run.fixture);
-    if (run.tally.filter == NULL && !run.tally.list && run.tally.level == NULL)
-        check_every_rule_has_a_case(&run);
+    check_every_id_has_a_case(&run);
     return tally_close(&run.tally);
 }

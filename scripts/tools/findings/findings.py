@@ -22,7 +22,8 @@ LAYER = "VK_LAYER_ASSAY_validation"
 KHRONOS = "VK_LAYER_KHRONOS_validation"
 FOLDERS = ("/etc/vulkan", "/usr/local/etc/vulkan", "/usr/local/share/vulkan", "/usr/share/vulkan")
 REGISTRY = (1, 4, 363)  # whose ids the cases expect
-COMMANDS = {"execution": "programs/programs_test"}  # others are their own
+COMMANDS = {"rules": ["rules/rules_test"], "execution": ["programs/programs_test", "execution"],
+            "content": ["rules/rules_test", "--submitted"]}
 PLATFORMS = {"rules": "null", "execution": "null", "content": "lavapipe"}
 
 # What cases do wrong before the build, which is of no concern to Assay. The Khronos layer would report
@@ -110,13 +111,11 @@ def judge_list(judge, command, layer, list_name, names, each):
 def play_all(arguments, layers, judge, details):
     table = Table()
     for program, platform in PLATFORMS.items():
-        command = [str(arguments.tree / "tests" / COMMANDS.get(program, f"{program}/{program}_test")),
-                   platform]
-        if program in COMMANDS:
-            command.append(program)
+        name, *options = COMMANDS[program]
+        command = [str(arguments.tree / "tests" / name), platform, *options]
         lists = names_of(command)
         if not lists:
-            table.left_out[f"{program}_test {platform} cannot run here"] += 1
+            table.left_out[f"{program} on {platform} cannot run here"] += 1
         for list_name, names in lists.items():
             if arguments.filter not in f"{program}.{list_name}":
                 continue

@@ -23,14 +23,14 @@ MESSAGES_END = re.compile(r"\(before the mutation\)$|execution/\w+: ")
 
 # Plays at levels that the Khronos layer does not have, and repetitions.
 REPEATED = re.compile(r"@(parameters|state)$|\+ppGeometries$")
-# content_test plays each case with data that comes to the device in many ways. One is enough.
+# --submitted plays each case with data that comes to the device in many ways. One is enough.
 COPIED = re.compile(r"/(|indirect_|nv_)copied(_pointers)?$")
 
 Message = collections.namedtuple("Message", "id text")
 
 
 def is_case(name):
-    """True for a case of rules_test or content_test, which has phases; false for a program of
+    """True for a case of rules_test, which has phases; false for a program of
     programs_test, whose valid twin is a play of its own."""
     return name.startswith("cases_")
 
@@ -145,7 +145,7 @@ def names_of(program):
     for line in done.stdout.splitlines() if done.returncode == 0 else ():
         if line.startswith("[") or REPEATED.search(line):
             continue
-        if pathlib.Path(program[0]).name != "content_test" or COPIED.search(line):
+        if "--submitted" not in program or COPIED.search(line):
             lists[list_of(line)].append(line)
     return lists
 

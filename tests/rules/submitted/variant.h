@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The ways in which the data of device builds comes to be what it is when they execute. */
-#ifndef CONTENT_VARIANT_H
-#define CONTENT_VARIANT_H
+#ifndef ASSAY_TESTS_RULES_VARIANT_H
+#define ASSAY_TESTS_RULES_VARIANT_H
 
 #include "tests/rules/judge.h"
 
@@ -42,7 +42,7 @@ extern const uint32_t variant_count;
 bool variant_fits(const struct variant *variant, const struct platform *platform,
                   const struct test_case *test_case);
 
-/* The make_call of content_test (play.c): what is found is found when the submission is complete,
+/* The make_call of --submitted (play.c): what is found is found when the submission is complete,
  * and not before. */
 bool content_call(const struct play *play, struct fixture *fixture, const struct call *call,
                   struct report *report);

@@ -2,7 +2,7 @@
 /* One call of a case, recorded and submitted in a scene of its own; and such submissions. */
 #include <string.h>
 
-#include "variant.h"
+#include "tests/rules/submitted/variant.h"
 
 /* What the host does to the data of this call. */
 static enum change change_of(const struct play *play, const struct call *call)

@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "variant.h"
+#include "tests/rules/submitted/variant.h"
 
 /* ---- what is found */
 

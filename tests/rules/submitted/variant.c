@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The variants, and which cases they are for. */
-#include "variant.h"
+#include "tests/rules/submitted/variant.h"
 
 #include <string.h>
 
