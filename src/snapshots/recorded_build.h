@@ -60,32 +60,36 @@ struct gathering {
 /* ---- guards (setting guard): a shader copies the instances of a top-level build just before it,
  * without references to structures that are not live, and the build reads the copy. */
 
-/* A value of `readable`, `range_count` and `limit` of struct guard_order. If it is the limit, each
- * live structure counts as built. */
+/* A value of `readable`, `range_count`, `place_count` and `limit` of struct guard_order. If it is
+ * the limit, each live structure counts as built. */
 enum { GUARD_UNLIMITED = UINT32_MAX };
 
 /* What guard.comp reads and returns for one build. It lies in a chunk, in the shader's layout. The
  * host writes it before each submission. */
 struct guard_order {
-    uint64_t source, ranges, indirect; /* device addresses */
+    uint64_t source, ranges, places, indirect; /* device addresses */
     uint32_t readable;       /* bytes that can be read at the source; GUARD_UNLIMITED: unknown */
     uint32_t range_count;    /* ranges of readable memory; GUARD_UNLIMITED: unknown */
     uint32_t limit;          /* structures that were built at this count or before are built. It may
                                 grow while the device reads the order. */
     uint32_t can_read_range; /* the range of an indirect build is not known to be unreadable */
+    uint32_t place_count; /* ranges in which structures without a handle may be, so that references
+                             into them are kept; GUARD_UNLIMITED: they may be anywhere. It may
+                             become unlimited while the device reads the order. */
     /* Written by the device. */
     uint32_t replaced;       /* references that became 0 */
     uint32_t first_replaced; /* index of the first instance among them */
     uint32_t unreadable;     /* instances in memory that cannot be read: they became zeros */
     uint32_t is_done;
+    uint32_t reserved;
 };
-_Static_assert(sizeof(struct guard_order) == 56, "as the shader has it");
+_Static_assert(sizeof(struct guard_order) == 72, "as the shader has it");
 
-/* `order` is a chunk and an offset in it; has_order is false if the build is not guarded. */
+/* `has_order` is false if the build is not guarded. A list of size 0 does not exist: without
+ * pointers there is none of ranges. */
 struct build_guard {
     bool has_order, is_nv;
-    uint32_t order_chunk, ranges_chunk;
-    uint64_t order_offset, ranges_offset, ranges_size; /* ranges_size 0: no pointers */
+    struct snapshot order, ranges, places; /* without an address */
     uint64_t source, source_size, indirect;
     /* The limit that the last checked submission has set (layer/snapshots/guard/execution.h);
      * GUARD_UNLIMITED if there was none. The limit only grows. Another thread may submit the build

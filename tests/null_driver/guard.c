@@ -18,8 +18,8 @@ struct constants {
 };
 
 struct order {
-    uint64_t source, ranges, indirect;
-    uint32_t readable, range_count, limit, can_read_range;
+    uint64_t source, ranges, places, indirect;
+    uint32_t readable, range_count, limit, can_read_range, place_count;
     uint32_t replaced, first_replaced, unreadable, is_done;
 };
 
@@ -36,7 +36,13 @@ struct guarding {
 
 /* ---- references */
 
-static bool is_valid(const struct guarding *guard, uint64_t reference)
+static bool is_within(VkDeviceAddress ranges, uint32_t count, VkDeviceAddress address,
+                      VkDeviceSize size)
+{
+    return count == UNLIMITED || ranges_contain(ranges, count, address, size);
+}
+
+static bool is_in_table(const struct guarding *guard, uint64_t reference)
 {
     struct {
         uint32_t current, known_kinds;
@@ -46,7 +52,7 @@ static bool is_valid(const struct guarding *guard, uint64_t reference)
         uint32_t mask, unused;
     } table;
     const uint32_t kind = guard->constants.flags & NV ? 2 : 1;
-    if (reference == 0 || !address_read(guard->constants.references, &header, sizeof(header)) ||
+    if (!address_read(guard->constants.references, &header, sizeof(header)) ||
         (header.known_kinds & kind) == 0)
         return true;
     if (!address_read(guard->constants.references + 16 + header.current * sizeof(table), &table,
@@ -67,6 +73,12 @@ static bool is_valid(const struct guarding *guard, uint64_t reference)
     return false;
 }
 
+static bool is_valid(const struct guarding *guard, uint64_t reference)
+{
+    return reference == 0 || is_in_table(guard, reference) ||
+           is_within(guard->order.places, guard->order.place_count, reference, 1);
+}
+
 /* Replaces the reference at a word, and writes the element. */
 static void write_element(struct guarding *guard, uint32_t index, uint32_t *element, uint32_t words,
                           uint32_t reference_word, VkDeviceAddress to)
@@ -85,12 +97,6 @@ static void write_element(struct guarding *guard, uint32_t index, uint32_t *elem
 
 /* ---- elements */
 
-static bool is_readable(const struct order *order, VkDeviceAddress address, VkDeviceSize size)
-{
-    return order->range_count == UNLIMITED ||
-           ranges_contain(order->ranges, order->range_count, address, size);
-}
-
 static void copy_pointed(struct guarding *guard, uint32_t index, VkDeviceAddress from,
                          VkDeviceAddress to)
 {
@@ -104,7 +110,8 @@ static void copy_pointed(struct guarding *guard, uint32_t index, VkDeviceAddress
     address_write(guard->constants.pointers + index * sizeof(pointer), &pointer, sizeof(pointer));
     if (words == 0)
         return;
-    if (from == 0 || !is_readable(&guard->order, from, words * sizeof(*element)) ||
+    if (from == 0 ||
+        !is_within(guard->order.ranges, guard->order.range_count, from, words * sizeof(*element)) ||
         !address_read(from, element, words * sizeof(*element)))
         guard->order.unreadable++;
     write_element(guard, index, element, words, words - 2, to);
@@ -166,7 +173,7 @@ void guard_execute(const struct dispatch *dispatch)
         copy_next(&guard, i, source, readable);
     guard.order.is_done = 1;
     if (guard.is_open)
-        address_write(guard.constants.order + offsetof(struct order, replaced),
-                      &guard.order.replaced,
-                      sizeof(guard.order) - offsetof(struct order, replaced));
+        address_write(
+            guard.constants.order + offsetof(struct order, replaced), &guard.order.replaced,
+            offsetof(struct order, is_done) + sizeof(uint32_t) - offsetof(struct order, replaced));
 }

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "layer/snapshots/copies/copies.h"
+#include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/guard/references.h"
 #include "src/base/array.h"
 #include "src/model/inputs.h"
@@ -71,10 +72,8 @@ static bool has_instances(const struct build_parameters *parameters)
 static const char *find_obstacle(const struct recorder *recorder, bool is_nv, uint64_t source)
 {
     struct buffer_target target;
-    const struct device_facts *facts = &recorder->device->facts;
-    if (facts->newer_than_registry || facts->extension.cluster_acceleration_structure_nv)
-        return "an enabled extension builds structures that have no handle, or is not known to the "
-               "layer";
+    if (recorder->device->facts.newer_than_registry)
+        return "an enabled extension is not known to the layer";
     if (recorder->cannot_inject || !dispatches_are_allowed(recorder))
         return is_nv && !recorder->device->snapshots->has_addresses
                    ? "the feature bufferDeviceAddress is not enabled"
@@ -104,38 +103,44 @@ static struct layout layout_of(const struct recorded_build *build, bool has_poin
     return layout;
 }
 
-/* Takes the order, and the list of memory ranges for pointers. Without an order, it lies in a chunk
- * that stays unused. */
-static bool take_order(struct recorder *recorder, struct build_guard *guard, bool has_pointers,
-                       struct snapshot *order)
+/* Reserves a list of `size` bytes; none for 0. */
+static bool reserve_list(struct recorder *recorder, uint64_t size, struct snapshot *list)
+{
+    *list = (struct snapshot){0};
+    return !size || recorder_reserve(recorder, size, list);
+}
+
+static uint64_t list_address(const struct recorder *recorder, const struct snapshot *list)
+{
+    return list->size ? snapshot_address(recorder, list) : 0;
+}
+
+/* Takes the order, the list of memory ranges for pointers, and that of structures without a handle.
+ * Without an order, it lies in a chunk that stays unused. */
+static bool take_order(struct recorder *recorder, struct build_guard *guard, bool has_pointers)
 {
     struct resources *resources = recorder->device->resources;
-    struct snapshot ranges = {0};
     enum left_out before = recorder->left_out;
     bool is_taken =
         dispatches_prepare(recorder, SHADER_GUARD) &&
-        recorder_reserve(recorder, sizeof(struct guard_order), order) &&
-        (!has_pointers || recorder_reserve(recorder, gather_ranges_size(resources), &ranges));
+        recorder_reserve(recorder, sizeof(struct guard_order), &guard->order) &&
+        reserve_list(recorder, has_pointers ? gather_ranges_size(resources) : 0, &guard->ranges) &&
+        reserve_list(recorder, guard_places_size(recorder->device), &guard->places);
     recorder->left_out = before; /* the build's inputs are copied nevertheless */
     if (!is_taken)
         return false;
     guard->has_order = true;
-    guard->order_chunk = order->chunk;
-    guard->order_offset = order->offset;
-    guard->ranges_chunk = ranges.chunk;
-    guard->ranges_offset = ranges.offset;
-    guard->ranges_size = ranges.size;
     atomic_init(&guard->limit, GUARD_UNLIMITED);
-    struct guard_order *written =
-        (void *)(recorder->recording->chunks[order->chunk]->bytes + order->offset);
-    *written = (struct guard_order){
+    *guard_order_of(recorder->recording, guard) = (struct guard_order){
         .source = guard->source,
-        .ranges = has_pointers ? snapshot_address(recorder, &ranges) : 0,
+        .ranges = list_address(recorder, &guard->ranges),
+        .places = list_address(recorder, &guard->places),
         .indirect = guard->indirect,
         .readable = GUARD_UNLIMITED,
         .range_count = GUARD_UNLIMITED,
         .limit = GUARD_UNLIMITED,
         .can_read_range = true,
+        .place_count = GUARD_UNLIMITED,
     };
     return true;
 }
@@ -185,7 +190,6 @@ static bool record_guard(struct recorder *recorder, struct recorded_build *build
     bool has_motion = parameters->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
     uint32_t count = parameters->ranges[0].primitiveCount;
     const struct layout layout = layout_of(build, has_pointers, has_motion);
-    struct snapshot order;
     uint64_t at;
     struct constants constants = {.references = guard_table(guard), .count = count};
     const struct staging_chunk *chunk =
@@ -208,10 +212,10 @@ static bool record_guard(struct recorder *recorder, struct recorded_build *build
     build->guard.source_size =
         build->is_indirect ? UINT64_MAX
                            : count * (has_pointers ? sizeof(uint64_t) : layout.element_size);
-    if (!take_order(recorder, &build->guard, has_pointers, &order))
+    if (!take_order(recorder, &build->guard, has_pointers))
         return false;
     constants.gate = recorder->recording->gate.address;
-    constants.order = snapshot_address(recorder, &order);
+    constants.order = snapshot_address(recorder, &build->guard.order);
     if (instances)
         copy_nv_instances(recorder, instances, offset, copy, count * layout.element_size);
     dispatch(recorder, &constants);

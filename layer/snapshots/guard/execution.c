@@ -12,6 +12,7 @@
 #include "src/base/array.h"
 #include "src/base/text_buffer.h"
 #include "src/report/words.h"
+#include "src/state/builds/places.h"
 #include "src/state/commands/journal.h"
 
 /* Memory that is not known to be unreadable is read, as the build would read it. */
@@ -31,26 +32,62 @@ static uint32_t readable_bytes(struct resources *resources, uint64_t address, ui
 static void write_ranges(struct resources *resources, const struct recording *recording,
                          const struct build_guard *guard, struct guard_order *order)
 {
-    unsigned char *bytes = recording->chunks[guard->ranges_chunk]->bytes + guard->ranges_offset;
-    bool is_whole = gather_write_ranges(resources, bytes, guard->ranges_size) &&
-                    !resources_has_unknown_ranges(resources);
-    order->range_count =
-        is_whole ? (uint32_t)(guard->ranges_size / sizeof(uint64_t[2])) : GUARD_UNLIMITED;
+    const struct snapshot *list = &guard->ranges;
+    bool is_whole =
+        gather_write_ranges(resources, recording->chunks[list->chunk]->bytes + list->offset,
+                            list->size) &&
+        !resources_has_unknown_ranges(resources);
+    order->range_count = is_whole ? (uint32_t)(list->size / sizeof(uint64_t[2])) : GUARD_UNLIMITED;
 }
 
-/* `source`, `ranges` and `indirect` were written when the build was recorded. */
-static void write_order(struct resources *resources, const struct recording *recording,
+/* ---- structures without a handle */
+
+enum { SPARE_PLACES = 16 };
+
+uint64_t guard_places_size(const struct layer_device *device)
+{
+    uint32_t count;
+    free(places_list(device->places, PLACE_BOTTOM_LEVEL, &count));
+    return !device->places || count == PLACES_ANYWHERE
+               ? 0
+               : (2ull * count + SPARE_PLACES) * sizeof(struct place_range);
+}
+
+/* Without a limit, builds that are recorded later may execute before this one. */
+static uint32_t write_places(const struct layer_device *device, const struct recording *recording,
+                             const struct build_guard *guard, uint32_t limit)
+{
+    const struct snapshot *list = &guard->places;
+    uint32_t count;
+    if (!device->places || guard->is_nv)
+        return 0;
+    if (limit == GUARD_UNLIMITED && device->facts.extension.cluster_acceleration_structure_nv)
+        return GUARD_UNLIMITED;
+    struct place_range *ranges = places_list(device->places, PLACE_BOTTOM_LEVEL, &count);
+    if (count > list->size / sizeof(*ranges))
+        count = GUARD_UNLIMITED;
+    else if (count)
+        memcpy(recording->chunks[list->chunk]->bytes + list->offset, ranges,
+               count * sizeof(*ranges));
+    free(ranges);
+    return count;
+}
+
+/* The addresses were written when the build was recorded. */
+static void write_order(const struct layer_device *device, const struct recording *recording,
                         const struct execution_clock *seen, const struct build_guard *guard,
                         uint32_t limit, struct guard_order *order)
 {
+    struct resources *resources = device->resources;
     order->readable = guard->is_nv
                           ? GUARD_UNLIMITED
                           : readable_bytes(resources, guard->source, guard->source_size, seen);
     order->can_read_range =
         !guard->indirect || readable_bytes(resources, guard->indirect, 16, seen) >= 16;
     order->range_count = 0;
-    if (guard->ranges_size)
+    if (guard->ranges.size)
         write_ranges(resources, recording, guard, order);
+    order->place_count = write_places(device, recording, guard, limit);
     order->limit = limit;
     order->replaced = order->unreadable = order->is_done = 0;
     order->first_replaced = UINT32_MAX;
@@ -65,13 +102,14 @@ void guard_renew(const struct layer_device *device, const struct recording *reco
         const struct build_guard *guard = &build->guard;
         if (!guard->has_order)
             continue;
-        struct guard_order *order =
-            (void *)(recording->chunks[guard->order_chunk]->bytes + guard->order_offset);
+        struct guard_order *order = guard_order_of(recording, guard);
         uint32_t limit = has_limits ? atomic_load(&guard->limit) : GUARD_UNLIMITED;
         if (!is_pending)
-            write_order(device->resources, recording, seen, guard, limit, order);
+            write_order(device, recording, seen, guard, limit, order);
         else if (limit > order->limit)
             __atomic_store_n(&order->limit, limit, __ATOMIC_RELAXED);
+        if (is_pending && device->facts.extension.cluster_acceleration_structure_nv)
+            __atomic_store_n(&order->place_count, GUARD_UNLIMITED, __ATOMIC_RELAXED);
     }
 }
 
@@ -195,7 +233,7 @@ void guard_results_add(struct guard_results *results, const struct journal *jour
     struct guard_order order;
     if (!build->guard.has_order)
         return;
-    memcpy(&order, bases[build->guard.order_chunk] + build->guard.order_offset, sizeof(order));
+    memcpy(&order, bases[build->guard.order.chunk] + build->guard.order.offset, sizeof(order));
     if (!order.is_done || !(order.replaced || order.unreadable))
         return;
     if (!ARRAY_HAS_ROOM(results->items, results->count, results->capacity))

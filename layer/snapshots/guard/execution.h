@@ -21,10 +21,22 @@ struct batch_consumer guard_consumer(struct layer_device *device);
 
 /* ---- the orders of guarded builds: written before each submission, read when it has completed */
 
+/* The order of a guarded build, in the memory that the device reads. */
+static inline struct guard_order *guard_order_of(const struct recording *recording,
+                                                 const struct build_guard *guard)
+{
+    return (void *)(recording->chunks[guard->order.chunk]->bytes + guard->order.offset);
+}
+
+/* The size in bytes of a list of ranges with structures that have no handle, with room for later
+ * ones. 0: such structures may be anywhere, or the device has none. */
+uint64_t guard_places_size(const struct layer_device *device);
+
 /* Writes the orders of a recording that is about to be submitted. `has_limits`: its builds have
  * limits; else each live structure counts as built. `is_pending`: the device still executes an
  * earlier submission, which reads the same orders: they stay as they are, but a higher limit counts
- * for both from now on. Secondaries are not included. The lock of executions is held. */
+ * for both from now on, and structures without a handle may be anywhere. Secondaries are not
+ * included. The lock of executions is held. */
 void guard_renew(const struct layer_device *device, const struct recording *recording,
                  const struct execution_clock *seen, bool is_pending, bool has_limits);
 

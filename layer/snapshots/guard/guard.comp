@@ -16,11 +16,12 @@ const uint UNLIMITED = ~0u;
 
 layout(buffer_reference, std430, buffer_reference_align = 8) buffer Order
 { // struct guard_order of recorded_build.h
-    uvec2 source, ranges, indirect;
+    uvec2 source, ranges, places, indirect;
     uint readable; // bytes at the source; UNLIMITED: all
     uint range_count; // UNLIMITED: anything behind a pointer can be read
     uint limit; // structures built up to this count are built
     uint can_read_range; // the range of an indirect build
+    uint place_count; // ranges in which structures without a handle may be; UNLIMITED: anywhere
     uint replaced, first_replaced, unreadable, is_done;
 };
 struct Entry {
@@ -106,6 +107,26 @@ bool checks_references = false;
 uvec2 table_entries;
 uint table_mask, table_kind, built_limit;
 
+// Whether all of the bytes lie in one range. Ranges are in ascending order, and do not touch.
+bool is_within(uvec2 list, uint count, uvec2 address, uint bytes)
+{
+    uint low = 0, high = count;
+    if (high == UNLIMITED)
+        return true;
+    Ranges sorted = Ranges(list);
+    while (low < high) {
+        uint middle = (low + high) / 2;
+        if (is_at_most(sorted.at[middle].xy, address))
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    if (low == 0)
+        return false;
+    uvec2 end = sorted.at[low - 1].zw;
+    return !is_at_most(end, address) && is_at_most(plus(address, bytes), end);
+}
+
 void open_table()
 {
     References table = References(references);
@@ -117,10 +138,8 @@ void open_table()
     built_limit = table_kind == KIND_NV ? UNLIMITED : Order(order).limit;
 }
 
-bool is_valid(uvec2 reference)
+bool is_in_table(uvec2 reference)
 {
-    if (reference == uvec2(0) || !checks_references)
-        return true;
     uint hash = reference.x * 0x9e3779b1u ^ reference.y * 0x85ebca77u; // hash_of() of references.c
     hash = (hash ^ hash >> 15) * 0x2c1b3c6du;
     hash ^= hash >> 16;
@@ -134,28 +153,16 @@ bool is_valid(uvec2 reference)
     return false;
 }
 
+bool is_valid(uvec2 reference)
+{
+    return reference == uvec2(0) || !checks_references || is_in_table(reference) ||
+           is_within(Order(order).places, Order(order).place_count, reference, 1);
+}
+
 void note_replaced(uint index)
 {
     atomicAdd(Order(order).replaced, 1);
     atomicMin(Order(order).first_replaced, index);
-}
-
-// ---- where the shader may read behind pointers
-
-bool is_readable(uvec2 address, uint bytes)
-{
-    uint low = 0, high = Order(order).range_count;
-    if (high == UNLIMITED)
-        return true;
-    Ranges sorted = Ranges(Order(order).ranges);
-    while (low < high) {
-        uint middle = (low + high) / 2;
-        if (is_at_most(sorted.at[middle].xy, address))
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low > 0 && is_at_most(plus(address, bytes), sorted.at[low - 1].zw);
 }
 
 // ---- elements
@@ -233,7 +240,7 @@ void copy_pointed(uint index, uvec2 source, uvec2 to)
         return;
     }
     Pointers(pointers).at[index] = uvec2(to.x | type, to.y);
-    if (from == uvec2(0) || !is_readable(from, words * 4)) {
+    if (from == uvec2(0) || !is_within(Order(order).ranges, Order(order).range_count, from, words * 4)) {
         atomicAdd(Order(order).unreadable, 1);
         clear(to, words);
     } else {

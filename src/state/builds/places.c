@@ -169,12 +169,17 @@ static struct found look_up(struct places *places, enum place_kind kind, VkDevic
     return found;
 }
 
+/* Whether structures may be elsewhere than at places. Call with the lock. */
+static bool may_be_anywhere(const struct places *places, enum place_kind kind)
+{
+    return places->lack_memory || places->are_unknown[kind] ||
+           (places->are_moved && kind != PLACE_PARTITIONED && places->are_used[kind]);
+}
+
 /* Whether all structures that may be there are at places. Call with the lock. */
 static bool has_all(const struct places *places, const struct found *found)
 {
-    return found->is_certain && !places->lack_memory && !places->are_unknown[found->kind] &&
-           !(places->are_moved && found->kind != PLACE_PARTITIONED &&
-             places->are_used[found->kind]);
+    return found->is_certain && !may_be_anywhere(places, found->kind);
 }
 
 static bool is_at(const struct place *place, const struct found *found)
@@ -196,6 +201,102 @@ bool places_may_hold(struct places *places, enum place_kind kind, VkDeviceAddres
         may = is_at(&places->items[i], &found);
     pthread_mutex_unlock(&places->lock);
     return may;
+}
+
+/* ---- all addresses */
+
+struct place_list {
+    struct place *places; /* a copy of those of the kind */
+    uint32_t place_count, count, capacity;
+    struct place_range *ranges;
+    bool are_anywhere;
+};
+
+static void list_range(struct place_list *list, uint64_t begin, uint64_t size)
+{
+    const uint64_t end = size > UINT64_MAX - begin ? UINT64_MAX : begin + size;
+    if (ARRAY_HAS_ROOM(list->ranges, list->count, list->capacity))
+        list->ranges[list->count++] = (struct place_range){begin, end};
+    else
+        list->are_anywhere = true;
+}
+
+/* The bytes of a place, as far as a buffer has them, also under the buffer's addresses. */
+static void list_bytes(void *user, const struct addressed_bytes *there)
+{
+    struct place_list *list = user;
+    const struct memory_bytes *bytes = &there->bytes;
+    if (!bytes->memory_id || there->is_external) {
+        list_range(list, there->address, bytes->size);
+        return;
+    }
+    for (uint32_t i = 0; i < list->place_count; i++) {
+        const struct place *place = &list->places[i];
+        const uint64_t behind = place->bytes.begin - bytes->begin,
+                       before = bytes->begin - place->bytes.begin;
+        if (bytes->memory_id != place->bytes.memory_id)
+            continue;
+        if (behind < bytes->size)
+            list_range(list, there->address + behind,
+                       smaller_of(place->placed.size, bytes->size - behind));
+        else if (before < place->placed.size)
+            list_range(list, there->address, smaller_of(place->placed.size - before, bytes->size));
+    }
+}
+
+/* Returns false if structures of the kind may be anywhere. */
+static bool copy_places(struct places *places, enum place_kind kind, struct place_list *list)
+{
+    uint32_t capacity = 0;
+    pthread_mutex_lock(&places->lock);
+    list->are_anywhere = may_be_anywhere(places, kind);
+    for (uint32_t i = 0; !list->are_anywhere && i < places->count; i++) {
+        if (places->items[i].placed.kind != kind)
+            continue;
+        if (ARRAY_HAS_ROOM(list->places, list->place_count, capacity))
+            list->places[list->place_count++] = places->items[i];
+        else
+            list->are_anywhere = true;
+    }
+    pthread_mutex_unlock(&places->lock);
+    return !list->are_anywhere;
+}
+
+static int compare_ranges(const void *a, const void *b)
+{
+    const struct place_range *first = a, *second = b;
+    return (first->begin > second->begin) - (first->begin < second->begin);
+}
+
+static uint32_t join_ranges(struct place_range *ranges, uint32_t count)
+{
+    uint32_t joined = 0;
+    if (count)
+        qsort(ranges, count, sizeof(*ranges), compare_ranges);
+    for (uint32_t i = 0; i < count; i++) {
+        struct place_range *last = joined ? &ranges[joined - 1] : NULL;
+        if (!last || ranges[i].begin > last->end)
+            ranges[joined++] = ranges[i];
+        else if (ranges[i].end > last->end)
+            last->end = ranges[i].end;
+    }
+    return joined;
+}
+
+struct place_range *places_list(struct places *places, enum place_kind kind, uint32_t *count)
+{
+    struct place_list list = {0};
+    *count = 0;
+    if (!places)
+        return NULL;
+    if (copy_places(places, kind, &list) &&
+        !resources_visit_addresses(places->resources, list_bytes, &list))
+        list.are_anywhere = true;
+    for (uint32_t i = 0; i < list.place_count; i++)
+        list_range(&list, list.places[i].placed.address, list.places[i].placed.size);
+    *count = list.are_anywhere ? PLACES_ANYWHERE : join_ranges(list.ranges, list.count);
+    free(list.places);
+    return list.ranges;
 }
 
 /* ---- what was read */

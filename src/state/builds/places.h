@@ -59,6 +59,15 @@ bool places_are_used(struct places *places, enum place_kind kind);
 bool places_may_hold(struct places *places, enum place_kind kind, VkDeviceAddress address,
                      uint64_t destroy_count);
 
+/* Returns the addresses at which there may be structures, where another device may have built them,
+ * too: disjoint ranges in ascending order, which the caller frees. A *count of PLACES_ANYWHERE:
+ * they may be at all addresses, or memory ran out. */
+#define PLACES_ANYWHERE UINT32_MAX
+struct place_range {
+    uint64_t begin, end;
+};
+struct place_range *places_list(struct places *places, enum place_kind kind, uint32_t *count);
+
 /* ---- What level CONTENT has read of the builds of templates and partitioned structures, in
  * execution order. It says something of a build only if all such builds before it were read as a
  * whole. */

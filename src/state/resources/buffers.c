@@ -330,24 +330,59 @@ bool resources_find_buffer_bytes(struct resources *resources, VkBuffer handle,
     return found;
 }
 
+static enum tristate find_bytes_at(const struct resources *resources,
+                                   const struct address_facts *at, struct memory_bytes *bytes,
+                                   bool *is_external)
+{
+    const struct buffer_record *buffer =
+        at->status == ADDRESS_IN_BUFFER ? resources_buffer(resources, at->buffer) : NULL;
+    if (!find_bytes(buffer, bytes))
+        return at->status == ADDRESS_IN_BUFFER || at->status == ADDRESS_UNKNOWN ? UNKNOWN : NO;
+    bytes->begin = at->begin;
+    bytes->size = at->bytes_left;
+    *is_external = buffer->is_external || buffer->memory->is_foreign;
+    return YES;
+}
+
 enum tristate resources_find_address_bytes(struct resources *resources, VkDeviceAddress address,
                                            struct memory_bytes *bytes, bool *is_external)
 {
     struct address_facts at;
     unsigned token = resources_begin_reading(resources);
     resources_find_address(resources, address, &at);
-    const struct buffer_record *buffer =
-        at.status == ADDRESS_IN_BUFFER ? resources_buffer(resources, at.buffer) : NULL;
-    enum tristate found =
-        at.status == ADDRESS_IN_BUFFER || at.status == ADDRESS_UNKNOWN ? UNKNOWN : NO;
-    if (find_bytes(buffer, bytes)) {
-        bytes->begin = at.begin;
-        bytes->size = at.bytes_left;
-        *is_external = buffer->is_external || buffer->memory->is_foreign;
-        found = YES;
-    }
+    enum tristate found = find_bytes_at(resources, &at, bytes, is_external);
     resources_end_reading(resources, token);
     return found;
+}
+
+struct address_visit {
+    const struct resources *resources;
+    void (*visit)(void *user, const struct addressed_bytes *there);
+    void *user;
+};
+
+static void visit_addresses(const struct address_facts *range, void *context)
+{
+    const struct address_visit *visit = context;
+    struct addressed_bytes there = {.address = range->address};
+    const enum tristate found =
+        find_bytes_at(visit->resources, range, &there.bytes, &there.is_external);
+    if (found != YES)
+        there.bytes = (struct memory_bytes){.size = range->bytes_left};
+    if (found != NO)
+        visit->visit(visit->user, &there);
+}
+
+bool resources_visit_addresses(struct resources *resources,
+                               void (*visit)(void *user, const struct addressed_bytes *there),
+                               void *user)
+{
+    struct address_visit context = {resources, visit, user};
+    unsigned token = resources_begin_reading(resources);
+    const bool are_all = !unknown_is_set(&resources->unknown) && !resources->replays_addresses;
+    address_map_each(&resources->addresses, visit_addresses, &context);
+    resources_end_reading(resources, token);
+    return are_all;
 }
 
 bool resources_find_buffer_memory(struct resources *resources, VkBuffer handle,

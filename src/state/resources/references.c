@@ -284,7 +284,9 @@ static void describe_change(const struct resources *resources, struct reference_
     const struct accel_record *accel = accel_records_at(resources, change->reference);
     for (; accel; accel = accel->same_address) {
         change->is_live |= is_live(&accel->facts);
-        change->id = count++ ? 0 : accel->facts.id;
+        change->id = count++ || accel->facts.is_external || accel->facts.is_sparse
+                         ? 0 /* other devices, or other buffers, may have built it */
+                         : accel->facts.id;
     }
 }
 

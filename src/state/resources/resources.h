@@ -277,6 +277,17 @@ bool resources_find_buffer_bytes(struct resources *resources, VkBuffer handle,
  * write there, because the memory is or may be imported or exported. */
 enum tristate resources_find_address_bytes(struct resources *resources, VkDeviceAddress address,
                                            struct memory_bytes *bytes, bool *is_external);
+/* Calls `visit` for the addresses of each buffer that is or may be bound, with the bytes there.
+ * Bytes with a memory_id of 0 are unknown. Returns false if other addresses may lead to bytes, too.
+ * `visit` must not call this module. */
+struct addressed_bytes {
+    VkDeviceAddress address;
+    struct memory_bytes bytes;
+    bool is_external;
+};
+bool resources_visit_addresses(struct resources *resources,
+                               void (*visit)(void *user, const struct addressed_bytes *there),
+                               void *user);
 /* The memory of a buffer, and where the buffer's bytes lie in it. Returns false if they are
  * unknown, or not in one piece of memory with one instance. */
 struct buffer_memory {

@@ -2,8 +2,8 @@
 /* What instances refer to:
  *
  *     init PLACE stranger         the reference of a structure that another device had
- *     reads [NAME | NUMBER]...    the references that builds of top-level structures have read
- * since the last such line; only the null driver tells */
+ *     reads [PLACE | NUMBER]...   the references that builds of top-level structures have read
+ * since the last such line, as places of structures or addresses; only the null driver tells */
 #include "tests/player/play.h"
 
 #include <inttypes.h>
@@ -51,9 +51,9 @@ static void expect_references(struct play *play, char **words)
         return;
     const uint32_t count = play->platform->null_driver.take_references(read, READ_MAX);
     for (; *words; words++, at++) {
-        wanted = **words >= '0' && **words <= '9'
-                     ? play_number(play, *words)
-                     : play_reference_to(play, play_object(play, *words));
+        wanted = **words >= '0' && **words <= '9' ? play_number(play, *words)
+                 : **words == 'B' ? play_reference_to(play, play_object(play, *words))
+                                  : play_address(play, *words);
         is_good = is_good && at < count && read[at] == wanted;
     }
     if (is_good && at == count)
