@@ -347,7 +347,7 @@ void random_finish(struct random_test *test)
 void random_step(struct random_test *test)
 {
     const uint32_t dice = below(test, 100);
-    if (test->is_over || test->play.outcome != OUTCOME_PASSED)
+    if (test->is_over || test->play.report.outcome != OUTCOME_PASSED)
         return;
     if (dice < 35) {
         record(test);

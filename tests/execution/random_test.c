@@ -65,18 +65,18 @@ int main(int argc, char **argv)
     }
     differences_fill();
     open_play(&test);
-    for (uint64_t i = 0; i < programs && test.play.outcome == OUTCOME_PASSED; i++) {
+    for (uint64_t i = 0; i < programs && test.play.report.outcome == OUTCOME_PASSED; i++) {
         if (only != UINT64_MAX && i != only)
             continue;
         test.random.state = seed + (i << 32);
         play_random(&test, i);
-        if (test.play.outcome != OUTCOME_PASSED)
-            printf("%s\nseed %" PRIu64 "\n", test.play.report, seed);
+        if (test.play.report.outcome != OUTCOME_PASSED)
+            printf("%s\nseed %" PRIu64 "\n", test.play.report.text, seed);
     }
     printf("seed %" PRIu64 ": %" PRIu64 " programs, %" PRIu64 " of them silent, %" PRIu64
            " findings\n",
            seed, programs, test.silent_programs, test.findings);
     play_end(&test.play);
     play_close(&test.play);
-    return test.play.outcome == OUTCOME_PASSED ? 0 : 1;
+    return test.play.report.outcome == OUTCOME_PASSED ? 0 : 1;
 }

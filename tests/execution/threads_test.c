@@ -137,7 +137,7 @@ static uint32_t count_messages(void)
     print_message("%u by the device, %u by the host\n", of_device, of_host);
     assert_int_equal(of_device + of_host, count);
     for (unsigned i = 0; i < RUNNERS; i++) {
-        assert_int_equal(runners[i].play.outcome, OUTCOME_PASSED);
+        assert_int_equal(runners[i].play.report.outcome, OUTCOME_PASSED);
         play_destroy_objects(&runners[i].play);
         play_free_blocks(&runners[i].play);
     }

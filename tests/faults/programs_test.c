@@ -78,11 +78,11 @@ static void print_tests(void)
     fprintf(stderr, "ASSAY_TEST_SEED=%" PRIu64 " faults_programs_test --only %" PRIu64 "%s\n",
             current.seed, current.number, current.threads > 1 ? " (by threads)" : "");
     for (uint32_t i = 0; i < current.threads; i++) {
-        if (tests[i].play.outcome == OUTCOME_PASSED)
+        if (tests[i].play.report.outcome == OUTCOME_PASSED)
             play_print(&tests[i].play);
-        fprintf(stderr, "%s\n", tests[i].play.report);
+        fprintf(stderr, "%s\n", tests[i].play.report.text);
     }
-    fprintf(stderr, "%s\n", shared.report);
+    fprintf(stderr, "%s\n", shared.report.text);
 }
 
 void __sanitizer_set_death_callback(void (*callback)(void)) __attribute__((weak));
@@ -276,8 +276,8 @@ static bool play_with(enum fault fault, uint32_t variant)
     bool fails = false;
     current.fault = fault;
     current.variant = variant;
-    memset(shared.report, 0, sizeof(shared.report));
-    shared.outcome = OUTCOME_PASSED;
+    shared.report.text[0] = '\0';
+    shared.report.outcome = OUTCOME_PASSED;
     for (uint32_t i = 0; i < current.threads; i++)
         prepare(&tests[i], i);
     if (current.threads > 1)
@@ -285,10 +285,10 @@ static bool play_with(enum fault fault, uint32_t variant)
     else
         play_alone();
     if (allocations_now() != before)
-        play_say(&shared, "%d blocks of memory are left\n", allocations_now() - before);
+        report_say(&shared.report, "%d blocks of memory are left\n", allocations_now() - before);
     for (uint32_t i = 0; i < current.threads; i++)
-        fails |= tests[i].play.outcome != OUTCOME_PASSED;
-    fails |= shared.report[0] != 0;
+        fails |= tests[i].play.report.outcome != OUTCOME_PASSED;
+    fails |= shared.report.text[0] != 0;
     if (fails)
         print_tests();
     return fails;

@@ -153,8 +153,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     memset(&play, 0, sizeof(play));
     play.platform = &platform;
     play_program(&play, &program);
-    if (play.outcome == OUTCOME_SKIPPED) {
-        fprintf(stderr, "the null driver lacks %s\n", play.report);
+    if (play.report.outcome == OUTCOME_SKIPPED) {
+        fprintf(stderr, "the null driver lacks %s\n", play.report.text);
         abort();
     }
     play_close(&play);

@@ -325,21 +325,3 @@ const struct program_line *program_find(const struct program *program, const cha
     }
     return NULL;
 }
-
-bool program_text_matches(const char *text, const char *wanted)
-{
-    while (*wanted) {
-        const char *end = strstr(wanted, " ... ");
-        size_t length = end ? (size_t)(end - wanted) : strlen(wanted);
-        char part[512];
-        snprintf(part, sizeof(part), "%.*s", (int)length, wanted);
-        const bool is_absent = strncmp(part, "NOT ", 4) == 0;
-        const char *found = strstr(text, part + (is_absent ? 4 : 0));
-        if (is_absent == (found != NULL))
-            return false;
-        if (!is_absent)
-            text = found + length;
-        wanted = end ? end + strlen(" ... ") : wanted + length;
-    }
-    return true;
-}

@@ -3,35 +3,17 @@
 #include "tests/player/play.h"
 
 #include <inttypes.h>
-#include <stdio.h>
 #include <string.h>
-
-void play_say(struct play *play, const char *format, ...)
-{
-    const size_t length = strlen(play->report);
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(play->report + length, sizeof(play->report) - length, format, arguments);
-    va_end(arguments);
-}
 
 void play_expect_number(struct play *play, const char *name, uint64_t found, uint64_t wanted)
 {
     if (found == wanted || play->is_scarce)
         return;
-    play_say(play, "%s: %#" PRIx64 " instead of %#" PRIx64 "\n", name, found, wanted);
-    play->outcome = OUTCOME_FAILED;
+    report_say(&play->report, "%s: %#" PRIx64 " instead of %#" PRIx64 "\n", name, found, wanted);
+    play->report.outcome = OUTCOME_FAILED;
 }
 
 /* ---- one message and one expectation */
-
-bool play_ends(const char *text, const char *end)
-{
-    const size_t length = strlen(text), size = strlen(end);
-    return length == size ? strcmp(text, end) == 0
-                          : length > size && text[length - size - 1] == '-' &&
-                                strcmp(text + length - size, end) == 0;
-}
 
 const struct rule_info *play_rule(const char *name)
 {
@@ -75,7 +57,7 @@ static bool has_id(const struct message *message, const struct expectation *expe
     const struct rule_info *rule = play_rule(expected->id);
     const enum build_command command = play_command_of(expected->text);
     if (!rule)
-        return play_ends(message->id, expected->id);
+        return report_id_ends(message->id, expected->id);
     return command != COMMAND_COUNT && rule->vuid[command] != VUID_NONE &&
            strcmp(message->id, vuid_texts[rule->vuid[command]].id) == 0;
 }
@@ -119,7 +101,7 @@ static bool find_message(const struct messages *messages, const struct expectati
     for (uint32_t i = 0; i < messages_kept(messages); i++) {
         const struct message *message = &messages->items[i];
         if (is_used[i] || !has_id(message, expected) ||
-            !program_text_matches(message->text, expected->text))
+            !report_text_matches(message->text, expected->text))
             continue;
         return is_used[i] = true;
     }
@@ -168,8 +150,8 @@ static void judge_scarce(struct play *play, const struct messages *messages, con
             (play->was_lost && strcmp(message->id, "ASSAY-device-lost") == 0) ||
             (play->repeats && is_expected(play, message)))
             continue;
-        play->outcome = OUTCOME_FAILED;
-        play_say(play, "got %s\n    %.1000s\n", message->id, message->text);
+        play->report.outcome = OUTCOME_FAILED;
+        report_say(&play->report, "got %s\n    %.1000s\n", message->id, message->text);
     }
 }
 
@@ -186,7 +168,7 @@ void play_judge(struct play *play, int line)
         if (find_message(messages, expected, is_used) || play->is_scarce)
             continue;
         good = false;
-        play_say(play, "no message is %s: %s\n", expected->id, expected->text);
+        report_say(&play->report, "no message is %s: %s\n", expected->id, expected->text);
     }
     if (play->is_scarce) {
         judge_scarce(play, messages, is_used);
@@ -196,11 +178,11 @@ void play_judge(struct play *play, int line)
         count += count_of_loss(messages, is_used);
     if (play->may_warn)
         count += count_of_warnings(messages, is_used);
+    for (uint32_t i = 0; i < messages_kept(messages); i++)
+        good = report_judge_wording(&play->report, &messages->items[i]) && good;
     if (good && messages->count == count)
         return;
-    play->outcome = OUTCOME_FAILED;
-    play_say(play, "messages: %u, expected: %u\n", messages->count, count);
-    for (uint32_t i = 0; i < messages_kept(messages) && i < 12; i++)
-        play_say(play, "    %s %s\n        %.1000s\n", is_used[i] ? "expected" : "got",
-                 messages->items[i].id, messages->items[i].text);
+    play->report.outcome = OUTCOME_FAILED;
+    report_say(&play->report, "messages: %u, expected: %u\n", messages->count, count);
+    report_say_messages(&play->report, messages, is_used);
 }

@@ -49,8 +49,8 @@ void play_expect_unmodified(struct play *play)
 {
     if (memcmp(play->lent, play->lent_before, play->lent_size) == 0)
         return;
-    play_say(play, "the call has modified its parameters\n");
-    play->outcome = OUTCOME_FAILED;
+    report_say(&play->report, "the call has modified its parameters\n");
+    play->report.outcome = OUTCOME_FAILED;
 }
 
 void play_free_blocks(struct play *play)
@@ -94,14 +94,15 @@ void play_end_recording(struct play *play, VkCommandBuffer commands)
 void play_print(struct play *play)
 {
     const struct program *program = play->program;
-    play_say(play, "%s\n", program->name);
+    report_say(&play->report, "%s\n", program->name);
     for (unsigned i = 0; i < program->line_count; i++) {
         const struct program_line *line = &program->lines[i];
-        play_say(play, "%s%4u  %s\n", i == play->at ? " >" : "  ", line->number, line->text);
+        report_say(&play->report, "%s%4u  %s\n", i == play->at ? " >" : "  ", line->number,
+                   line->text);
         for (unsigned j = 0; j < program->expected_count; j++)
             if (program->expected[j].line == (int)i && !program->is_repaired)
-                play_say(play, "            expect %s: %s\n", program->expected[j].id,
-                         program->expected[j].text);
+                report_say(&play->report, "            expect %s: %s\n", program->expected[j].id,
+                           program->expected[j].text);
     }
 }
 
@@ -146,8 +147,8 @@ static void judge_result(struct play *play, const struct program_line *line, boo
     if (play->result == expected || play->is_scarce ||
         (is_mistake && !line->result && play->result == VK_ERROR_VALIDATION_FAILED_EXT))
         return;
-    play_say(play, "the call returned %d instead of %d\n", play->result, expected);
-    play->outcome = OUTCOME_FAILED;
+    report_say(&play->report, "the call returned %d instead of %d\n", play->result, expected);
+    play->report.outcome = OUTCOME_FAILED;
 }
 
 /* `repeat COUNT` executes the commands behind it COUNT times; these may have another `repeat`. */
@@ -186,9 +187,9 @@ static bool judge_line(struct play *play, unsigned line)
         play_judge(play, (int)line);
         messages_clear(&play->fixture.messages);
     }
-    if (play->outcome == OUTCOME_FAILED)
+    if (play->report.outcome == OUTCOME_FAILED)
         play_print(play);
-    return play->outcome == OUTCOME_PASSED;
+    return play->report.outcome == OUTCOME_PASSED;
 }
 
 /* A line ends where something fails, or is missing. */
@@ -297,8 +298,7 @@ void play_text(struct play *play, struct program *program, const char *format, .
 bool play_begin(struct play *play, const struct program *program)
 {
     play->program = program;
-    play->report[0] = '\0';
-    play->outcome = OUTCOME_PASSED;
+    play->report = (struct report){.outcome = OUTCOME_PASSED};
     play->was_lost = false;
     play->is_unjudged = program_find(program, "unjudged", NULL);
     play->keeps_blocks = false;
@@ -307,14 +307,15 @@ bool play_begin(struct play *play, const struct program *program)
     play->at = 0;
     const char *unknown = play_unknown_extension(program);
     if (unknown) {
-        play->outcome = OUTCOME_FAILED;
-        play_say(play, "with %s: tests/player/device.c has no such extension\n", unknown);
+        play->report.outcome = OUTCOME_FAILED;
+        report_say(&play->report, "with %s: tests/player/device.c has no such extension\n",
+                   unknown);
         return false;
     }
     const char *missing = play_open_device(play);
     if (missing) {
-        play->outcome = OUTCOME_SKIPPED;
-        play_say(play, "%s", missing);
+        play->report.outcome = OUTCOME_SKIPPED;
+        report_say(&play->report, "%s", missing);
         return false;
     }
     messages_clear(&play->fixture.messages);
@@ -346,10 +347,10 @@ void play_program(struct play *play, const struct program *program)
         return;
     const bool has_given_up = setjmp(play->gives_up) != 0;
     for (unsigned i = 0;
-         !has_given_up && i < program->line_count && play->outcome == OUTCOME_PASSED; i++)
+         !has_given_up && i < program->line_count && play->report.outcome == OUTCOME_PASSED; i++)
         play_line(play, i);
     const bool is_held = play->is_unjudged || program_find(program, "alone", NULL);
-    if (play->outcome == OUTCOME_PASSED && !is_held && !has_given_up) {
+    if (play->report.outcome == OUTCOME_PASSED && !is_held && !has_given_up) {
         play->at = program->line_count - 1;
         if (!play->is_closed)
             play_finish(play);

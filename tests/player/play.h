@@ -32,7 +32,6 @@ enum {
     PLAY_PAGES = 4, /* of sparse buffers; each takes a structure */
     PLAY_PAGE_SIZE = 64 * 1024,
     PLAY_STRUCTURE_SIZE = 32 * 1024, /* serialized, it fits into a buffer */
-    PLAY_REPORT_SIZE = 32 * 1024,
 };
 
 struct play_object {
@@ -105,8 +104,7 @@ struct play {
     char log_name[64]; /* of setting log_filename, or "" */
     long log_offset;   /* up to which it was read */
     bool was_lost;     /* the device, by the program */
-    enum outcome outcome;
-    char report[PLAY_REPORT_SIZE]; /* why the program was skipped or failed */
+    struct report report;
 
     VkDevice device;
     VkuDeviceDispatchTable vk;
@@ -239,13 +237,10 @@ void play_judge(struct play *play, int line);
 bool play_judges_whole(const struct play *play);
 /* Whether a line expects a mistake: the messenger asks to skip the call. */
 bool play_expects_mistake(const struct play *play, int line);
-/* Whether it is the end of a message's id. */
-bool play_ends(const char *id, const char *end);
 /* The word `size` stands for the size that the host got last. */
 uint64_t play_number(const struct play *play, const char *word);
 /* Fails the program if the numbers differ. */
 void play_expect_number(struct play *play, const char *name, uint64_t found, uint64_t wanted);
-__attribute__((format(printf, 2, 3))) void play_say(struct play *play, const char *format, ...);
 
 /* ---- objects (objects.c) */
 

@@ -106,10 +106,6 @@ void program_note_result(struct program *program, unsigned line, const char *res
 const struct program_line *program_find(const struct program *program, const char *first,
                                         const char *second);
 
-/* Returns true if the parts of `wanted` are in `text`, in this order; what follows `NOT ` must not
- * be in the rest. */
-bool program_text_matches(const char *text, const char *wanted);
-
 /* Ends the process, because a file is wrong. */
 _Noreturn void program_fail(const char *group, unsigned number, const char *what);
 

@@ -109,7 +109,7 @@ void tally_note(struct tally *tally, const char *name, enum build_command comman
 void tally_check_ids(struct tally *tally, const char *name,
                      bool (*is_asked_for)(const struct rule_info *info, enum build_command command))
 {
-    bool good = true;
+    struct report report = {.outcome = OUTCOME_PASSED};
     for (enum rule rule = 0; rule < RULE_COUNT; rule++) {
         const struct rule_info *info = &rule_infos[rule];
         for (enum build_command command = COMMAND_DEVICE; info->subject && command < COMMAND_COUNT;
@@ -118,13 +118,13 @@ void tally_check_ids(struct tally *tally, const char *name,
             if (vuid == VUID_NONE || (tally->fired[vuid] && tally->stayed_silent[vuid]) ||
                 !is_asked_for(info, command))
                 continue;
-            printf("never %s: %s (%s)\n", tally->fired[vuid] ? "silent" : "fired",
-                   vuid_texts[vuid].id, info->name);
+            report_say(&report, "never %s: %s (%s)\n", tally->fired[vuid] ? "silent" : "fired",
+                       vuid_texts[vuid].id, info->name);
             tally->fired[vuid] = tally->stayed_silent[vuid] = true; /* reported once */
-            good = false;
+            report.outcome = OUTCOME_FAILED;
         }
     }
-    tally_count(tally, good ? OUTCOME_PASSED : OUTCOME_FAILED, name, "");
+    tally_count(tally, name, &report);
 }
 
 static void count_reason(struct tally *tally, const char *text)
@@ -153,9 +153,9 @@ static void print_command(const struct tally *tally, const char *name)
     printf("--filter '%s'\n", name);
 }
 
-void tally_count(struct tally *tally, enum outcome outcome, const char *name, const char *text)
+void tally_count(struct tally *tally, const char *name, const struct report *report)
 {
-    switch (outcome) {
+    switch (report->outcome) {
     case OUTCOME_PASSED:
         tally->passed++;
         if (tally->verbose)
@@ -163,14 +163,14 @@ void tally_count(struct tally *tally, enum outcome outcome, const char *name, co
         break;
     case OUTCOME_FAILED:
         tally->failed++;
-        printf("%s[  FAILED  ] %s\n", text, name);
+        printf("%s[  FAILED  ] %s\n", report->text, name);
         print_command(tally, name);
         break;
     case OUTCOME_SKIPPED:
         tally->skipped++;
-        count_reason(tally, text);
+        count_reason(tally, report->text);
         if (tally->verbose)
-            printf("[  SKIPPED ] %s: %s\n", name, text);
+            printf("[  SKIPPED ] %s: %s\n", name, report->text);
         break;
     }
 }

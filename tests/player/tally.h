@@ -9,9 +9,8 @@
 #include <stdio.h>
 
 #include "tests/fixture/platform.h"
+#include "tests/player/report.h"
 #include "vuid-tables/rules.h"
-
-enum outcome { OUTCOME_PASSED, OUTCOME_FAILED, OUTCOME_SKIPPED };
 
 enum { TALLY_REASONS_MAX = 64 };
 
@@ -60,8 +59,7 @@ void tally_check_ids(struct tally *tally, const char *name,
 /* A word for a build command, or the name of another one. */
 const char *command_word(enum build_command command);
 
-/* `text` tells why it failed or was skipped. */
-void tally_count(struct tally *tally, enum outcome outcome, const char *name, const char *text);
+void tally_count(struct tally *tally, const char *name, const struct report *report);
 
 /* Prints the count and closes the results. Returns the exit status. */
 int tally_close(struct tally *tally);

@@ -24,12 +24,12 @@ static struct program program;
 
 static void write_results(enum vuid vuid, enum build_command command)
 {
-    if (assay->outcome != OUTCOME_SKIPPED)
+    if (assay->report.outcome != OUTCOME_SKIPPED)
         tally_note(&tally, program.name, command, vuid,
-                   assay->outcome != OUTCOME_PASSED ? SIGHT_FAILED
-                   : program.is_repaired            ? SIGHT_SILENT
-                   : play_sees_executions(assay)    ? SIGHT_FIRED
-                                                    : SIGHT_UNSEEN);
+                   assay->report.outcome != OUTCOME_PASSED ? SIGHT_FAILED
+                   : program.is_repaired                   ? SIGHT_SILENT
+                   : play_sees_executions(assay)           ? SIGHT_FIRED
+                                                           : SIGHT_UNSEEN);
 }
 
 /* Every rule about updates that needs no data; on drivers other than the null driver, that of the
@@ -63,7 +63,7 @@ static void play_one(const struct source *source, unsigned variant, bool is_repa
         return;
     play_program(choose_play(), &program);
     write_results(vuid, command);
-    tally_count(&tally, assay->outcome, program.name, assay->report);
+    tally_count(&tally, program.name, &assay->report);
 }
 
 static int play_all(int argc, char **argv, const char *chosen)
@@ -117,7 +117,7 @@ static void compare(const struct source *source, bool is_repaired)
 {
     program_make(&program, source, 0, is_repaired);
     play_program(choose_play(), &program);
-    if (assay->outcome == OUTCOME_SKIPPED)
+    if (assay->report.outcome == OUTCOME_SKIPPED)
         return;
     play_program(&khronos, &program);
     const char *colon = strchr(program.name, ':');

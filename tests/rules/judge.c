@@ -3,7 +3,6 @@
  * messages. */
 #include "tests/rules/judge.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -27,15 +26,6 @@ const char *rule_id(enum rule rule, enum build_command command)
 {
     const enum vuid vuid = rule_infos[rule].vuid[command];
     return vuid == VUID_NONE ? NULL : vuid_texts[vuid].id;
-}
-
-void judge_say(struct report *report, const char *format, ...)
-{
-    const size_t length = strlen(report->text);
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(report->text + length, sizeof(report->text) - length, format, arguments);
-    va_end(arguments);
 }
 
 /* ---- fixtures ---- */
@@ -135,13 +125,6 @@ static bool has_twin(const struct play *play)
 
 /* ---- messages ---- */
 
-void judge_say_messages(const struct fixture *fixture, struct report *report)
-{
-    for (uint32_t i = 0; i < messages_kept(&fixture->messages) && i < 12; i++)
-        judge_say(report, "    got %s\n        %.400s\n", fixture->messages.items[i].id,
-                  fixture->messages.items[i].text);
-}
-
 static bool needs_execution(const struct test_case *test_case)
 {
     const struct setup *setup = test_case->setup;
@@ -226,11 +209,11 @@ static bool expect_findings(const struct play *play, const struct fixture *fixtu
         const uint32_t count = messages_count(&fixture->messages, id, NULL);
         expected += count;
         if (count == 0 || (i == 0 && test_case->count != 0 && count != test_case->count)) {
-            judge_say(report, "mutation: got %u messages of %s (%s), expected %u\n", count, id,
-                      rule_infos[rule].name, test_case->count != 0 ? test_case->count : 1);
+            report_say(report, "mutation: got %u messages of %s (%s), expected %u\n", count, id,
+                       rule_infos[rule].name, test_case->count != 0 ? test_case->count : 1);
             good = false;
         } else if (path != NULL && messages_count(&fixture->messages, id, path) == 0) {
-            judge_say(report, "mutation: no message names %s\n", path);
+            report_say(report, "mutation: no message names %s\n", path);
             good = false;
         }
     }
@@ -241,13 +224,13 @@ static bool expect_findings(const struct play *play, const struct fixture *fixtu
         good = good && count > 0;
     }
     if (expected != fixture->messages.count) {
-        judge_say(report, "mutation: %u messages with unexpected ids\n",
-                  fixture->messages.count - expected);
+        report_say(report, "mutation: %u messages with unexpected ids\n",
+                   fixture->messages.count - expected);
         good = false;
     }
     good = wording_is_good(play, fixture, report) && good;
     if (!good)
-        judge_say_messages(fixture, report);
+        report_say_messages(report, &fixture->messages, NULL);
     return good;
 }
 
@@ -273,8 +256,8 @@ static bool expect_silence(const struct play *play, struct fixture *fixture,
     const bool made = play->make_call(play, fixture, call, report);
     if (report->outcome == OUTCOME_SKIPPED || fixture->messages.count == 0)
         return made;
-    judge_say(report, "%s: %u messages instead of silence\n", call->what, fixture->messages.count);
-    judge_say_messages(fixture, report);
+    report_say(report, "%s: %u messages instead of silence\n", call->what, fixture->messages.count);
+    report_say_messages(report, &fixture->messages, NULL);
     return false;
 }
 
@@ -350,13 +333,13 @@ void judge_play(const struct play *play, struct fixture *fixture, struct report 
         if (report->outcome == OUTCOME_SKIPPED)
             return;
         if (!report->stayed_silent)
-            judge_say(report, "(before the mutation)\n");
+            report_say(report, "(before the mutation)\n");
     }
     if (missing == NULL)
         missing = enter_fixture(play, fixture, setup);
     if (missing != NULL) {
         report->outcome = OUTCOME_SKIPPED;
-        judge_say(report, "%s", missing);
+        report_say(report, "%s", missing);
         return;
     }
     report->fired = play_mutation(play, fixture, report);
@@ -365,5 +348,5 @@ void judge_play(const struct play *play, struct fixture *fixture, struct report 
     if (report->fired && (report->stayed_silent || play->is_mutation_alone))
         report->outcome = OUTCOME_PASSED;
     else if (test_case->place != NULL)
-        judge_say(report, "%s\n", test_case->place);
+        report_say(report, "%s\n", test_case->place);
 }

@@ -8,7 +8,6 @@
 #include "tests/rules/case.h"
 
 struct call;
-struct report;
 struct variant; /* of --submitted */
 
 /* One way to play a case. */
@@ -37,21 +36,8 @@ struct call {
     bool is_mutation, breaks, forwards, may_fail_on_cpu;
 };
 
-enum { REPORT_TEXT_MAX = 16384 };
-
-/* What came of it. */
-struct report {
-    enum outcome outcome;
-    bool fired, stayed_silent;  /* as they should have */
-    char text[REPORT_TEXT_MAX]; /* why it failed or was skipped */
-};
-
 /* The id that a rule has for a command, or NULL. */
 const char *rule_id(enum rule rule, enum build_command command);
-
-__attribute__((format(printf, 2, 3))) void judge_say(struct report *report, const char *format,
-                                                     ...);
-void judge_say_messages(const struct fixture *fixture, struct report *report);
 
 /* Whether the command takes no build of the case's kind. */
 bool judge_is_refused(const struct play *play);

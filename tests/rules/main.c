@@ -170,7 +170,7 @@ static void play_one(struct run *run, const struct case_list *list, struct play 
     judge_play(&play, &run->fixture, &run->report);
     *is_known |= run->report.stayed_silent;
     write_results(run, &play);
-    tally_count(&run->tally, run->report.outcome, current_name, run->report.text);
+    tally_count(&run->tally, current_name, &run->report);
 }
 
 /* If calls are skipped, a device may keep what a case would have destroyed, so that it is used for
@@ -346,8 +346,6 @@ int main(int argc, char **argv)
         setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "fail", 1);
     plan_all(&run);
     play_all(&run);
-    if (run.tally.submits)
-        texts_play(&run.tally.platform, &run.fixture, &run.tally);
     fixture_close(&run.fixture);
     check_every_id_has_a_case(&run);
     return tally_close(&run.tally);

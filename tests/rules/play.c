@@ -23,8 +23,8 @@ static bool check_forwarding(const struct play *play, const struct call *call, u
     const uint64_t wanted = is_skipped(play, call) ? 0 : 1;
     if (seen == wanted)
         return true;
-    judge_say(report, "%s: the driver got the call %u times instead of %u\n", call->what,
-              (unsigned)seen, (unsigned)wanted);
+    report_say(report, "%s: the driver got the call %u times instead of %u\n", call->what,
+               (unsigned)seen, (unsigned)wanted);
     return false;
 }
 
@@ -38,7 +38,7 @@ static bool check_result(const struct play *play, const struct call *call, VkRes
     if ((skipped ? result == VK_ERROR_VALIDATION_FAILED_EXT : result >= VK_SUCCESS) ||
         (may_fail && result == VK_ERROR_VALIDATION_FAILED_EXT))
         return true;
-    judge_say(report, "%s: the call returned %d\n", call->what, result);
+    report_say(report, "%s: the call returned %d\n", call->what, result);
     return false;
 }
 
@@ -47,7 +47,7 @@ static bool submit(struct fixture *fixture, struct scene *scene, const struct ca
                    struct report *report)
 {
     if (fixture->messages.count != 0) {
-        judge_say(report, "%s: messages before the submission\n", call->what);
+        report_say(report, "%s: messages before the submission\n", call->what);
         return false;
     }
     fixture->messages.answer = call->breaks && !fixture->fails ? VK_TRUE : VK_FALSE;
@@ -55,7 +55,7 @@ static bool submit(struct fixture *fixture, struct scene *scene, const struct ca
     const bool is_skipped = call->breaks && !(fixture->fails && call->forwards);
     if (result == (is_skipped ? VK_ERROR_VALIDATION_FAILED_EXT : VK_SUCCESS))
         return true;
-    judge_say(report, "%s: the submission returned %d\n", call->what, result);
+    report_say(report, "%s: the submission returned %d\n", call->what, result);
     return false;
 }
 
@@ -121,10 +121,10 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
     forget_refusals(play, &fixture->messages);
     if (scene->skip != NULL) {
         report->outcome = OUTCOME_SKIPPED;
-        judge_say(report, "%s", scene->skip);
+        report_say(report, "%s", scene->skip);
         good = false;
     } else if (fixture->messages.count != 0) {
-        judge_say(report, "%s: messages before the call\n", call->what);
+        report_say(report, "%s: messages before the call\n", call->what);
     } else {
         fixture->messages.answer = is_skipped(play, call) && !fixture->fails ? VK_TRUE : VK_FALSE;
         const bool reaches_driver = play->platform->is_null && !play->platform->is_cpu;

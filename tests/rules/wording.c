@@ -2,72 +2,10 @@
 /* Checks the wording of messages, and mutes rules to see those that their messages name. */
 #include "tests/rules/wording.h"
 
-#include <ctype.h>
 #include <stdio.h>
 #include <string.h>
 
-/* ---- hints */
-
-static const char *hint_of(const char *id)
-{
-    for (int vuid = VUID_NONE + 1; vuid < MESSAGE_ID_COUNT; vuid++)
-        if (vuid != VUID_COUNT && strcmp(vuid_texts[vuid].id, id) == 0)
-            return rule_infos[rule_of_vuid((enum vuid)vuid)].hint;
-    return NULL;
-}
-
-static bool has_its_hint(const struct message *message, struct report *report)
-{
-    const char *hint = hint_of(message->id);
-    if (hint == NULL || strstr(message->text, hint) != NULL)
-        return true;
-    judge_say(report, "the message of %s lacks its hint: %s\n", message->id, hint);
-    return false;
-}
-
-/* ---- counts */
-
-/* Whether `at` begins a number of one digit, 1, and is followed by a plural. */
-static bool is_one_of_many(const char *text, const char *at)
-{
-    static const char *const plurals[] = {"bytes",   "triangles", "AABBs",      "vertices",
-                                          "indices", "elements",  "geometries", "pointers",
-                                          "times",   "rays"};
-    if (at != text && (isalnum((unsigned char)at[-1]) || at[-1] == '.' || at[-1] == '-'))
-        return false;
-    for (size_t i = 0; i < sizeof(plurals) / sizeof(plurals[0]); i++)
-        if (strncmp(at + 2, plurals[i], strlen(plurals[i])) == 0)
-            return true;
-    return false;
-}
-
-/* The sentence of the specification is not the layer's. */
-static bool counts_agree(const struct message *message, struct report *report)
-{
-    const char *end = strstr(message->text, "\nThe Vulkan spec states");
-    for (const char *at = message->text; (at = strstr(at, "1 ")) != NULL; at++) {
-        if (end != NULL && at > end)
-            return true;
-        if (is_one_of_many(message->text, at)) {
-            judge_say(report, "a count of %s does not agree: %.40s\n", message->id, at);
-            return false;
-        }
-    }
-    return true;
-}
-
 /* ---- other ids of the same mistake */
-
-static bool names_no_id_twice(const struct message *message, struct report *report)
-{
-    const char *also = strstr(message->text, " (also ");
-    const char *end = strstr(message->text, "\nThe Vulkan spec states");
-    const char *own = also != NULL ? strstr(also, message->id) : NULL;
-    if (own == NULL || (end != NULL && own > end))
-        return true;
-    judge_say(report, "the message of %s names its own id\n", message->id);
-    return false;
-}
 
 static bool names_the_others(const struct play *play, const struct fixture *fixture,
                              struct report *report)
@@ -82,7 +20,7 @@ static bool names_the_others(const struct play *play, const struct fixture *fixt
         if (other == NULL || !judge_expects(play, test_case->names[i]) ||
             messages_count(&fixture->messages, id, other) > 0)
             continue;
-        judge_say(report, "no message of %s names %s\n", id, other);
+        report_say(report, "no message of %s names %s\n", id, other);
         return false;
     }
     return true;
@@ -126,7 +64,7 @@ static bool names_nothing_else(const struct play *play, const struct message *me
         at = strstr(at, "VUID-");
         if (is_named(play, at))
             continue;
-        judge_say(report, "the message of %s names %.90s\n", own, at);
+        report_say(report, "the message of %s names %.90s\n", own, at);
         return false;
     }
     return true;
@@ -136,9 +74,7 @@ bool wording_is_good(const struct play *play, const struct fixture *fixture, str
 {
     bool good = names_the_others(play, fixture, report);
     for (uint32_t i = 0; i < messages_kept(&fixture->messages); i++)
-        good = has_its_hint(&fixture->messages.items[i], report) &&
-               counts_agree(&fixture->messages.items[i], report) &&
-               names_no_id_twice(&fixture->messages.items[i], report) &&
+        good = report_judge_wording(report, &fixture->messages.items[i]) &&
                names_nothing_else(play, &fixture->messages.items[i], report) && good;
     return good;
 }

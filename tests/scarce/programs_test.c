@@ -31,8 +31,8 @@ static const char *live(bool is_scarce)
     play_program(&play, &program);
     play_close(&play);
     play.program = NULL;
-    return play.outcome == OUTCOME_SKIPPED  ? NULL
-           : play.outcome == OUTCOME_FAILED ? play.report
+    return play.report.outcome == OUTCOME_SKIPPED  ? NULL
+           : play.report.outcome == OUTCOME_FAILED ? play.report.text
                                             : "";
 }
 

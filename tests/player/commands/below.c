@@ -88,12 +88,12 @@ void play_expect_below(struct play *play, char **words)
     if ((is_good && at == count) || play->is_scarce)
         return;
     for (uint32_t i = 0; i < count; i++)
-        play_say(play, "the driver got %s%#llx:%#llx > %#llx:%#llx with %llu%s%s\n",
-                 is_lent(play, found[i].masks) ? "passed " : "", (unsigned long long)found[i].src,
-                 (unsigned long long)found[i].src_access, (unsigned long long)found[i].dst,
-                 (unsigned long long)found[i].dst_access, (unsigned long long)found[i].detail,
-                 found[i].builds ? ", behind a build" : "",
-                 is_own(play, found[i].buffer) ? ", of another buffer" : "");
-    play_say(play, "the driver got %u barriers\n", count);
-    play->outcome = OUTCOME_FAILED;
+        report_say(&play->report, "the driver got %s%#llx:%#llx > %#llx:%#llx with %llu%s%s\n",
+                   is_lent(play, found[i].masks) ? "passed " : "", (unsigned long long)found[i].src,
+                   (unsigned long long)found[i].src_access, (unsigned long long)found[i].dst,
+                   (unsigned long long)found[i].dst_access, (unsigned long long)found[i].detail,
+                   found[i].builds ? ", behind a build" : "",
+                   is_own(play, found[i].buffer) ? ", of another buffer" : "");
+    report_say(&play->report, "the driver got %u barriers\n", count);
+    play->report.outcome = OUTCOME_FAILED;
 }

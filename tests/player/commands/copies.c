@@ -181,8 +181,8 @@ static void expect_compatibility(struct play *play, char **words)
     if (play->is_scarce || (found == VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR) ==
                                play_is(words[0], "compatible"))
         return;
-    play_say(play, "the device says otherwise\n");
-    play->outcome = OUTCOME_FAILED;
+    report_say(&play->report, "the device says otherwise\n");
+    play->report.outcome = OUTCOME_FAILED;
 }
 
 /* Which queries of a pool a command is about. */

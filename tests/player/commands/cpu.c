@@ -30,8 +30,8 @@ static void compare(struct play *play, char **words)
         memcmp(first->buffer.bytes + a, second->buffer.bytes + b, strtoull(words[3], NULL, 0)) == 0;
     if (play->is_scarce || is_same == play_is(words[0], "same"))
         return;
-    play_say(play, "the bytes are%s the same\n", is_same ? "" : " not");
-    play->outcome = OUTCOME_FAILED;
+    report_say(&play->report, "the bytes are%s the same\n", is_same ? "" : " not");
+    play->report.outcome = OUTCOME_FAILED;
 }
 
 static void expect_numbers(struct play *play, char **words)

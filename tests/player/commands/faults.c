@@ -139,9 +139,10 @@ static void expect_calls(struct play *play, char **words)
     const uint64_t most = play_is(words[2], "to") ? play_number(play, words[3]) : least;
     if (count >= least && count <= most)
         return;
-    play_say(play, "%llu calls of %s instead of %llu to %llu\n", (unsigned long long)count,
-             play->counted, (unsigned long long)least, (unsigned long long)most);
-    play->outcome = OUTCOME_FAILED;
+    report_say(&play->report, "%llu calls of %s instead of %llu to %llu\n",
+               (unsigned long long)count, play->counted, (unsigned long long)least,
+               (unsigned long long)most);
+    play->report.outcome = OUTCOME_FAILED;
 }
 
 static bool fail_allocations(struct play *play, char **words)

@@ -37,8 +37,8 @@ static void note_wait(struct play *play, VkResult result, uint64_t begin, uint64
     play_note(play, result);
     if (result != VK_TIMEOUT || timeout == UINT64_MAX || nanoseconds_now() - begin >= timeout)
         return;
-    play_say(play, "the wait took less than %llu ns\n", (unsigned long long)timeout);
-    play->outcome = OUTCOME_FAILED;
+    report_say(&play->report, "the wait took less than %llu ns\n", (unsigned long long)timeout);
+    play->report.outcome = OUTCOME_FAILED;
 }
 
 /* Resets the fence if the wait was successful. */

@@ -17,10 +17,10 @@ MESSENGER_CALLBACK(act)
     const void *lent = play->lent, *lent_before = play->lent_before;
     const size_t lent_size = play->lent_size;
     if (!play->listener) {
-        play_say(play, "a messenger is called that was destroyed\n");
-        play->outcome = OUTCOME_FAILED;
+        report_say(&play->report, "a messenger is called that was destroyed\n");
+        play->report.outcome = OUTCOME_FAILED;
     }
-    if (!reaction || !play_ends(data->pMessageIdName, play->awaited))
+    if (!reaction || !report_id_ends(data->pMessageIdName, play->awaited))
         return VK_FALSE;
     play->reaction = NULL;
     play->recording = NULL;

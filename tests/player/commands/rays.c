@@ -112,8 +112,9 @@ static void expect_member(struct play *play, const AssayHit *hit, const char *na
     const float size = fabsf(expected) > 1 ? fabsf(expected) : 1;
     if (fabsf(all[i].found - expected) < tolerance * size)
         return;
-    play_say(play, "%s of the hit: %.9g instead of %s\n", name, (double)all[i].found, number);
-    play->outcome = OUTCOME_FAILED;
+    report_say(&play->report, "%s of the hit: %.9g instead of %s\n", name, (double)all[i].found,
+               number);
+    play->report.outcome = OUTCOME_FAILED;
 }
 
 /* misses | hits [MEMBER NUMBER]... */
@@ -121,8 +122,8 @@ static void expect_hit(struct play *play, const AssayHit *hit, char **words)
 {
     PLAY_REQUIRE(play, play_is(words[0], "hits") || play_is(words[0], "misses"));
     if (hit->isHit != play_is(words[0], "hits")) {
-        play_say(play, "the ray hits %s\n", hit->isHit ? "something" : "nothing");
-        play->outcome = OUTCOME_FAILED;
+        report_say(&play->report, "the ray hits %s\n", hit->isHit ? "something" : "nothing");
+        play->report.outcome = OUTCOME_FAILED;
     }
     for (words++; words[0]; words += 2)
         expect_member(play, hit, words[0], words[1]);

@@ -182,8 +182,8 @@ static void expect_unchecked(struct play *play, const char *wanted)
     play_close(play);
     if (is_found || play->is_scarce)
         return;
-    play_say(play, "the summary does not say \"%s\"\n", wanted);
-    play->outcome = OUTCOME_FAILED;
+    report_say(&play->report, "the summary does not say \"%s\"\n", wanted);
+    play->report.outcome = OUTCOME_FAILED;
 }
 
 bool play_records(struct play *play, char **words)
@@ -200,7 +200,7 @@ bool play_records(struct play *play, char **words)
     read_log(play, text);
     if (strcmp(text, play_is(words[1], "nothing") ? "" : wanted) == 0)
         return true;
-    play_say(play, "recorded %s\n", text[0] ? text : "nothing");
-    play->outcome = OUTCOME_FAILED;
+    report_say(&play->report, "recorded %s\n", text[0] ? text : "nothing");
+    play->report.outcome = OUTCOME_FAILED;
     return true;
 }

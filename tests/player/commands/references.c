@@ -59,8 +59,8 @@ static void expect_references(struct play *play, char **words)
     if (is_good && at == count)
         return;
     for (uint32_t i = 0; i < count; i++)
-        play_say(play, "a build read %#" PRIx64 "\n", read[i]);
-    play->outcome = OUTCOME_FAILED;
+        report_say(&play->report, "a build read %#" PRIx64 "\n", read[i]);
+    play->report.outcome = OUTCOME_FAILED;
 }
 
 bool play_reference(struct play *play, char **words)

@@ -10,6 +10,103 @@ static enum change change_of(const struct play *play, const struct call *call)
     return call->is_mutation ? play->variant->change : CHANGE_NOTHING;
 }
 
+/* ---- submissions ---- */
+
+SCENE_CREATES(create_fence, Fence, VkFence, VkFenceCreateInfo)
+SCENE_CREATES(create_semaphore, Semaphore, VkSemaphore, VkSemaphoreCreateInfo)
+
+static void create_fence_and_timeline(struct scene *scene)
+{
+    const STRUCT(VkFenceCreateInfo, fence_info);
+    const STRUCT(VkSemaphoreTypeCreateInfo, type, .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE);
+    const STRUCT(VkSemaphoreCreateInfo, create_info, .pNext = &type);
+    scene->fence = create_fence(scene, &fence_info);
+    scene->timeline = create_semaphore(scene, &create_info);
+}
+
+static VkQueue queue_of(const struct scene *scene)
+{
+    return scene_queue(scene, fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0));
+}
+
+/* Ends the command buffer of the call; a secondary one gets a primary one around it. */
+static void submission_prepare(struct scene *scene)
+{
+    const VkCommandBuffer recorded = scene->command_buffer;
+    scene_end(scene, recorded);
+    if (scene->fixture->records_secondary) {
+        scene->command_buffer = scene_command_buffer(
+            scene, fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0));
+        scene_begin(scene, scene->command_buffer, 0);
+        scene->vk->CmdExecuteCommands(scene->command_buffer, 1, &recorded);
+        scene_end(scene, scene->command_buffer);
+    }
+    if (scene->fence == VK_NULL_HANDLE)
+        create_fence_and_timeline(scene);
+}
+
+/* Submits it, behind what the scene submitted before; with a fence. May be done again when it is
+ * complete. */
+static void submission_begin(struct scene *scene)
+{
+    static const VkPipelineStageFlags stages[SCENE_SEMAPHORES_MAX] = {
+        [0 ... SCENE_SEMAPHORES_MAX - 1] = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT};
+    const uint64_t value = ++scene->timeline_value;
+    const uint64_t no_values[SCENE_SEMAPHORES_MAX] = {0};
+    const STRUCT(VkTimelineSemaphoreSubmitInfo, values,
+                 .waitSemaphoreValueCount = scene->inputs.semaphore_count,
+                 .pWaitSemaphoreValues = no_values, .signalSemaphoreValueCount = 1,
+                 .pSignalSemaphoreValues = &value);
+    const STRUCT(VkSubmitInfo, submit_info, .pNext = &values, .signalSemaphoreCount = 1,
+                 .pSignalSemaphores = &scene->timeline,
+                 .waitSemaphoreCount = scene->inputs.semaphore_count,
+                 .pWaitSemaphores = scene->inputs.semaphores, .pWaitDstStageMask = stages,
+                 .commandBufferCount = 1, .pCommandBuffers = &scene->command_buffer);
+
+    MUST_SUCCEED(scene->vk->ResetFences(scene->fixture->device, 1, &scene->fence));
+    MUST_SUCCEED(scene->vk->QueueSubmit(queue_of(scene), 1, &submit_info, scene->fence));
+    scene->inputs.semaphore_count = 0;
+}
+
+static void poll(const struct scene *scene)
+{
+    VkResult result;
+    do
+        result = scene->vk->GetFenceStatus(scene->fixture->device, scene->fence);
+    while (result == VK_NOT_READY);
+    MUST_SUCCEED(result);
+}
+
+static void wait_for_timeline(const struct scene *scene)
+{
+    const STRUCT(VkSemaphoreWaitInfo, info, .semaphoreCount = 1, .pSemaphores = &scene->timeline,
+                 .pValues = &scene->timeline_value);
+    MUST_SUCCEED(scene->vk->WaitSemaphores(scene->fixture->device, &info, UINT64_MAX));
+}
+
+static void submission_wait(struct scene *scene, enum waiting waiting)
+{
+    const VkDevice device = scene->fixture->device;
+
+    switch (waiting) {
+    case WAIT_FENCE:
+        MUST_SUCCEED(scene->vk->WaitForFences(device, 1, &scene->fence, VK_TRUE, UINT64_MAX));
+        break;
+    case WAIT_FENCE_STATUS:
+        poll(scene);
+        break;
+    case WAIT_TIMELINE:
+        wait_for_timeline(scene);
+        break;
+    case WAIT_QUEUE:
+        MUST_SUCCEED(scene->vk->QueueWaitIdle(queue_of(scene)));
+        break;
+    case WAIT_DEVICE:
+        MUST_SUCCEED(scene->vk->DeviceWaitIdle(device));
+        break;
+    }
+}
+
 /* ---- the scene ---- */
 
 /* What the base builds say, without their data. */
@@ -103,8 +200,8 @@ static bool expect_none(const struct fixture *fixture, const struct call *call, 
 {
     if (fixture->messages.count == 0)
         return true;
-    judge_say(report, "%s: %u messages %s\n", call->what, fixture->messages.count, when);
-    judge_say_messages(fixture, report);
+    report_say(report, "%s: %u messages %s\n", call->what, fixture->messages.count, when);
+    report_say_messages(report, &fixture->messages, NULL);
     return false;
 }
 
@@ -157,12 +254,13 @@ static bool close_scene(struct fixture *fixture, struct scene *scene, const stru
                         struct report *report)
 {
     const uint32_t count = fixture->messages.count;
-    submission_finish(scene);
+    MUST_SUCCEED(
+        scene->vk->QueueWaitIdle(queue_of(scene))); /* a semaphore is signaled before a fence */
     scene_close(scene);
     if (fixture->messages.count == count)
         return true;
-    judge_say(report, "%s: messages after the wait\n", call->what);
-    judge_say_messages(fixture, report);
+    report_say(report, "%s: messages after the wait\n", call->what);
+    report_say_messages(report, &fixture->messages, NULL);
     return false;
 }
 
@@ -175,116 +273,9 @@ bool content_call(const struct play *play, struct fixture *fixture, const struct
     bool good = false;
     if (scene->skip != NULL) {
         report->outcome = OUTCOME_SKIPPED;
-        judge_say(report, "%s", scene->skip);
+        report_say(report, "%s", scene->skip);
     } else if (expect_none(fixture, call, "before the call", report)) {
         good = record_and_submit(play, fixture, scene, call, report);
     }
     return close_scene(fixture, scene, call, report) && good;
-}
-
-/* ---- submissions ---- */
-
-SCENE_CREATES(create_fence, Fence, VkFence, VkFenceCreateInfo)
-SCENE_CREATES(create_semaphore, Semaphore, VkSemaphore, VkSemaphoreCreateInfo)
-
-static void create_fence_and_timeline(struct scene *scene)
-{
-    const STRUCT(VkFenceCreateInfo, fence_info);
-    const STRUCT(VkSemaphoreTypeCreateInfo, type, .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE);
-    const STRUCT(VkSemaphoreCreateInfo, create_info, .pNext = &type);
-    scene->fence = create_fence(scene, &fence_info);
-    scene->timeline = create_semaphore(scene, &create_info);
-}
-
-static VkQueue queue_of(const struct scene *scene)
-{
-    VkQueue queue;
-    scene->vk->GetDeviceQueue(scene->fixture->device,
-                              fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0), 0,
-                              &queue);
-    return queue;
-}
-
-void submission_prepare(struct scene *scene)
-{
-    const VkCommandBuffer recorded = scene->command_buffer;
-    scene_end(scene, recorded);
-    if (scene->fixture->records_secondary) {
-        scene->command_buffer = scene_command_buffer(
-            scene, fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0));
-        scene_begin(scene, scene->command_buffer, 0);
-        scene->vk->CmdExecuteCommands(scene->command_buffer, 1, &recorded);
-        scene_end(scene, scene->command_buffer);
-    }
-    if (scene->fence == VK_NULL_HANDLE)
-        create_fence_and_timeline(scene);
-}
-
-void submission_begin(struct scene *scene)
-{
-    static const VkPipelineStageFlags stages[SCENE_SEMAPHORES_MAX] = {
-        [0 ... SCENE_SEMAPHORES_MAX - 1] = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT};
-    const uint64_t value = ++scene->timeline_value;
-    const uint64_t no_values[SCENE_SEMAPHORES_MAX] = {0};
-    const STRUCT(VkTimelineSemaphoreSubmitInfo, values,
-                 .waitSemaphoreValueCount = scene->inputs.semaphore_count,
-                 .pWaitSemaphoreValues = no_values, .signalSemaphoreValueCount = 1,
-                 .pSignalSemaphoreValues = &value);
-    const STRUCT(VkSubmitInfo, submit_info, .pNext = &values, .signalSemaphoreCount = 1,
-                 .pSignalSemaphores = &scene->timeline,
-                 .waitSemaphoreCount = scene->inputs.semaphore_count,
-                 .pWaitSemaphores = scene->inputs.semaphores, .pWaitDstStageMask = stages,
-                 .commandBufferCount = 1, .pCommandBuffers = &scene->command_buffer);
-
-    expect_success(scene->vk->ResetFences(scene->fixture->device, 1, &scene->fence),
-                   "vkResetFences");
-    expect_success(scene->vk->QueueSubmit(queue_of(scene), 1, &submit_info, scene->fence),
-                   "vkQueueSubmit");
-    scene->inputs.semaphore_count = 0;
-}
-
-static void poll(const struct scene *scene)
-{
-    VkResult result;
-    do
-        result = scene->vk->GetFenceStatus(scene->fixture->device, scene->fence);
-    while (result == VK_NOT_READY);
-    expect_success(result, "vkGetFenceStatus");
-}
-
-static void wait_for_timeline(const struct scene *scene)
-{
-    const STRUCT(VkSemaphoreWaitInfo, info, .semaphoreCount = 1, .pSemaphores = &scene->timeline,
-                 .pValues = &scene->timeline_value);
-    expect_success(scene->vk->WaitSemaphores(scene->fixture->device, &info, UINT64_MAX),
-                   "vkWaitSemaphores");
-}
-
-void submission_wait(struct scene *scene, enum waiting waiting)
-{
-    const VkDevice device = scene->fixture->device;
-
-    switch (waiting) {
-    case WAIT_FENCE:
-        expect_success(scene->vk->WaitForFences(device, 1, &scene->fence, VK_TRUE, UINT64_MAX),
-                       "vkWaitForFences");
-        break;
-    case WAIT_FENCE_STATUS:
-        poll(scene);
-        break;
-    case WAIT_TIMELINE:
-        wait_for_timeline(scene);
-        break;
-    case WAIT_QUEUE:
-        expect_success(scene->vk->QueueWaitIdle(queue_of(scene)), "vkQueueWaitIdle");
-        break;
-    case WAIT_DEVICE:
-        expect_success(scene->vk->DeviceWaitIdle(device), "vkDeviceWaitIdle");
-        break;
-    }
-}
-
-void submission_finish(struct scene *scene)
-{
-    expect_success(scene->vk->QueueWaitIdle(queue_of(scene)), "vkQueueWaitIdle");
 }

@@ -47,20 +47,4 @@ bool variant_fits(const struct variant *variant, const struct platform *platform
 bool content_call(const struct play *play, struct fixture *fixture, const struct call *call,
                   struct report *report);
 
-/* Plays cases of whole messages in a fixture that is opened for them (texts.c). */
-void texts_play(const struct platform *platform, struct fixture *fixture, struct tally *tally);
-
-/* ---- submissions of a scene's command buffer, and waits for them (play.c) */
-
-/* Ends the command buffer of the call; a secondary one gets a primary one around it. */
-void submission_prepare(struct scene *scene);
-
-/* Submits it, behind what the scene submitted before; with a fence. May be done again when it is
- * complete. */
-void submission_begin(struct scene *scene);
-/* Until everything is complete that may still use what the scene made: a semaphore is signaled
- * before a fence is. */
-void submission_finish(struct scene *scene);
-void submission_wait(struct scene *scene, enum waiting waiting);
-
 #endif

@@ -1,0 +1,123 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Compares messages with what is expected, and says what differs. */
+#include "tests/player/report.h"
+
+#include <ctype.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "vuid-tables/rules.h"
+
+void report_say(struct report *report, const char *format, ...)
+{
+    const size_t length = strlen(report->text);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(report->text + length, sizeof(report->text) - length, format, arguments);
+    va_end(arguments);
+}
+
+void report_say_messages(struct report *report, const struct messages *messages,
+                         const bool *is_used)
+{
+    for (uint32_t i = 0; i < messages_kept(messages) && i < 12; i++)
+        report_say(report, "    %s %s\n        %.1000s\n",
+                   is_used && is_used[i] ? "expected" : "got", messages->items[i].id,
+                   messages->items[i].text);
+}
+
+bool report_id_ends(const char *id, const char *end)
+{
+    const size_t length = strlen(id), size = strlen(end);
+    return length == size ? strcmp(id, end) == 0
+                          : length > size && id[length - size - 1] == '-' &&
+                                strcmp(id + length - size, end) == 0;
+}
+
+bool report_text_matches(const char *text, const char *wanted)
+{
+    while (*wanted) {
+        const char *end = strstr(wanted, " ... ");
+        size_t length = end ? (size_t)(end - wanted) : strlen(wanted);
+        char part[512];
+        snprintf(part, sizeof(part), "%.*s", (int)length, wanted);
+        const bool is_absent = strncmp(part, "NOT ", 4) == 0;
+        const char *found = strstr(text, part + (is_absent ? 4 : 0));
+        if (is_absent == (found != NULL))
+            return false;
+        if (!is_absent)
+            text = found + length;
+        wanted = end ? end + strlen(" ... ") : wanted + length;
+    }
+    return true;
+}
+
+/* ---- hints */
+
+static const char *hint_of(const char *id)
+{
+    for (int vuid = VUID_NONE + 1; vuid < MESSAGE_ID_COUNT; vuid++)
+        if (vuid != VUID_COUNT && strcmp(vuid_texts[vuid].id, id) == 0)
+            return rule_infos[rule_of_vuid((enum vuid)vuid)].hint;
+    return NULL;
+}
+
+static bool has_its_hint(struct report *report, const struct message *message)
+{
+    const char *hint = hint_of(message->id);
+    if (hint == NULL || strstr(message->text, hint) != NULL)
+        return true;
+    report_say(report, "the message of %s lacks its hint: %s\n", message->id, hint);
+    return false;
+}
+
+/* ---- counts */
+
+/* Whether `at` begins a number of one digit, 1, and is followed by a plural. */
+static bool is_one_of_many(const char *text, const char *at)
+{
+    static const char *const plurals[] = {"bytes",   "triangles", "AABBs",      "vertices",
+                                          "indices", "elements",  "geometries", "pointers",
+                                          "times",   "rays"};
+    if (at != text && (isalnum((unsigned char)at[-1]) || at[-1] == '.' || at[-1] == '-'))
+        return false;
+    for (size_t i = 0; i < sizeof(plurals) / sizeof(plurals[0]); i++)
+        if (strncmp(at + 2, plurals[i], strlen(plurals[i])) == 0)
+            return true;
+    return false;
+}
+
+/* The sentence of the specification is not the layer's. */
+static bool counts_agree(struct report *report, const struct message *message)
+{
+    const char *end = strstr(message->text, "\nThe Vulkan spec states");
+    for (const char *at = message->text; (at = strstr(at, "1 ")) != NULL; at++) {
+        if (end != NULL && at > end)
+            return true;
+        if (is_one_of_many(message->text, at)) {
+            report_say(report, "a count of %s does not agree: %.40s\n", message->id, at);
+            return false;
+        }
+    }
+    return true;
+}
+
+/* ---- other ids of the same mistake */
+
+static bool names_no_id_twice(struct report *report, const struct message *message)
+{
+    const char *also = strstr(message->text, " (also ");
+    const char *end = strstr(message->text, "\nThe Vulkan spec states");
+    const char *own = also != NULL ? strstr(also, message->id) : NULL;
+    if (own == NULL || (end != NULL && own > end))
+        return true;
+    report_say(report, "the message of %s names its own id\n", message->id);
+    return false;
+}
+
+bool report_judge_wording(struct report *report, const struct message *message)
+{
+    return has_its_hint(report, message) && counts_agree(report, message) &&
+           names_no_id_twice(report, message);
+}
