@@ -49,11 +49,11 @@ static void submit(void)
     VkQueue queue;
     open_scene();
     fixture.vk.GetDeviceQueue(fixture.device, 0, 0, &queue);
-    MUST_SUCCEED(fixture.vk.EndCommandBuffer(scene->command_buffer));
+    GET(fixture.vk.EndCommandBuffer(scene->command_buffer));
     const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1,
                  .pCommandBuffers = &scene->command_buffer);
-    MUST_SUCCEED(fixture.vk.QueueSubmit(queue, 1, &info, VK_NULL_HANDLE));
-    MUST_SUCCEED(fixture.vk.QueueWaitIdle(queue));
+    GET(fixture.vk.QueueSubmit(queue, 1, &info, VK_NULL_HANDLE));
+    GET(fixture.vk.QueueWaitIdle(queue));
 }
 
 static void abandon_device(void)
@@ -78,7 +78,7 @@ static void set_name(const char *name)
     open_scene();
     const STRUCT(VkDebugUtilsObjectNameInfoEXT, info, .objectType = VK_OBJECT_TYPE_COMMAND_BUFFER,
                  .objectHandle = (uint64_t)(uintptr_t)scene->command_buffer, .pObjectName = name);
-    MUST_SUCCEED(scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &info));
+    GET(scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &info));
 }
 
 static void open_label(const char *name)

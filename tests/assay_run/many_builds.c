@@ -47,7 +47,7 @@ static void create_query_pool(void)
     const STRUCT(VkQueryPoolCreateInfo, info,
                  .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
                  .queryCount = 1);
-    MUST_SUCCEED(scene->vk->CreateQueryPool(fixture.device, &info, NULL, &query_pool));
+    GET(scene->vk->CreateQueryPool(fixture.device, &info, NULL, &query_pool));
 }
 
 static VkAccelerationStructureKHR create_structure(uint32_t i)
@@ -57,13 +57,12 @@ static VkAccelerationStructureKHR create_structure(uint32_t i)
                  .buffer = structures_buffer.handle, .offset = i * structure_size,
                  .size = structure_size, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
     VkAccelerationStructureKHR structure;
-    MUST_SUCCEED(
-        scene->vk->CreateAccelerationStructureKHR(fixture.device, &create_info, NULL, &structure));
+    GET(scene->vk->CreateAccelerationStructureKHR(fixture.device, &create_info, NULL, &structure));
     snprintf(text, sizeof(text), "mesh %u", i);
     const STRUCT(VkDebugUtilsObjectNameInfoEXT, name,
                  .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                  .objectHandle = (uint64_t)structure, .pObjectName = text);
-    MUST_SUCCEED(scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &name));
+    GET(scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &name));
     return structure;
 }
 
@@ -110,8 +109,8 @@ static uint32_t submit(VkAccelerationStructureKHR *structures, uint32_t first, u
         VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, query_pool, 0);
     scene_end(scene, scene->command_buffer);
     scene_submit(scene, families[queue], scene->command_buffer);
-    MUST_SUCCEED(scene->vk->GetQueryPoolResults(fixture.device, query_pool, 0, 1, sizeof(size),
-                                                &size, sizeof(size), VK_QUERY_RESULT_64_BIT));
+    GET(scene->vk->GetQueryPoolResults(fixture.device, query_pool, 0, 1, sizeof(size), &size,
+                                       sizeof(size), VK_QUERY_RESULT_64_BIT));
     return i;
 }
 

@@ -58,8 +58,8 @@ static VkDevice create_device(void)
     static VkExtensionProperties offered[EXTENSIONS_MAX];
     static const char *names[EXTENSIONS_MAX];
     uint32_t count = EXTENSIONS_MAX;
-    MUST_SUCCEED(fixture.vki.EnumerateDeviceExtensionProperties(fixture.physical_device, NULL,
-                                                                &count, offered));
+    GET(fixture.vki.EnumerateDeviceExtensionProperties(fixture.physical_device, NULL, &count,
+                                                       offered));
     for (uint32_t i = 0; i < count; i++)
         names[i] = offered[i].extensionName;
     const float priority = 1.0f;
@@ -68,7 +68,7 @@ static VkDevice create_device(void)
                  .pQueueCreateInfos = &queue, .enabledExtensionCount = count,
                  .ppEnabledExtensionNames = names);
     VkDevice created;
-    MUST_SUCCEED(fixture.create_device(fixture.physical_device, &create_info, NULL, &created));
+    GET(fixture.create_device(fixture.physical_device, &create_info, NULL, &created));
     return created;
 }
 

@@ -86,8 +86,8 @@ static void *listen_now_and_then(void *context)
     const VkDebugUtilsMessengerCreateInfoEXT create_info = messages_messenger(context);
     while (atomic_load(&recording)) {
         VkDebugUtilsMessengerEXT messenger;
-        MUST_SUCCEED(fixture.vki.CreateDebugUtilsMessengerEXT(fixture.instance, &create_info, NULL,
-                                                              &messenger));
+        GET(fixture.vki.CreateDebugUtilsMessengerEXT(fixture.instance, &create_info, NULL,
+                                                     &messenger));
         fixture.vki.DestroyDebugUtilsMessengerEXT(fixture.instance, messenger, NULL);
     }
     return NULL;

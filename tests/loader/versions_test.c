@@ -54,7 +54,7 @@ static VkInstance create_instance(const struct application *application)
                  .ppEnabledExtensionNames = extensions);
     VkInstance instance;
     configure(application);
-    MUST_SUCCEED(GLOBAL(CreateInstance)(&create_info, NULL, &instance));
+    GET(GLOBAL(CreateInstance)(&create_info, NULL, &instance));
     return instance;
 }
 
@@ -63,7 +63,7 @@ static bool offers(const VkuInstanceDispatchTable *vki, VkPhysicalDevice physica
 {
     static VkExtensionProperties list[512];
     uint32_t count = 512;
-    MUST_SUCCEED(vki->EnumerateDeviceExtensionProperties(physical_device, NULL, &count, list));
+    GET(vki->EnumerateDeviceExtensionProperties(physical_device, NULL, &count, list));
     for (uint32_t i = 0; i < count; i++)
         if (strcmp(list[i].extensionName, extension) == 0)
             return true;
@@ -102,7 +102,7 @@ static void use_device(const VkuInstanceDispatchTable *vki, VkInstance instance,
                  .ppEnabledExtensionNames = extensions);
     VkuDeviceDispatchTable vk;
     VkDevice device;
-    MUST_SUCCEED(COMMAND_OF(instance, CreateDevice)(physical_device, &info, NULL, &device));
+    GET(COMMAND_OF(instance, CreateDevice)(physical_device, &info, NULL, &device));
     vkuInitDeviceDispatchTable(device, &vk, COMMAND_OF(instance, GetDeviceProcAddr));
     if (info.enabledExtensionCount == 2)
         build(device, &vk);
@@ -121,7 +121,7 @@ static bool run(const struct application *application)
 
     vkuInitInstanceDispatchTable(instance, &vki, platform.get_instance_proc_addr);
     messages_clear(&messages);
-    MUST_SUCCEED(vki.CreateDebugUtilsMessengerEXT(instance, &info, NULL, &messenger));
+    GET(vki.CreateDebugUtilsMessengerEXT(instance, &info, NULL, &messenger));
     vki.EnumeratePhysicalDevices(instance, &count, &physical_device);
     assert_int_equal(count, 1);
     const bool has_extension = offers(&vki, physical_device, VK_NV_RAY_TRACING_EXTENSION_NAME);

@@ -20,7 +20,7 @@ FLAGS = ("needs_null_driver", "needs_drivers_sizes", "spares_drivers", "may_fail
          "is_for_contents")
 TYPES = ("float", "uint8_t", "uint16_t", "uint32_t", "uint64_t")
 # Calls in edits that take no scene.
-PLAIN_CALLS = ("sizeof", "offsetof", "unreadable_page", "expect_success", "memcpy", "memset", "for",
+PLAIN_CALLS = ("sizeof", "offsetof", "unreadable_page", "memcpy", "memset", "for",
                "if", "place_offset", "messages_clear", "fixture_find_family",
                "bytes_before_unreadable_page")
 # Where messages say that members of the scene are. {0} and so on: what stands in brackets.

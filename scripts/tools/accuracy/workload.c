@@ -99,10 +99,9 @@ static void make_builds(struct workload *workload, VkAccelerationStructureTypeKH
     for (uint32_t i = 0; i < workload->count; i++) {
         const STRUCT(VkAccelerationStructureCreateInfoKHR, create_info, .buffer = storage.handle,
                      .offset = i * step, .size = sizes.accelerationStructureSize, .type = type);
-        expect_success(
-            scene->vk->CreateAccelerationStructureKHR(scene->fixture->device, &create_info, NULL,
-                                                      &workload->infos[i].dstAccelerationStructure),
-            "vkCreateAccelerationStructureKHR");
+        GET(scene->vk->CreateAccelerationStructureKHR(
+            scene->fixture->device, &create_info, NULL,
+            &workload->infos[i].dstAccelerationStructure));
         workload->infos[i].scratchData.deviceAddress =
             scene_address(scene, &scratch, i * scratch_step);
     }
@@ -112,10 +111,9 @@ void workload_run(const struct workload *workload)
 {
     struct scene *scene = workload->scene;
     if (scene->command == COMMAND_HOST) {
-        expect_success(scene->vk->BuildAccelerationStructuresKHR(
-                           scene->fixture->device, VK_NULL_HANDLE, workload->count, workload->infos,
-                           workload->range_pointers),
-                       "vkBuildAccelerationStructuresKHR");
+        GET(scene->vk->BuildAccelerationStructuresKHR(scene->fixture->device, VK_NULL_HANDLE,
+                                                      workload->count, workload->infos,
+                                                      workload->range_pointers));
         return;
     }
     scene_begin(scene, workload->command_buffer, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);

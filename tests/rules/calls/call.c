@@ -79,7 +79,7 @@ static void continue_render_pass(struct scene *scene)
                  .pInheritanceInfo = &inheritance);
     scene->command_buffer = scene_allocate_command_buffer(
         scene, scene_pool(scene, compute_family(scene), 0), VK_COMMAND_BUFFER_LEVEL_SECONDARY);
-    MUST_SUCCEED(scene->vk->BeginCommandBuffer(scene->command_buffer, &begin_info));
+    GET(scene->vk->BeginCommandBuffer(scene->command_buffer, &begin_info));
 }
 #include "pointers.inc"
 #include "recording.inc"

@@ -209,16 +209,12 @@ static void rebuild_on_device(struct scene *scene)
 {
     use_instances(scene);
     const uint32_t build = build_blas(scene, ALLOW_DISABLING);
-    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
-    const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
-    const STRUCT(VkSubmitInfo, submit_info, .commandBufferCount = 1,
-                 .pCommandBuffers = &command_buffer);
+    const VkCommandBuffer command_buffer = scene_begin_own(scene);
     scene_refer(scene, 0, scene->infos[build].dstAccelerationStructure);
     scene->infos[build].flags = 0;
-    scene_begin(scene, command_buffer, 0);
     record_on_device(scene, build, command_buffer);
     scene_end(scene, command_buffer);
-    MUST_SUCCEED(
-        scene->vk->QueueSubmit(scene_queue(scene, family), 1, &submit_info, VK_NULL_HANDLE));
+    GET(commands_submit(scene->vk, scene_queue(scene, scene_family(scene)), command_buffer,
+                        VK_NULL_HANDLE));
 }
 #include "disabling.inc"

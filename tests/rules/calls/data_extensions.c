@@ -104,8 +104,8 @@ static VkAccelerationStructureInstanceKHR *nv_instance(struct scene *scene, uint
 static uint64_t reference_of(struct scene *scene, VkAccelerationStructureNV accel)
 {
     uint64_t reference = 0;
-    MUST_SUCCEED(scene->vk->GetAccelerationStructureHandleNV(scene->fixture->device, accel,
-                                                             sizeof(reference), &reference));
+    GET(scene->vk->GetAccelerationStructureHandleNV(scene->fixture->device, accel,
+                                                    sizeof(reference), &reference));
     return reference;
 }
 

@@ -3,31 +3,34 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include "tests/fixture/copies.h"
 #include "tests/rules/calls/placing.h"
 #include "tests/rules/case.h"
 
 static VkDeferredOperationKHR create_operation(struct scene *scene)
 {
     VkDeferredOperationKHR operation;
-    MUST_SUCCEED(scene->vk->CreateDeferredOperationKHR(scene->fixture->device, NULL, &operation));
+    GET(scene->vk->CreateDeferredOperationKHR(scene->fixture->device, NULL, &operation));
     return operation;
 }
 
 SCENE_DESTROYS(destroy_operation, DestroyDeferredOperationKHR, VkDeferredOperationKHR)
 
-static void join_and_destroy(struct scene *scene, VkDevice device, uint64_t handle)
+static void join(const struct scene *scene, VkDevice device, VkDeferredOperationKHR operation)
 {
-    const VkDeferredOperationKHR operation = (VkDeferredOperationKHR)handle;
     while (scene->vk->DeferredOperationJoinKHR(device, operation) == VK_THREAD_IDLE_KHR)
         continue;
+}
+
+static void join_and_destroy(struct scene *scene, VkDevice device, uint64_t handle)
+{
+    join(scene, device, (VkDeferredOperationKHR)handle);
     destroy_operation(scene, device, handle);
 }
 
 static void complete_the_operation(struct scene *scene)
 {
-    while (scene->vk->DeferredOperationJoinKHR(scene->fixture->device, scene->deferred_operation) ==
-           VK_THREAD_IDLE_KHR)
-        continue;
+    join(scene, scene->fixture->device, scene->deferred_operation);
 }
 
 static VkAccelerationStructureKHR accel_in(struct scene *scene, struct test_buffer buffer,
@@ -59,16 +62,11 @@ static VkAccelerationStructureKHR of_two_instances(struct scene *scene, uint32_t
 /* What the host could not have built itself is deserialized on the device. */
 static void deserialize_src(struct scene *scene)
 {
-    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
-    const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
-    const STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info,
-                 .src.deviceAddress = scene_serialized(scene),
-                 .dst = scene->infos[UPDATE].srcAccelerationStructure,
-                 .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
-    scene_begin(scene, command_buffer, 0);
+    const VkCommandBuffer command_buffer = scene_begin_own(scene);
+    const VkCopyMemoryToAccelerationStructureInfoKHR info =
+        deserialize_info(scene_serialized(scene), scene->infos[UPDATE].srcAccelerationStructure);
     scene->vk->CmdCopyMemoryToAccelerationStructureKHR(command_buffer, &info);
-    scene_end(scene, command_buffer);
-    scene_submit(scene, family, command_buffer);
+    scene_run(scene, command_buffer);
 }
 #include "host.inc"
 
@@ -99,7 +97,7 @@ static void *bytes_of_protected_mapping(struct scene *scene, size_t size)
     const VkDeviceMemory memory = place_buffer(scene).memory;
     char *pages;
     scene->vk->UnmapMemory(scene->fixture->device, memory);
-    MUST_SUCCEED(scene->vk->MapMemory(scene->fixture->device, memory, 0, page, 0, (void **)&pages));
+    GET(scene->vk->MapMemory(scene->fixture->device, memory, 0, page, 0, (void **)&pages));
     if (mprotect(pages, 2 * page, PROT_NONE) != 0)
         scene_skip(scene, "the pages cannot be protected");
     return pages + page - size;

@@ -2,6 +2,7 @@
 /* Commands that build no structures. */
 #include <stdlib.h>
 
+#include "tests/fixture/copies.h"
 #include "tests/rules/calls/placing.h"
 #include "tests/rules/case.h"
 
@@ -37,8 +38,7 @@ static void build_uncompactable_micromap(struct scene *scene, uint64_t micromap)
     info.flags = 0;
     info.dstMicromap = (VkMicromapEXT)micromap;
     if (command_is_on_host(scene->command))
-        MUST_SUCCEED(
-            scene->vk->BuildMicromapsEXT(scene->fixture->device, VK_NULL_HANDLE, 1, &info));
+        GET(scene->vk->BuildMicromapsEXT(scene->fixture->device, VK_NULL_HANDLE, 1, &info));
     else
         scene->vk->CmdBuildMicromapsEXT(scene->command_buffer, 1, &info);
 }
@@ -66,22 +66,11 @@ static void use_uncompactable(struct scene *scene)
 
 static void deserialize_by_device(struct scene *scene, VkAccelerationStructureKHR dst)
 {
-    const STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info,
-                 .src.deviceAddress = scene_serialized(scene), .dst = dst,
-                 .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
+    const VkCopyMemoryToAccelerationStructureInfoKHR info =
+        deserialize_info(scene_serialized(scene), dst);
     const VkCommandBuffer command_buffer = scene_begin_before(scene);
     scene->vk->CmdCopyMemoryToAccelerationStructureKHR(command_buffer, &info);
     scene_end_before(scene, command_buffer);
-}
-
-/* Has the device do what was recorded, and goes on in another command buffer. */
-static void submit_so_far(struct scene *scene)
-{
-    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
-    scene_end(scene, scene->command_buffer);
-    scene_submit(scene, family, scene->command_buffer);
-    scene->command_buffer = scene_command_buffer(scene, family);
-    scene_begin(scene, scene->command_buffer, 0);
 }
 
 /* The data have a block with one micromap. */
@@ -106,10 +95,9 @@ static void deserialize_with(struct scene *scene, VkAccelerationStructureKHR dst
     data->type = BLOCK_TYPE;
     data->count = 1;
     data->micromap = micromap;
-    const STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info, .src.hostAddress = data,
-                 .dst = dst, .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
-    MUST_SUCCEED(scene->vk->CopyMemoryToAccelerationStructureKHR(scene->fixture->device,
-                                                                 VK_NULL_HANDLE, &info));
+    const VkCopyMemoryToAccelerationStructureInfoKHR info = deserialize_info((uintptr_t)data, dst);
+    GET(scene->vk->CopyMemoryToAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE,
+                                                        &info));
 }
 
 enum micromap_state { UNWRITTEN, BUILT, REBUILT, DESERIALIZED };
@@ -130,7 +118,7 @@ static void use_source_with_micromap(struct scene *scene, enum micromap_state st
         deserialize_by_device(scene, micromap);
     if (state == REBUILT || state == BUILT)
         scene_record_micromap_in(scene, micromap, 4);
-    submit_so_far(scene);
+    scene_run_so_far(scene);
     deserialize_with(scene, structure, buffer.address);
     use_source(scene, (uint64_t)structure);
 }
@@ -168,7 +156,7 @@ static void chain_both_descriptors(struct scene *scene)
 
 static void wait_idle(struct scene *scene)
 {
-    MUST_SUCCEED(scene->vk->DeviceWaitIdle(scene->fixture->device));
+    GET(scene->vk->DeviceWaitIdle(scene->fixture->device));
 }
 
 VKAPI_ATTR static void *VKAPI_CALL allocate(void *user, size_t size, size_t alignment,
@@ -213,28 +201,23 @@ static void use_created_with_callbacks(struct scene *scene)
     const VkDevice device = scene->device;
     void *created = &life->destroyed;
     if (life->object_type == VK_OBJECT_TYPE_MICROMAP_EXT)
-        MUST_SUCCEED(scene->vk->CreateMicromapEXT(device, &life->create_micromap, &callbacks,
-                                                  (VkMicromapEXT *)created));
+        GET(scene->vk->CreateMicromapEXT(device, &life->create_micromap, &callbacks,
+                                         (VkMicromapEXT *)created));
     else if (life->object_type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV)
-        MUST_SUCCEED(scene->vk->CreateAccelerationStructureNV(
-            device, &life->create_nv, &callbacks, (VkAccelerationStructureNV *)created));
+        GET(scene->vk->CreateAccelerationStructureNV(device, &life->create_nv, &callbacks,
+                                                     (VkAccelerationStructureNV *)created));
     else
-        MUST_SUCCEED(scene->vk->CreateAccelerationStructureKHR(
-            device, &life->create, &callbacks, (VkAccelerationStructureKHR *)created));
+        GET(scene->vk->CreateAccelerationStructureKHR(device, &life->create, &callbacks,
+                                                      (VkAccelerationStructureKHR *)created));
     scene_defer(scene, device, life->destroyed, destroy_with_callbacks);
 }
 
 /* Submits the build of the scene, and waits for it if asked to. */
 static void submit_build(struct scene *scene, int waits)
 {
-    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1,
-                 .pCommandBuffers = &scene->command_buffer);
-    VkQueue queue;
-    scene->vk->GetDeviceQueue(scene->fixture->device,
-                              fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0), 0,
-                              &queue);
+    const VkQueue queue = scene_queue(scene, scene_family(scene));
     scene_end(scene, scene->command_buffer);
-    MUST_SUCCEED(scene->vk->QueueSubmit(queue, 1, &info, VK_NULL_HANDLE));
+    GET(commands_submit(scene->vk, queue, scene->command_buffer, VK_NULL_HANDLE));
     if (waits)
         wait_idle(scene);
 }
@@ -288,11 +271,9 @@ static void reset_queries_on_host(struct scene *scene)
 
 static void build_and_query(struct scene *scene, VkAccelerationStructureKHR accel, VkQueryPool pool)
 {
-    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
-    const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
+    const VkCommandBuffer command_buffer = scene_begin_own(scene);
     VkAccelerationStructureBuildGeometryInfoKHR info = scene->infos[INDEXED];
     info.dstAccelerationStructure = accel;
-    scene_begin(scene, command_buffer, 0);
     scene->vk->CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info,
                                                  &scene->range_pointers[INDEXED]);
     scene_barrier(scene, command_buffer);
@@ -300,8 +281,16 @@ static void build_and_query(struct scene *scene, VkAccelerationStructureKHR acce
     scene->vk->CmdWriteAccelerationStructuresPropertiesKHR(
         command_buffer, 1, &accel, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, pool,
         0);
-    scene_end(scene, command_buffer);
-    scene_submit(scene, family, command_buffer);
+    scene_run(scene, command_buffer);
+}
+
+static VkDeviceSize read_size(struct scene *scene, VkQueryPool pool)
+{
+    uint64_t size = 0;
+    GET(scene->vk->GetQueryPoolResults(scene->fixture->device, pool, 0, 1, sizeof(size), &size,
+                                       sizeof(size),
+                                       VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
+    return size;
 }
 
 /* Builds a structure before the call, and returns its compacted size. */
@@ -312,16 +301,13 @@ static VkDeviceSize compacted_size_of(struct scene *scene, VkAccelerationStructu
     uint64_t size = 0;
     if (command_is_on_host(scene->command)) {
         scene_build_before(scene, INDEXED, 1);
-        MUST_SUCCEED(scene->vk->WriteAccelerationStructuresPropertiesKHR(
-            device, 1, &accel, type, sizeof(size), &size, sizeof(size)));
+        GET(scene->vk->WriteAccelerationStructuresPropertiesKHR(device, 1, &accel, type,
+                                                                sizeof(size), &size, sizeof(size)));
         return size;
     }
     const VkQueryPool pool = scene_query_pool(scene, type, 1);
     build_and_query(scene, accel, pool);
-    MUST_SUCCEED(scene->vk->GetQueryPoolResults(device, pool, 0, 1, sizeof(size), &size,
-                                                sizeof(size),
-                                                VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
-    return size;
+    return read_size(scene, pool);
 }
 
 enum dst_size { SMALL, COMPACTED, FULL };
@@ -354,20 +340,11 @@ static void clone_to_less(struct scene *scene, uint32_t missing)
 static VkDeviceSize queried_size_of_source(struct scene *scene, VkQueryType type)
 {
     const VkQueryPool pool = scene_query_pool(scene, type, 1);
-    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
-    const VkCommandBuffer command_buffer = scene->command_buffer;
-    uint64_t size = 0;
-    scene_barrier(scene, command_buffer);
-    scene->vk->CmdResetQueryPool(command_buffer, pool, 0, 1);
-    record_queries(scene, command_buffer, scene->life.src, 0, type, pool);
-    scene_end(scene, command_buffer);
-    scene_submit(scene, family, command_buffer);
-    scene->command_buffer = scene_command_buffer(scene, family);
-    scene_begin(scene, scene->command_buffer, 0);
-    MUST_SUCCEED(scene->vk->GetQueryPoolResults(scene->fixture->device, pool, 0, 1, sizeof(size),
-                                                &size, sizeof(size),
-                                                VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
-    return size;
+    scene_barrier(scene, scene->command_buffer);
+    scene->vk->CmdResetQueryPool(scene->command_buffer, pool, 0, 1);
+    record_queries(scene, scene->command_buffer, scene->life.src, 0, type, pool);
+    scene_run_so_far(scene);
+    return read_size(scene, pool);
 }
 
 enum { NV_ALIGNMENT = 256 };

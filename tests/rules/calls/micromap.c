@@ -48,13 +48,6 @@ static void cut_usages(struct scene *scene)
 
 /* Rules of level state that take more to decide here. */
 
-static void submit(struct scene *scene)
-{
-    scene_end(scene, scene->command_buffer);
-    scene_submit(scene, fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0),
-                 scene->command_buffer);
-}
-
 static void use_built(struct scene *scene)
 {
     scene_use_micromap(scene);
@@ -78,13 +71,12 @@ static void use_blas_as_micromap(struct scene *scene)
 static void submit_before(struct scene *scene, VkAccelerationStructureTypeKHR type)
 {
     const VkCommandBuffer command_buffer = scene->command_buffer;
-    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
-    scene_record_in_family(scene, family, 0);
+    scene->command_buffer = scene_begin_own(scene);
     if (type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)
         use_built(scene);
     else
         use_blas_as_micromap(scene);
-    submit(scene);
+    scene_run(scene, scene->command_buffer);
     scene->command_buffer = command_buffer;
 }
 

@@ -93,7 +93,7 @@ static void use_instances(struct scene *scene, const uint32_t first[2], const ui
         buffers[i] = scene_create_buffer(scene, PLACE_SIZE, ACCEL_USAGE);
         const STRUCT(VkBindBufferMemoryInfo, info, .pNext = &group, .buffer = buffers[i].handle,
                      .memory = memory.handle);
-        MUST_SUCCEED(scene->vk->BindBufferMemory2(scene->fixture->device, 1, &info));
+        GET(scene->vk->BindBufferMemory2(scene->fixture->device, 1, &info));
     }
     place_dst(scene, INDEXED, &buffers[0], 0);
     place_dst(scene, AABBS, &buffers[1], 0);

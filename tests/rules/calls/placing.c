@@ -116,7 +116,7 @@ static struct test_memory allocate(struct scene *scene, VkMemoryPropertyFlags wi
         scene_skip(scene, "no memory type of the wanted kind");
         return memory;
     }
-    MUST_SUCCEED(scene->vk->AllocateMemory(scene->fixture->device, &info, NULL, &memory.handle));
+    GET(scene->vk->AllocateMemory(scene->fixture->device, &info, NULL, &memory.handle));
     scene_defer(scene, scene->fixture->device, (uint64_t)memory.handle, free_memory);
     return memory;
 }

@@ -22,7 +22,7 @@ static VkDeviceSize compacted_size(struct scene *scene, uint32_t build)
 {
     VkDeviceSize size = place_size(scene, build) / 2;
     if (command_is_on_host(scene->command))
-        MUST_SUCCEED(scene->vk->WriteAccelerationStructuresPropertiesKHR(
+        GET(scene->vk->WriteAccelerationStructuresPropertiesKHR(
             scene->fixture->device, 1, &scene->infos[build].dstAccelerationStructure,
             VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, sizeof(size), &size,
             sizeof(size)));

@@ -9,14 +9,6 @@
 #include "tests/rules/scene/device_features.h"
 #include "vuid-tables/registry.h"
 
-void expect_success(VkResult result, const char *what)
-{
-    if (result != VK_SUCCESS) {
-        fprintf(stderr, "%s failed: VkResult %d\n", what, result);
-        exit(1);
-    }
-}
-
 /* ---- the instance ---- */
 
 static uint32_t setup_api_version(const struct setup *setup)
@@ -51,15 +43,15 @@ static void instance_create(struct fixture *fixture)
         .enabledExtensionCount = 1, .ppEnabledExtensionNames = &extension);
     const PFN_vkGetInstanceProcAddr proc_addr = fixture->platform->get_instance_proc_addr;
     const PFN_vkCreateInstance create = (PFN_vkCreateInstance)proc_addr(NULL, "vkCreateInstance");
-    MUST_SUCCEED(create(&create_info, NULL, &fixture->instance));
+    GET(create(&create_info, NULL, &fixture->instance));
     vkuInitInstanceDispatchTable(fixture->instance, &fixture->vki, proc_addr);
     fixture->create_device = (PFN_vkCreateDevice)proc_addr(fixture->instance, "vkCreateDevice");
     fixture->get_device_proc_addr =
         (PFN_vkGetDeviceProcAddr)proc_addr(fixture->instance, "vkGetDeviceProcAddr");
 
     messenger.pNext = NULL;
-    MUST_SUCCEED(fixture->vki.CreateDebugUtilsMessengerEXT(fixture->instance, &messenger, NULL,
-                                                           &fixture->messenger));
+    GET(fixture->vki.CreateDebugUtilsMessengerEXT(fixture->instance, &messenger, NULL,
+                                                  &fixture->messenger));
 }
 
 /* ---- the physical device ---- */
@@ -146,7 +138,7 @@ VkDevice fixture_create_device(struct fixture *fixture)
         create_info.pNext = &group_info;
     }
     VkDevice device;
-    MUST_SUCCEED(fixture->create_device(fixture->physical_device, &create_info, NULL, &device));
+    GET(fixture->create_device(fixture->physical_device, &create_info, NULL, &device));
     return device;
 }
 

@@ -5,6 +5,7 @@
 #define ASSAY_TESTS_RULES_FIXTURE_H
 
 #include "tests/fixture/messages.h"
+#include "tests/fixture/objects.h"
 #include "tests/fixture/platform.h"
 #include "tests/rules/scene/scene_inputs.h"
 
@@ -118,9 +119,5 @@ VkDevice fixture_create_device(struct fixture *fixture);
  */
 uint32_t fixture_find_family(const struct fixture *fixture, VkQueueFlags with,
                              VkQueueFlags without);
-
-/* Ends the program unless a call of the test itself succeeded. */
-void expect_success(VkResult result, const char *what);
-#define MUST_SUCCEED(call) expect_success(call, #call)
 
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The valid build call and its parts. */
 #include "tests/rules/scene/scene.h"
+#include "tests/fixture/geometry.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -102,40 +103,25 @@ static void make_inputs(struct scene *scene)
 static void set_triangles(struct scene *scene, uint32_t build, uint32_t index,
                           VkIndexType index_type, VkDeviceSize index_offset)
 {
-    *GEOMETRY(scene, build, index) =
-        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-             .geometry.triangles = {
-                 .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-                 .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                 .vertexData.deviceAddress = scene_address(scene, &scene->vertices, 0),
-                 .vertexStride = 12,
-                 .maxVertex = 5,
-                 .indexType = index_type});
-    if (index_type != VK_INDEX_TYPE_NONE_KHR)
-        GEOMETRY(scene, build, index)->geometry.triangles.indexData.deviceAddress =
-            scene_address(scene, &scene->indices, index_offset);
+    *GEOMETRY(scene, build, index) = triangles_geometry(
+        scene_address(scene, &scene->vertices, 0), 5, index_type,
+        index_type == VK_INDEX_TYPE_NONE_KHR ? 0
+                                             : scene_address(scene, &scene->indices, index_offset));
     scene->ranges[build][index].primitiveCount = 2;
 }
 
 static void set_boxes(struct scene *scene, uint32_t index, VkDeviceSize offset, VkDeviceSize stride)
 {
-    *GEOMETRY(scene, AABBS, index) = MAKE(
-        VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-        .geometry.aabbs = {.sType =
-                               VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-                           .data.deviceAddress = scene_address(scene, &scene->boxes, offset),
-                           .stride = stride},
-        .flags = VK_GEOMETRY_OPAQUE_BIT_KHR);
+    *GEOMETRY(scene, AABBS, index) =
+        boxes_geometry(scene_address(scene, &scene->boxes, offset), stride);
+    GEOMETRY(scene, AABBS, index)->flags = VK_GEOMETRY_OPAQUE_BIT_KHR;
     scene->ranges[AABBS][index].primitiveCount = 3;
 }
 
 static void set_instances(struct scene *scene)
 {
     *GEOMETRY(scene, TLAS, 0) =
-        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-             .geometry.instances = {
-                 .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-                 .data.deviceAddress = scene_address(scene, &scene->instances, 0)});
+        instances_geometry(scene_address(scene, &scene->instances, 0), false);
     scene->ranges[TLAS][0].primitiveCount = 3;
 }
 
@@ -309,9 +295,8 @@ struct scene *scene_open(struct fixture *fixture, enum build_command command)
     make_inputs(scene);
     set_geometries(scene);
     set_builds(scene);
-    const uint32_t family = fixture_find_family(fixture, VK_QUEUE_COMPUTE_BIT, 0);
     scene->command_buffer =
-        scene_allocate_command_buffer(scene, scene_pool(scene, family, 0),
+        scene_allocate_command_buffer(scene, scene_pool(scene, scene_family(scene), 0),
                                       fixture->records_secondary ? VK_COMMAND_BUFFER_LEVEL_SECONDARY
                                                                  : VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     scene_begin(scene, scene->command_buffer, 0);

@@ -309,7 +309,7 @@ void scene_defer(struct scene *scene, VkDevice device, uint64_t handle,
     {                                                                                              \
         const VkDevice device = scene->fixture->device;                                            \
         type object;                                                                               \
-        expect_success(scene->vk->command(device, create_info, NULL, &object), "vk" #command);     \
+        GET(scene->vk->command(device, create_info, NULL, &object));                               \
         scene_defer(scene, device, (uint64_t)object, name##_destroy);                              \
         return object;                                                                             \
     }
@@ -500,9 +500,16 @@ VkCommandBuffer scene_command_buffer(struct scene *scene, uint32_t family);
 void scene_begin(struct scene *scene, VkCommandBuffer command_buffer,
                  VkCommandBufferUsageFlags flags);
 void scene_end(struct scene *scene, VkCommandBuffer command_buffer);
+uint32_t scene_family(const struct scene *scene); /* the first queue family that can build */
 VkQueue scene_queue(const struct scene *scene, uint32_t family); /* the first one */
 /* Makes all earlier writes visible to all later commands. */
 void scene_barrier(struct scene *scene, VkCommandBuffer command_buffer);
+/* Returns a command buffer of the scene's family that records; and ends, submits and waits for one.
+ */
+VkCommandBuffer scene_begin_own(struct scene *scene);
+void scene_run(struct scene *scene, VkCommandBuffer command_buffer);
+/* Does that with the command buffer of the call, which goes on in another one. */
+void scene_run_so_far(struct scene *scene);
 /* Submits to the family's first queue and waits. */
 void scene_submit(struct scene *scene, uint32_t family, VkCommandBuffer command_buffer);
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Command buffers of a scene, and what they record beside builds. */
 
+#include "tests/fixture/copies.h"
 #include "tests/rules/scene/scene.h"
 
 SCENE_CREATES(create_pool, CommandPool, VkCommandPool, VkCommandPoolCreateInfo)
@@ -21,8 +22,7 @@ VkCommandBuffer scene_allocate_command_buffer(struct scene *scene, VkCommandPool
     const STRUCT(VkCommandBufferAllocateInfo, allocate_info, .commandPool = pool, .level = level,
                  .commandBufferCount = 1);
     VkCommandBuffer command_buffer;
-    MUST_SUCCEED(
-        scene->vk->AllocateCommandBuffers(scene->fixture->device, &allocate_info, &command_buffer));
+    GET(scene->vk->AllocateCommandBuffers(scene->fixture->device, &allocate_info, &command_buffer));
     return command_buffer;
 }
 
@@ -38,12 +38,17 @@ void scene_begin(struct scene *scene, VkCommandBuffer command_buffer,
     const STRUCT(VkCommandBufferInheritanceInfo, inheritance);
     const STRUCT(VkCommandBufferBeginInfo, begin_info, .flags = flags,
                  .pInheritanceInfo = &inheritance);
-    MUST_SUCCEED(scene->vk->BeginCommandBuffer(command_buffer, &begin_info));
+    GET(scene->vk->BeginCommandBuffer(command_buffer, &begin_info));
 }
 
 void scene_end(struct scene *scene, VkCommandBuffer command_buffer)
 {
-    MUST_SUCCEED(scene->vk->EndCommandBuffer(command_buffer));
+    GET(scene->vk->EndCommandBuffer(command_buffer));
+}
+
+uint32_t scene_family(const struct scene *scene)
+{
+    return fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
 }
 
 VkQueue scene_queue(const struct scene *scene, uint32_t family)
@@ -55,24 +60,40 @@ VkQueue scene_queue(const struct scene *scene, uint32_t family)
 
 static VkResult try_submit(struct scene *scene, uint32_t family, VkCommandBuffer command_buffer)
 {
-    const STRUCT(VkSubmitInfo, submit_info, .commandBufferCount = 1,
-                 .pCommandBuffers = &command_buffer);
     const VkQueue queue = scene_queue(scene, family);
-    const VkResult result = scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE);
-    MUST_SUCCEED(scene->vk->QueueWaitIdle(queue));
+    const VkResult result = commands_submit(scene->vk, queue, command_buffer, VK_NULL_HANDLE);
+    GET(scene->vk->QueueWaitIdle(queue));
     return result;
 }
 
 void scene_submit(struct scene *scene, uint32_t family, VkCommandBuffer command_buffer)
 {
-    MUST_SUCCEED(try_submit(scene, family, command_buffer));
+    GET(try_submit(scene, family, command_buffer));
 }
 
 VkResult scene_submit_call(struct scene *scene)
 {
     scene_end(scene, scene->command_buffer);
-    return try_submit(scene, fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0),
-                      scene->command_buffer);
+    return try_submit(scene, scene_family(scene), scene->command_buffer);
+}
+
+VkCommandBuffer scene_begin_own(struct scene *scene)
+{
+    const VkCommandBuffer command_buffer = scene_command_buffer(scene, scene_family(scene));
+    scene_begin(scene, command_buffer, 0);
+    return command_buffer;
+}
+
+void scene_run(struct scene *scene, VkCommandBuffer command_buffer)
+{
+    scene_end(scene, command_buffer);
+    scene_submit(scene, scene_family(scene), command_buffer);
+}
+
+void scene_run_so_far(struct scene *scene)
+{
+    scene_run(scene, scene->command_buffer);
+    scene->command_buffer = scene_begin_own(scene);
 }
 
 void scene_record_in_family(struct scene *scene, uint32_t family, VkCommandPoolCreateFlags flags)
@@ -145,9 +166,9 @@ void scene_end_rendering(struct scene *scene, VkCommandBuffer command_buffer)
 void scene_build_before(struct scene *scene, uint32_t first, uint32_t count)
 {
     if (command_is_on_host(scene->command)) {
-        MUST_SUCCEED(scene->vk->BuildAccelerationStructuresKHR(
-            scene->fixture->device, VK_NULL_HANDLE, count, &scene->infos[first],
-            &scene->range_pointers[first]));
+        GET(scene->vk->BuildAccelerationStructuresKHR(scene->fixture->device, VK_NULL_HANDLE, count,
+                                                      &scene->infos[first],
+                                                      &scene->range_pointers[first]));
         return;
     }
     const VkCommandBuffer command_buffer = scene_begin_before(scene);
@@ -170,7 +191,7 @@ void scene_build_source(struct scene *scene, uint32_t update)
 VkResult scene_copy(struct scene *scene, VkAccelerationStructureKHR src,
                     VkAccelerationStructureKHR dst, VkCopyAccelerationStructureModeKHR mode)
 {
-    const STRUCT(VkCopyAccelerationStructureInfoKHR, info, .src = src, .dst = dst, .mode = mode);
+    const VkCopyAccelerationStructureInfoKHR info = copy_info(src, dst, mode);
     if (command_is_on_host(scene->command))
         return scene->vk->CopyAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE,
                                                        &info);

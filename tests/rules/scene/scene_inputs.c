@@ -135,29 +135,24 @@ static VkSemaphore create_semaphore(struct scene *scene)
     return inputs->semaphores[inputs->semaphore_count++] = create(scene, &create_info);
 }
 
-static uint32_t family_of_builds(const struct scene *scene)
-{
-    return fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
-}
-
 /* To the other queue, which only a semaphore orders; or to the same, and waits. */
 static void submit_before(struct scene *scene, VkCommandBuffer command_buffer)
 {
     scene_end(scene, command_buffer);
     if (!scene->fixture->uses_two_queues) {
-        scene_submit(scene, family_of_builds(scene), command_buffer);
+        scene_submit(scene, scene_family(scene), command_buffer);
         return;
     }
     const VkSemaphore semaphore = create_semaphore(scene);
     const STRUCT(VkSubmitInfo, submit_info, .commandBufferCount = 1,
                  .pCommandBuffers = &command_buffer, .signalSemaphoreCount = 1,
                  .pSignalSemaphores = &semaphore);
-    MUST_SUCCEED(scene->vk->QueueSubmit(scene_queue(scene, 1), 1, &submit_info, VK_NULL_HANDLE));
+    GET(scene->vk->QueueSubmit(scene_queue(scene, 1), 1, &submit_info, VK_NULL_HANDLE));
 }
 
 static VkCommandBuffer begin_own(struct scene *scene)
 {
-    const uint32_t family = scene->fixture->uses_two_queues ? 1 : family_of_builds(scene);
+    const uint32_t family = scene->fixture->uses_two_queues ? 1 : scene_family(scene);
     const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
     scene_begin(scene, command_buffer, 0);
     return command_buffer;
@@ -190,10 +185,7 @@ VkCommandBuffer scene_begin_before(struct scene *scene)
 
 void scene_barrier(struct scene *scene, VkCommandBuffer command_buffer)
 {
-    const VkPipelineStageFlags all = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
-    const STRUCT(VkMemoryBarrier, barrier, .srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT,
-                 .dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT);
-    scene->vk->CmdPipelineBarrier(command_buffer, all, all, 0, 1, &barrier, 0, NULL, 0, NULL);
+    commands_barrier(scene->vk, command_buffer);
 }
 
 void scene_end_before(struct scene *scene, VkCommandBuffer command_buffer)

@@ -90,8 +90,7 @@ static void open_micromaps(struct scene *scene)
     life->builds[0].flags = VK_BUILD_MICROMAP_ALLOW_COMPACTION_BIT_EXT;
     life->build_count = 1;
     if (is_on_host)
-        MUST_SUCCEED(
-            scene->vk->BuildMicromapsEXT(scene->fixture->device, VK_NULL_HANDLE, 1, life->builds));
+        GET(scene->vk->BuildMicromapsEXT(scene->fixture->device, VK_NULL_HANDLE, 1, life->builds));
     else
         scene->vk->CmdBuildMicromapsEXT(scene->command_buffer, 1, life->builds);
     life->builds[0].dstMicromap = (VkMicromapEXT)life->dst;
@@ -158,10 +157,9 @@ static void serialize(struct scene *scene)
         else
             scene->vk->CmdCopyAccelerationStructureToMemoryKHR(scene->command_buffer, &info);
     } else if (is_micromap) {
-        MUST_SUCCEED(scene->vk->CopyMicromapToMemoryEXT(device, VK_NULL_HANDLE, &micromap_info));
+        GET(scene->vk->CopyMicromapToMemoryEXT(device, VK_NULL_HANDLE, &micromap_info));
     } else {
-        MUST_SUCCEED(
-            scene->vk->CopyAccelerationStructureToMemoryKHR(device, VK_NULL_HANDLE, &info));
+        GET(scene->vk->CopyAccelerationStructureToMemoryKHR(device, VK_NULL_HANDLE, &info));
     }
 }
 
@@ -292,8 +290,7 @@ static void open_set(struct scene *scene)
     const STRUCT(VkDescriptorSetAllocateInfo, info,
                  .descriptorPool = create_descriptor_pool(scene, &pool_info),
                  .descriptorSetCount = 1, .pSetLayouts = &layout);
-    MUST_SUCCEED(
-        scene->vk->AllocateDescriptorSets(scene->fixture->device, &info, &life->write.dstSet));
+    GET(scene->vk->AllocateDescriptorSets(scene->fixture->device, &info, &life->write.dstSet));
     const VkDescriptorUpdateTemplateEntry entry = {
         .descriptorCount = 2, .descriptorType = type, .stride = sizeof(life->objects[0])};
     const STRUCT(VkDescriptorUpdateTemplateCreateInfo, template_info,

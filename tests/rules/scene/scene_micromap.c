@@ -2,6 +2,7 @@
 /* Builds of micromaps, and geometries that use them. */
 #include <string.h>
 
+#include "tests/fixture/copies.h"
 #include "tests/rules/scene/scene.h"
 
 enum { SERIALIZED_SIZE = 1 << 16 };
@@ -96,10 +97,8 @@ VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t t
 static const void *serialized_on_host(struct scene *scene)
 {
     const struct test_buffer buffer = scene_buffer(scene, SERIALIZED_SIZE, SCRATCH_USAGE);
-    const STRUCT(VkCopyAccelerationStructureToMemoryInfoKHR, info,
-                 .src = scene->infos[REFIT].srcAccelerationStructure,
-                 .dst.hostAddress = buffer.host,
-                 .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR);
+    const VkCopyAccelerationStructureToMemoryInfoKHR info =
+        serialize_info(scene->infos[REFIT].srcAccelerationStructure, (uintptr_t)buffer.host);
     scene->vk->CopyAccelerationStructureToMemoryKHR(scene->fixture->device, VK_NULL_HANDLE, &info);
     return buffer.host;
 }
@@ -113,9 +112,8 @@ VkDeviceAddress scene_serialized(struct scene *scene)
 
 void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure)
 {
-    STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info,
-           .src.deviceAddress = scene_serialized(scene), .dst = structure,
-           .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
+    VkCopyMemoryToAccelerationStructureInfoKHR info =
+        deserialize_info(scene_serialized(scene), structure);
     if (command_is_on_host(scene->command)) {
         info.src.hostAddress = serialized_on_host(scene);
         scene->vk->CopyMemoryToAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE,
@@ -217,7 +215,7 @@ static void build_displacement(struct scene *scene, VkMicromapEXT micromap)
         scene_build_of_micromap(scene, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV, micromap,
                                 scene->micromaps.usages_ext, true)
             .info;
-    MUST_SUCCEED(scene->vk->BuildMicromapsEXT(scene->fixture->device, VK_NULL_HANDLE, 1, &info));
+    GET(scene->vk->BuildMicromapsEXT(scene->fixture->device, VK_NULL_HANDLE, 1, &info));
 }
 
 void scene_use_displacement(struct scene *scene)

@@ -41,8 +41,7 @@ void scene_nv_bind(struct scene *scene, VkAccelerationStructureNV accel, VkDevic
 {
     const STRUCT(VkBindAccelerationStructureMemoryInfoNV, bind_info, .accelerationStructure = accel,
                  .memory = memory, .memoryOffset = offset);
-    MUST_SUCCEED(
-        scene->vk->BindAccelerationStructureMemoryNV(scene->fixture->device, 1, &bind_info));
+    GET(scene->vk->BindAccelerationStructureMemoryNV(scene->fixture->device, 1, &bind_info));
 }
 
 VkAccelerationStructureNV scene_nv_accel(struct scene *scene)

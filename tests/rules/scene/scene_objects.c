@@ -82,7 +82,7 @@ static struct test_memory allocate(struct scene *scene, VkDeviceSize size, uint3
                  .allocationSize = size, .memoryTypeIndex = type);
     const VkDevice device = scene->fixture->device;
 
-    MUST_SUCCEED(scene->vk->AllocateMemory(device, &allocate_info, NULL, &memory.handle));
+    GET(scene->vk->AllocateMemory(device, &allocate_info, NULL, &memory.handle));
     scene_defer(scene, device, (uint64_t)memory.handle, free_memory);
     return memory;
 }
@@ -98,8 +98,8 @@ struct test_memory scene_allocate_with(struct scene *scene, VkDeviceSize size,
     }
     struct test_memory memory = allocate(scene, size, type, chain);
     if ((properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) != 0)
-        MUST_SUCCEED(scene->vk->MapMemory(scene->fixture->device, memory.handle, 0, size, 0,
-                                          (void **)&memory.host));
+        GET(scene->vk->MapMemory(scene->fixture->device, memory.handle, 0, size, 0,
+                                 (void **)&memory.host));
     return memory;
 }
 
@@ -171,8 +171,8 @@ void scene_bind(struct scene *scene, struct test_buffer *buffer, const struct te
 {
     if (memory->handle == VK_NULL_HANDLE)
         return;
-    MUST_SUCCEED(scene->vk->BindBufferMemory(scene->fixture->device, buffer->handle, memory->handle,
-                                             offset));
+    GET(scene->vk->BindBufferMemory(scene->fixture->device, buffer->handle, memory->handle,
+                                    offset));
     scene_note_binding(scene, buffer, memory, offset);
 }
 
@@ -330,6 +330,6 @@ void scene_bind_sparse(struct scene *scene, const struct test_buffer *buffer,
     const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_SPARSE_BINDING_BIT, 0);
     const VkQueue queue = scene_queue(scene, family);
 
-    MUST_SUCCEED(scene->vk->QueueBindSparse(queue, 1, &info, VK_NULL_HANDLE));
-    MUST_SUCCEED(scene->vk->QueueWaitIdle(queue));
+    GET(scene->vk->QueueBindSparse(queue, 1, &info, VK_NULL_HANDLE));
+    GET(scene->vk->QueueWaitIdle(queue));
 }

@@ -26,7 +26,7 @@ static void create_fence_and_timeline(struct scene *scene)
 
 static VkQueue queue_of(const struct scene *scene)
 {
-    return scene_queue(scene, fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0));
+    return scene_queue(scene, scene_family(scene));
 }
 
 /* Ends the command buffer of the call; a secondary one gets a primary one around it. */
@@ -35,9 +35,7 @@ static void submission_prepare(struct scene *scene)
     const VkCommandBuffer recorded = scene->command_buffer;
     scene_end(scene, recorded);
     if (scene->fixture->records_secondary) {
-        scene->command_buffer = scene_command_buffer(
-            scene, fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0));
-        scene_begin(scene, scene->command_buffer, 0);
+        scene->command_buffer = scene_begin_own(scene);
         scene->vk->CmdExecuteCommands(scene->command_buffer, 1, &recorded);
         scene_end(scene, scene->command_buffer);
     }
@@ -63,8 +61,8 @@ static void submission_begin(struct scene *scene)
                  .pWaitSemaphores = scene->inputs.semaphores, .pWaitDstStageMask = stages,
                  .commandBufferCount = 1, .pCommandBuffers = &scene->command_buffer);
 
-    MUST_SUCCEED(scene->vk->ResetFences(scene->fixture->device, 1, &scene->fence));
-    MUST_SUCCEED(scene->vk->QueueSubmit(queue_of(scene), 1, &submit_info, scene->fence));
+    GET(scene->vk->ResetFences(scene->fixture->device, 1, &scene->fence));
+    GET(scene->vk->QueueSubmit(queue_of(scene), 1, &submit_info, scene->fence));
     scene->inputs.semaphore_count = 0;
 }
 
@@ -74,14 +72,14 @@ static void poll(const struct scene *scene)
     do
         result = scene->vk->GetFenceStatus(scene->fixture->device, scene->fence);
     while (result == VK_NOT_READY);
-    MUST_SUCCEED(result);
+    GET(result);
 }
 
 static void wait_for_timeline(const struct scene *scene)
 {
     const STRUCT(VkSemaphoreWaitInfo, info, .semaphoreCount = 1, .pSemaphores = &scene->timeline,
                  .pValues = &scene->timeline_value);
-    MUST_SUCCEED(scene->vk->WaitSemaphores(scene->fixture->device, &info, UINT64_MAX));
+    GET(scene->vk->WaitSemaphores(scene->fixture->device, &info, UINT64_MAX));
 }
 
 static void submission_wait(struct scene *scene, enum waiting waiting)
@@ -90,7 +88,7 @@ static void submission_wait(struct scene *scene, enum waiting waiting)
 
     switch (waiting) {
     case WAIT_FENCE:
-        MUST_SUCCEED(scene->vk->WaitForFences(device, 1, &scene->fence, VK_TRUE, UINT64_MAX));
+        GET(scene->vk->WaitForFences(device, 1, &scene->fence, VK_TRUE, UINT64_MAX));
         break;
     case WAIT_FENCE_STATUS:
         poll(scene);
@@ -99,10 +97,10 @@ static void submission_wait(struct scene *scene, enum waiting waiting)
         wait_for_timeline(scene);
         break;
     case WAIT_QUEUE:
-        MUST_SUCCEED(scene->vk->QueueWaitIdle(queue_of(scene)));
+        GET(scene->vk->QueueWaitIdle(queue_of(scene)));
         break;
     case WAIT_DEVICE:
-        MUST_SUCCEED(scene->vk->DeviceWaitIdle(device));
+        GET(scene->vk->DeviceWaitIdle(device));
         break;
     }
 }
@@ -254,8 +252,7 @@ static bool close_scene(struct fixture *fixture, struct scene *scene, const stru
                         struct report *report)
 {
     const uint32_t count = fixture->messages.count;
-    MUST_SUCCEED(
-        scene->vk->QueueWaitIdle(queue_of(scene))); /* a semaphore is signaled before a fence */
+    GET(scene->vk->QueueWaitIdle(queue_of(scene))); /* a semaphore is signaled before a fence */
     scene_close(scene);
     if (fixture->messages.count == count)
         return true;
