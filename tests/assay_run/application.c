@@ -32,7 +32,7 @@ static void open_scene(void)
     if (scene != NULL)
         return;
     fixture_open_by_environment(&fixture, 0);
-    fixture.messages.answer = VK_TRUE;
+    fixture.instance.messages.answer = VK_TRUE;
     scene = scene_open(&fixture, COMMAND_DEVICE);
 }
 
@@ -59,8 +59,9 @@ static void submit(void)
 static void abandon_device(void)
 {
     open_scene();
-    fixture.vki.DestroyDebugUtilsMessengerEXT(fixture.instance, fixture.messenger, NULL);
-    fixture.vki.DestroyInstance(fixture.instance, NULL);
+    fixture.instance.vk.DestroyDebugUtilsMessengerEXT(fixture.instance.instance,
+                                                      fixture.instance.messenger, NULL);
+    fixture.instance.vk.DestroyInstance(fixture.instance.instance, NULL);
     _exit(0);
 }
 

@@ -54,8 +54,8 @@ static void limit_address_space(size_t more)
 static void end_without_messages(void)
 {
     bool is_wrong = false;
-    for (uint32_t i = 0; i < messages_kept(&fixture.messages); i++)
-        is_wrong |= strncmp(fixture.messages.items[i].id, "VUID-", 5) == 0;
+    for (uint32_t i = 0; i < messages_kept(&fixture.instance.messages); i++)
+        is_wrong |= strncmp(fixture.instance.messages.items[i].id, "VUID-", 5) == 0;
     _exit(is_wrong ? FALSE_FINDING : 0);
 }
 

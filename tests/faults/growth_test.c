@@ -83,7 +83,7 @@ static void report_often(const struct reporting *reporting)
     struct timespec begin, end;
     use(reporting);
     set("VK_INSTANCE_LAYERS", LAYER_NAME);
-    fixture.messages.answer = VK_FALSE;
+    fixture.instance.messages.answer = VK_FALSE;
     assert_null(fixture_open(&fixture, &platform, &plain));
     struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
     for (unsigned i = 0; i < findings / 10; i++)
@@ -100,9 +100,10 @@ static void report_often(const struct reporting *reporting)
         "limit %s, level %s, log %s: %u findings, %u messages, %ld KiB more, %.1f us "
         "a finding\n",
         reporting->limit, reporting->level, reporting->format ? reporting->format : "none",
-        findings, fixture.messages.count, growth / KIB, ns / 1000 / (findings - findings / 10));
+        findings, fixture.instance.messages.count, growth / KIB,
+        ns / 1000 / (findings - findings / 10));
     if (reporting->limit[0] == '0')
-        assert_int_equal(fixture.messages.count, findings + reporting->warnings);
+        assert_int_equal(fixture.instance.messages.count, findings + reporting->warnings);
     assert_true(growth < FINDINGS_GROWTH);
     scene_close(scene);
     fixture_close(&fixture);

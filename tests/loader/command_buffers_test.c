@@ -58,8 +58,8 @@ static VkDevice create_device(void)
     static VkExtensionProperties offered[EXTENSIONS_MAX];
     static const char *names[EXTENSIONS_MAX];
     uint32_t count = EXTENSIONS_MAX;
-    GET(fixture.vki.EnumerateDeviceExtensionProperties(fixture.physical_device, NULL, &count,
-                                                       offered));
+    GET(fixture.instance.vk.EnumerateDeviceExtensionProperties(fixture.instance.physical, NULL,
+                                                               &count, offered));
     for (uint32_t i = 0; i < count; i++)
         names[i] = offered[i].extensionName;
     const float priority = 1.0f;
@@ -68,7 +68,7 @@ static VkDevice create_device(void)
                  .pQueueCreateInfos = &queue, .enabledExtensionCount = count,
                  .ppEnabledExtensionNames = names);
     VkDevice created;
-    GET(fixture.create_device(fixture.physical_device, &create_info, NULL, &created));
+    GET(fixture.instance.vk.CreateDevice(fixture.instance.physical, &create_info, NULL, &created));
     return created;
 }
 
@@ -95,7 +95,7 @@ const char *loader_test_open(void)
     if (missing)
         return missing;
     device = create_device();
-    vkuInitDeviceDispatchTable(device, &vk, fixture.get_device_proc_addr);
+    vkuInitDeviceDispatchTable(device, &vk, fixture.instance.get_device_proc_addr);
     unreadable = map_page(PROT_NONE, 0);
     garbage = map_page(PROT_READ, 0xab);
     zeros = map_page(PROT_READ, 0);
@@ -132,16 +132,17 @@ static bool is_of_layer(any_command command)
 
 static void call_all(const void *handle, const char *what)
 {
-    const struct messages *messages = &fixture.messages;
+    const struct messages *messages = &fixture.instance.messages;
     called = 0;
     for (size_t i = 0; i < LENGTH(intercepted); i++) {
         const char *name = intercepted[i], *id = id_of(name);
         const any_command command =
-            is_recorded(name) ? (any_command)fixture.get_device_proc_addr(device, name) : NULL;
+            is_recorded(name) ? (any_command)fixture.instance.get_device_proc_addr(device, name)
+                              : NULL;
         if (!is_of_layer(command))
             continue;
         called++;
-        messages_clear(&fixture.messages);
+        messages_clear(&fixture.instance.messages);
         const VkResult result = command(handle, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0);
         if (strncmp(name, "vkCmd", 5) != 0)
             assert_int_equal(result, VK_ERROR_VALIDATION_FAILED_EXT);
@@ -185,7 +186,7 @@ TEST(test_freed_with_its_device)
 {
     VkuDeviceDispatchTable table;
     const VkDevice other = create_device();
-    vkuInitDeviceDispatchTable(other, &table, fixture.get_device_proc_addr);
+    vkuInitDeviceDispatchTable(other, &table, fixture.instance.get_device_proc_addr);
     const VkCommandPool pool = command_pool_create(&vk, other);
     const VkCommandBuffer handle = allocate(other, pool);
     table.DestroyDevice(other, NULL);
@@ -249,11 +250,11 @@ TEST(test_one_warning)
 {
     if (!knows_command_buffers())
         skip();
-    struct messages *messages = &fixture.messages;
+    struct messages *messages = &fixture.instance.messages;
     VkuDeviceDispatchTable table;
     VkQueue queue;
     const VkDevice other = create_device();
-    vkuInitDeviceDispatchTable(other, &table, fixture.get_device_proc_addr);
+    vkuInitDeviceDispatchTable(other, &table, fixture.instance.get_device_proc_addr);
     table.GetDeviceQueue(other, 0, 0, &queue);
     messages_clear(messages);
     table.EndCommandBuffer((VkCommandBuffer)queue);
@@ -273,13 +274,13 @@ TEST(test_many_devices)
     VkuDeviceDispatchTable table;
     for (int i = 0; i < DEVICES; i++) {
         devices[i] = create_device();
-        vkuInitDeviceDispatchTable(devices[i], &table, fixture.get_device_proc_addr);
+        vkuInitDeviceDispatchTable(devices[i], &table, fixture.instance.get_device_proc_addr);
         handles[i] = allocate(devices[i], command_pool_create(&vk, devices[i]));
     }
     for (int i = 0; i < DEVICES; i++)
         assert_int_equal(table.EndCommandBuffer(handles[i]), VK_SUCCESS);
     for (int i = 0; i < DEVICES; i++) {
-        vkuInitDeviceDispatchTable(devices[i], &table, fixture.get_device_proc_addr);
+        vkuInitDeviceDispatchTable(devices[i], &table, fixture.instance.get_device_proc_addr);
         table.DestroyDevice(devices[i], NULL);
         assert_int_equal(table.EndCommandBuffer(handles[i]), VK_ERROR_VALIDATION_FAILED_EXT);
     }

@@ -33,14 +33,14 @@ static void open_fixture(const char *first, const char *second)
     unsetenv("VK_INSTANCE_LAYERS");
     if (missing)
         fail_msg("%s", missing);
-    messages_clear(&fixture.messages);
+    messages_clear(&fixture.instance.messages);
 }
 
 /* Khronos layers of 2023 wrongly require a feature of ray tracing to ask for sizes. */
 static uint32_t count_messages(void)
 {
-    return fixture.messages.count -
-           messages_count(&fixture.messages,
+    return fixture.instance.messages.count -
+           messages_count(&fixture.instance.messages,
                           "VUID-vkGetAccelerationStructureBuildSizesKHR-rayTracingPipeline-03617",
                           NULL);
 }
@@ -48,8 +48,9 @@ static uint32_t count_messages(void)
 static void expect_silence(void)
 {
     if (count_messages() != 0)
-        for (uint32_t i = 0; i < messages_kept(&fixture.messages); i++)
-            print_error("%s: %s\n", fixture.messages.items[i].id, fixture.messages.items[i].text);
+        for (uint32_t i = 0; i < messages_kept(&fixture.instance.messages); i++)
+            print_error("%s: %s\n", fixture.instance.messages.items[i].id,
+                        fixture.instance.messages.items[i].text);
     assert_int_equal(count_messages(), 0);
 }
 
@@ -57,23 +58,23 @@ static void expect_silence(void)
  * say the same more than once. */
 static void expect_messages(const char *id, const char *own_text, bool both_know)
 {
-    const uint32_t count = messages_count(&fixture.messages, id, NULL);
+    const uint32_t count = messages_count(&fixture.instance.messages, id, NULL);
     assert_int_equal(count_messages(), count);
-    assert_int_equal(messages_count(&fixture.messages, id, own_text), 1);
+    assert_int_equal(messages_count(&fixture.instance.messages, id, own_text), 1);
     if (both_know)
         assert_true(count > 1);
     else
         assert_int_equal(count, 1);
-    messages_clear(&fixture.messages);
+    messages_clear(&fixture.instance.messages);
 }
 
 /* Messages with this id, or none, none of them of this layer. Some versions of the Khronos layer
  * compare an update with the last build that was recorded. */
 static void expect_messages_of_khronos(const char *id, const char *own_text)
 {
-    assert_int_equal(count_messages(), messages_count(&fixture.messages, id, NULL));
-    assert_int_equal(messages_count(&fixture.messages, id, own_text), 0);
-    messages_clear(&fixture.messages);
+    assert_int_equal(count_messages(), messages_count(&fixture.instance.messages, id, NULL));
+    assert_int_equal(messages_count(&fixture.instance.messages, id, own_text), 0);
+    messages_clear(&fixture.instance.messages);
 }
 
 static void record_anew(struct scene *scene)
@@ -130,15 +131,15 @@ static void validate(const char *first, const char *second)
 
     make_mistake_of_update(scene);
     expect_messages_of_khronos(PRIMITIVE_COUNT_ID, "as submitted to");
-    fixture.messages.answer = VK_TRUE;
+    fixture.instance.messages.answer = VK_TRUE;
     assert_int_equal(scene_submit_call(scene), VK_ERROR_VALIDATION_FAILED_EXT);
     expect_messages(PRIMITIVE_COUNT_ID, "as submitted to", false);
-    fixture.messages.answer = VK_FALSE;
+    fixture.instance.messages.answer = VK_FALSE;
 
     ask_for_wrong_sizes(scene);
-    assert_int_equal(messages_count(&fixture.messages, STRIDE_ID, OWN_STRIDE_TEXT),
+    assert_int_equal(messages_count(&fixture.instance.messages, STRIDE_ID, OWN_STRIDE_TEXT),
                      strcmp(first, LAYER_NAME) == 0 ? 3 : 1);
-    messages_clear(&fixture.messages);
+    messages_clear(&fixture.instance.messages);
 
     scene_close(scene);
     expect_silence();

@@ -19,15 +19,15 @@ static void use_fixture(struct fixture *fixture)
     struct scene *scene = scene_open(fixture, COMMAND_DEVICE);
 
     for (int i = 0; i < INSTANCES; i++)
-        heard[i] = fixtures[i].messages.count;
+        heard[i] = fixtures[i].instance.messages.count;
     scene_call(scene);
-    assert_int_equal(fixture->messages.count, heard[fixture - fixtures]);
+    assert_int_equal(fixture->instance.messages.count, heard[fixture - fixtures]);
     scene->info_count = 0;
-    fixture->messages.answer = VK_TRUE;
+    fixture->instance.messages.answer = VK_TRUE;
     scene_call(scene);
-    fixture->messages.answer = VK_FALSE;
+    fixture->instance.messages.answer = VK_FALSE;
     for (int i = 0; i < INSTANCES; i++)
-        assert_int_equal(fixtures[i].messages.count,
+        assert_int_equal(fixtures[i].instance.messages.count,
                          heard[i] + (i == fixture - fixtures ? 1u : 0u));
     scene_close(scene);
 }
@@ -73,7 +73,8 @@ TEST(test_several_devices)
     const VkDevice device = fixture->device;
     const VkuDeviceDispatchTable vk = fixture->vk;
     fixture->device = fixture_create_device(fixture);
-    vkuInitDeviceDispatchTable(fixture->device, &fixture->vk, fixture->get_device_proc_addr);
+    vkuInitDeviceDispatchTable(fixture->device, &fixture->vk,
+                               fixture->instance.get_device_proc_addr);
     struct scene *second = scene_open(fixture, COMMAND_DEVICE);
     scene_call(second);
     scene_close(second);
@@ -82,7 +83,7 @@ TEST(test_several_devices)
     fixture->vk = vk;
 
     scene_call(first);
-    assert_int_equal(fixture->messages.count, 0);
+    assert_int_equal(fixture->instance.messages.count, 0);
     scene_close(first);
     fixture_close(fixture);
 }
@@ -120,12 +121,12 @@ TEST(test_one_warning_of_a_setting)
     setenv("VK_ASSAY_VALIDATION_VUID_NAMES", "bogus", 1);
     for (int round = 0; round < 3; round++) {
         assert_null(fixture_open(&fixtures[0], &platform, &plain));
-        assert_int_equal(fixtures[0].messages.count, round == 0);
+        assert_int_equal(fixtures[0].instance.messages.count, round == 0);
         fixture_close(&fixtures[0]);
     }
     setenv("VK_ASSAY_VALIDATION_VUID_NAMES", "another", 1);
     assert_null(fixture_open(&fixtures[0], &platform, &plain));
-    assert_int_equal(fixtures[0].messages.count, 1);
+    assert_int_equal(fixtures[0].instance.messages.count, 1);
     fixture_close(&fixtures[0]);
     unsetenv("VK_ASSAY_VALIDATION_VUID_NAMES");
 }

@@ -27,13 +27,13 @@ uint32_t count_findings(const struct setup *setup)
     assert_null(fixture_open(&fixture, &platform, setup));
     struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
     scene_call(scene);
-    assert_int_equal(fixture.messages.count, 0);
+    assert_int_equal(fixture.instance.messages.count, 0);
     scene->info_count = 0;
-    fixture.messages.answer = VK_TRUE;
+    fixture.instance.messages.answer = VK_TRUE;
     scene_call(scene);
-    const uint32_t count = fixture.messages.count;
+    const uint32_t count = fixture.instance.messages.count;
     if (count == 1)
-        assert_string_equal(fixture.messages.items[0].id,
+        assert_string_equal(fixture.instance.messages.items[0].id,
                             "VUID-vkCmdBuildAccelerationStructuresKHR-infoCount-arraylength");
     scene_close(scene);
     fixture_close(&fixture);

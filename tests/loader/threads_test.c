@@ -86,9 +86,10 @@ static void *listen_now_and_then(void *context)
     const VkDebugUtilsMessengerCreateInfoEXT create_info = messages_messenger(context);
     while (atomic_load(&recording)) {
         VkDebugUtilsMessengerEXT messenger;
-        GET(fixture.vki.CreateDebugUtilsMessengerEXT(fixture.instance, &create_info, NULL,
-                                                     &messenger));
-        fixture.vki.DestroyDebugUtilsMessengerEXT(fixture.instance, messenger, NULL);
+        GET(fixture.instance.vk.CreateDebugUtilsMessengerEXT(fixture.instance.instance,
+                                                             &create_info, NULL, &messenger));
+        fixture.instance.vk.DestroyDebugUtilsMessengerEXT(fixture.instance.instance, messenger,
+                                                          NULL);
     }
     return NULL;
 }
@@ -110,10 +111,10 @@ static void check_messages(void)
     };
     uint32_t expected = 0;
     for (size_t i = 0; i < sizeof(ids) / sizeof(ids[0]); i++)
-        expected += messages_count(&fixture.messages, ids[i], NULL);
-    assert_true(fixture.messages.count > 0);
-    assert_int_equal(fixture.messages.count, atomic_load(&mistakes));
-    assert_int_equal(expected, messages_kept(&fixture.messages));
+        expected += messages_count(&fixture.instance.messages, ids[i], NULL);
+    assert_true(fixture.instance.messages.count > 0);
+    assert_int_equal(fixture.instance.messages.count, atomic_load(&mistakes));
+    assert_int_equal(expected, messages_kept(&fixture.instance.messages));
     print_message("%u threads, %u calls, %u mistakes, all of them found\n", recorder_count,
                   atomic_load(&calls), atomic_load(&mistakes));
 }

@@ -44,17 +44,17 @@ TEST_BETWEEN(test_infos_are_probed_anew, open_fixture, close_fixture)
     struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
     for (uint32_t i = 0; i < BUILDS; i++)
         ranges[i] = scene->ranges[INDEXED];
-    fixture.messages.answer = VK_TRUE; /* nothing goes down */
+    fixture.instance.messages.answer = VK_TRUE; /* nothing goes down */
     for (int round = 0; round < ROUNDS; round++) {
         build_info *infos = map_infos(scene);
-        messages_clear(&fixture.messages);
+        messages_clear(&fixture.instance.messages);
         scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, BUILDS, infos, ranges);
-        assert_int_equal(messages_count(&fixture.messages, ID, NULL), 0);
+        assert_int_equal(messages_count(&fixture.instance.messages, ID, NULL), 0);
         munmap(infos, BUILDS * sizeof(*infos));
-        messages_clear(&fixture.messages);
+        messages_clear(&fixture.instance.messages);
         scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, BUILDS, infos, ranges);
-        assert_int_equal(messages_count(&fixture.messages, ID, NULL), 1);
+        assert_int_equal(messages_count(&fixture.instance.messages, ID, NULL), 1);
     }
-    fixture.messages.answer = VK_FALSE;
+    fixture.instance.messages.answer = VK_FALSE;
     scene_close(scene);
 }

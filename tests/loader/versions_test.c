@@ -253,7 +253,7 @@ TEST(test_addresses_of_the_extension)
     unsetenv("VK_INSTANCE_LAYERS");
     struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
     scene_call(scene);
-    assert_int_equal(fixture.messages.count, 0);
+    assert_int_equal(fixture.instance.messages.count, 0);
     scene_close(scene);
     fixture_close(&fixture);
     assert_int_equal(violations(), 0);

@@ -162,71 +162,37 @@ bool play_sees_executions(const struct play *play)
 
 /* ---- the device */
 
-struct device_features {
-    VkPhysicalDeviceFeatures2 core;
-    VkPhysicalDeviceVulkan12Features core_12;
-    VkPhysicalDeviceVulkan13Features core_13;
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures;
-    VkPhysicalDeviceRayTracingMaintenance1FeaturesKHR maintenance;
-    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromaps;
-    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromaps_khr;
-    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacements;
-    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion;
-    VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres;
-    VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense;
-    VkPhysicalDeviceMaintenance5Features maintenance_5;
-    VkPhysicalDeviceFaultFeaturesEXT fault;
-    VkPhysicalDeviceRayQueryFeaturesKHR ray_query;
-    VkPhysicalDeviceRayTracingPipelineFeaturesKHR ray_tracing;
-    VkPhysicalDeviceDeviceAddressCommandsFeaturesKHR address_commands;
-    VkPhysicalDeviceClusterAccelerationStructureFeaturesNV clusters;
-    VkPhysicalDevicePartitionedAccelerationStructureFeaturesNV partitions;
-};
-
-#define FEATURES(member, type)                                                                     \
-    offsetof(struct device_features, member), VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_##type
-#define NO_FEATURES 0, 0
-
-/* Extensions of the structures, and those that a program names. */
+/* Extensions that every program has if the device has them, and others that a program names. */
 static const struct extension {
     const char *name;
-    bool is_always; /* enabled if the device has it */
-    size_t offset;  /* of its features */
-    VkStructureType features;
+    bool is_always;
 } extensions[] = {
-    {"VK_KHR_ray_tracing_maintenance1", true,
-     FEATURES(maintenance, RAY_TRACING_MAINTENANCE_1_FEATURES_KHR)},
-    {"VK_EXT_opacity_micromap", true, FEATURES(micromaps, OPACITY_MICROMAP_FEATURES_EXT)},
-    {"VK_KHR_opacity_micromap", false, FEATURES(micromaps_khr, OPACITY_MICROMAP_FEATURES_KHR)},
-    {"VK_NV_displacement_micromap", false,
-     FEATURES(displacements, DISPLACEMENT_MICROMAP_FEATURES_NV)},
-    {"VK_AMD_buffer_marker", true, NO_FEATURES},
-    {"VK_KHR_synchronization2", false, NO_FEATURES},
-    {"VK_KHR_timeline_semaphore", false, NO_FEATURES},
-    {"VK_KHR_copy_commands2", false, NO_FEATURES},
-    {"VK_KHR_create_renderpass2", false, NO_FEATURES},
-    {"VK_KHR_swapchain", false, NO_FEATURES},
-    {"VK_KHR_external_semaphore_fd", false, NO_FEATURES},
-    {"VK_KHR_external_fence_fd", false, NO_FEATURES},
-    {"VK_NV_low_latency2", false, NO_FEATURES},
-    {"VK_NV_ray_tracing", false, NO_FEATURES},
-    {"VK_NV_ray_tracing_motion_blur", false, FEATURES(motion, RAY_TRACING_MOTION_BLUR_FEATURES_NV)},
-    {"VK_NV_ray_tracing_linear_swept_spheres", false,
-     FEATURES(spheres, RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV)},
-    {"VK_AMDX_dense_geometry_format", false, FEATURES(dense, DENSE_GEOMETRY_FORMAT_FEATURES_AMDX)},
-    {"VK_EXT_device_fault", false, FEATURES(fault, FAULT_FEATURES_EXT)},
-    {"VK_KHR_ray_query", false, FEATURES(ray_query, RAY_QUERY_FEATURES_KHR)},
-    {"VK_KHR_ray_tracing_pipeline", false,
-     FEATURES(ray_tracing, RAY_TRACING_PIPELINE_FEATURES_KHR)},
-    {"VK_KHR_device_address_commands", false,
-     FEATURES(address_commands, DEVICE_ADDRESS_COMMANDS_FEATURES_KHR)},
-    {"VK_KHR_push_descriptor", false, NO_FEATURES},
-    {"VK_EXT_conditional_rendering", false, NO_FEATURES},
-    {"VK_NV_cluster_acceleration_structure", false,
-     FEATURES(clusters, CLUSTER_ACCELERATION_STRUCTURE_FEATURES_NV)},
-    {"VK_NV_partitioned_acceleration_structure", false,
-     FEATURES(partitions, PARTITIONED_ACCELERATION_STRUCTURE_FEATURES_NV)},
-    {"VK_KHR_maintenance5", false, FEATURES(maintenance_5, MAINTENANCE_5_FEATURES)},
+    {"VK_KHR_ray_tracing_maintenance1", true},
+    {"VK_EXT_opacity_micromap", true},
+    {"VK_KHR_opacity_micromap", false},
+    {"VK_NV_displacement_micromap", false},
+    {"VK_AMD_buffer_marker", true},
+    {"VK_KHR_synchronization2", false},
+    {"VK_KHR_timeline_semaphore", false},
+    {"VK_KHR_copy_commands2", false},
+    {"VK_KHR_create_renderpass2", false},
+    {"VK_KHR_swapchain", false},
+    {"VK_KHR_external_semaphore_fd", false},
+    {"VK_KHR_external_fence_fd", false},
+    {"VK_NV_low_latency2", false},
+    {"VK_NV_ray_tracing", false},
+    {"VK_NV_ray_tracing_motion_blur", false},
+    {"VK_NV_ray_tracing_linear_swept_spheres", false},
+    {"VK_AMDX_dense_geometry_format", false},
+    {"VK_EXT_device_fault", false},
+    {"VK_KHR_ray_query", false},
+    {"VK_KHR_ray_tracing_pipeline", false},
+    {"VK_KHR_device_address_commands", false},
+    {"VK_KHR_push_descriptor", false},
+    {"VK_EXT_conditional_rendering", false},
+    {"VK_NV_cluster_acceleration_structure", false},
+    {"VK_NV_partitioned_acceleration_structure", false},
+    {"VK_KHR_maintenance5", false},
 };
 
 static bool has(const struct play *play, const struct extension *extension)
@@ -244,36 +210,37 @@ bool play_has(const struct play *play, const char *extension)
 }
 
 /* Enables all features that the device has, and the program does not disable. */
-static void find_features(struct play *play, struct device_features *features)
+static void find_features(struct play *play, struct device_wish *wish)
 {
+    const struct program *program = play->program;
     const struct instance_fixture *fixture = &play->fixture;
-    *features = (struct device_features){
-        .core = MAKE(VkPhysicalDeviceFeatures2, .pNext = &features->core_12),
-        .core_12 = MAKE(VkPhysicalDeviceVulkan12Features, .pNext = &features->core_13),
-        .core_13 = MAKE(VkPhysicalDeviceVulkan13Features, .pNext = &features->structures),
-        .structures = MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR)};
-    for (size_t i = 0; i < ARRAY_COUNT(extensions); i++) {
-        if (!extensions[i].features || !has(play, &extensions[i]))
-            continue;
-        VkBaseOutStructure *added = (void *)((char *)features + extensions[i].offset);
-        added->sType = extensions[i].features;
-        added->pNext = features->structures.pNext;
-        features->structures.pNext = added;
-    }
-    fixture->vk.GetPhysicalDeviceFeatures2(fixture->physical, &features->core);
-    features->core.features.robustBufferAccess = VK_FALSE;
-    features->structures.accelerationStructureCaptureReplay = VK_FALSE;
-    if (program_find(play->program, "without", "maintenance1"))
-        features->maintenance.rayTracingMaintenance1 = VK_FALSE;
-    if (program_find(play->program, "without", "deviceFault"))
-        features->fault.deviceFault = VK_FALSE;
-    if (program_find(play->program, "without", "accelerationStructure"))
-        features->structures = MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR,
-                                    .pNext = features->structures.pNext);
-    if (program_find(play->program, "without", "synchronization2"))
-        features->core_13.synchronization2 = VK_FALSE;
-    play->has_indirect = features->structures.accelerationStructureIndirectBuild;
-    play->has_host = features->structures.accelerationStructureHostCommands;
+    device_wish_begin(wish);
+    for (size_t i = 0; i < ARRAY_COUNT(extensions); i++)
+        if (has(play, &extensions[i]))
+            device_wish_add(wish, extensions[i].name);
+    device_wish_features(wish, VkPhysicalDeviceVulkan12Features_sType);
+    VkPhysicalDeviceVulkan13Features *core_13 =
+        device_wish_features(wish, VkPhysicalDeviceVulkan13Features_sType);
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR *structures =
+        device_wish_features(wish, VkPhysicalDeviceAccelerationStructureFeaturesKHR_sType);
+    fixture->vk.GetPhysicalDeviceFeatures2(fixture->physical, &wish->features);
+    wish->features.features.robustBufferAccess = VK_FALSE;
+    structures->accelerationStructureCaptureReplay = VK_FALSE;
+    VkPhysicalDeviceRayTracingMaintenance1FeaturesKHR *maintenance =
+        device_wish_find(wish, VkPhysicalDeviceRayTracingMaintenance1FeaturesKHR_sType);
+    if (maintenance && program_find(program, "without", "maintenance1"))
+        maintenance->rayTracingMaintenance1 = VK_FALSE;
+    VkPhysicalDeviceFaultFeaturesEXT *fault =
+        device_wish_find(wish, VkPhysicalDeviceFaultFeaturesEXT_sType);
+    if (fault && program_find(program, "without", "deviceFault"))
+        fault->deviceFault = VK_FALSE;
+    if (program_find(program, "without", "accelerationStructure"))
+        *structures =
+            MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .pNext = structures->pNext);
+    if (program_find(program, "without", "synchronization2"))
+        core_13->synchronization2 = VK_FALSE;
+    play->has_indirect = structures->accelerationStructureIndirectBuild;
+    play->has_host = structures->accelerationStructureHostCommands;
 }
 
 /* Chooses the queues: two of family 0, one of family 1, as far as there are. */
@@ -323,22 +290,16 @@ static void *chain_group(struct play *play, VkPhysicalDeviceGroupProperties *gro
 static void create_device(struct play *play)
 {
     const struct instance_fixture *fixture = &play->fixture;
-    const char *names[2 + ARRAY_COUNT(extensions)] = {
-        VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-        VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
-    struct device_features features;
+    struct device_wish wish;
     VkDeviceQueueCreateInfo queues[2];
     VkPhysicalDeviceGroupProperties group;
     VkDeviceGroupDeviceCreateInfo of_group;
-    uint32_t count = 2;
-    for (size_t i = 0; i < ARRAY_COUNT(extensions); i++)
-        if (has(play, &extensions[i]))
-            names[count++] = extensions[i].name;
-    find_features(play, &features);
-    features.structures.pNext = chain_group(play, &group, &of_group, features.structures.pNext);
-    const STRUCT(VkDeviceCreateInfo, info, .pNext = &features.core,
+    find_features(play, &wish);
+    wish.features.pNext = chain_group(play, &group, &of_group, wish.features.pNext);
+    const STRUCT(VkDeviceCreateInfo, info, .pNext = &wish.features,
                  .queueCreateInfoCount = choose_queues(play, queues), .pQueueCreateInfos = queues,
-                 .enabledExtensionCount = count, .ppEnabledExtensionNames = names);
+                 .enabledExtensionCount = wish.extension_count,
+                 .ppEnabledExtensionNames = wish.extensions);
     GET(fixture->vk.CreateDevice(fixture->physical, &info, NULL, &play->device));
     vkuInitDeviceDispatchTable(play->device, &play->vk, fixture->get_device_proc_addr);
     memset(play->queues, 0, sizeof(play->queues));

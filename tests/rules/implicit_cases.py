@@ -214,7 +214,7 @@ def functions_of(number, scope, case):
     name = f"implicit_{number}"
     if scope.startswith("vk"):
         breaks = re.sub(r"\bit ", f"arguments->{scope[2:]}.", case.breaks)
-        clears = "    messages_clear(&scene->fixture->messages);\n" * case.fields.get("clears", False)
+        clears = "    messages_clear(&scene->fixture->instance.messages);\n" * case.fields.get("clears", False)
         return (f"static void {name}_arguments(struct scene *scene, union life_arguments *arguments)\n"
                 f"{{\n    (void)scene;\n    {breaks}\n}}\n"
                 f"static void {name}(struct scene *scene)\n{{\n"

@@ -206,31 +206,31 @@ static bool expect_findings(const struct play *play, const struct fixture *fixtu
         const char *id = rule_id(rule, play->command);
         if (!judge_expects(play, rule))
             continue;
-        const uint32_t count = messages_count(&fixture->messages, id, NULL);
+        const uint32_t count = messages_count(&fixture->instance.messages, id, NULL);
         expected += count;
         if (count == 0 || (i == 0 && test_case->count != 0 && count != test_case->count)) {
             report_say(report, "mutation: got %u messages of %s (%s), expected %u\n", count, id,
                        rule_infos[rule].name, test_case->count != 0 ? test_case->count : 1);
             good = false;
-        } else if (path != NULL && messages_count(&fixture->messages, id, path) == 0) {
+        } else if (path != NULL && messages_count(&fixture->instance.messages, id, path) == 0) {
             report_say(report, "mutation: no message names %s\n", path);
             good = false;
         }
     }
     if (judge_is_refused(play) && judge_expects(play, test_case->refusal->rule)) {
         const uint32_t count = messages_count(
-            &fixture->messages, rule_id(test_case->refusal->rule, play->command), NULL);
+            &fixture->instance.messages, rule_id(test_case->refusal->rule, play->command), NULL);
         expected += count;
         good = good && count > 0;
     }
-    if (expected != fixture->messages.count) {
+    if (expected != fixture->instance.messages.count) {
         report_say(report, "mutation: %u messages with unexpected ids\n",
-                   fixture->messages.count - expected);
+                   fixture->instance.messages.count - expected);
         good = false;
     }
     good = wording_is_good(play, fixture, report) && good;
     if (!good)
-        report_say_messages(report, &fixture->messages, NULL);
+        report_say_messages(report, &fixture->instance.messages, NULL);
     return good;
 }
 
@@ -254,10 +254,11 @@ static bool expect_silence(const struct play *play, struct fixture *fixture,
                            const struct call *call, struct report *report)
 {
     const bool made = play->make_call(play, fixture, call, report);
-    if (report->outcome == OUTCOME_SKIPPED || fixture->messages.count == 0)
+    if (report->outcome == OUTCOME_SKIPPED || fixture->instance.messages.count == 0)
         return made;
-    report_say(report, "%s: %u messages instead of silence\n", call->what, fixture->messages.count);
-    report_say_messages(report, &fixture->messages, NULL);
+    report_say(report, "%s: %u messages instead of silence\n", call->what,
+               fixture->instance.messages.count);
+    report_say_messages(report, &fixture->instance.messages, NULL);
     return false;
 }
 

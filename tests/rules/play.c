@@ -46,11 +46,11 @@ static bool check_result(const struct play *play, const struct call *call, VkRes
 static bool submit(struct fixture *fixture, struct scene *scene, const struct call *call,
                    struct report *report)
 {
-    if (fixture->messages.count != 0) {
+    if (fixture->instance.messages.count != 0) {
         report_say(report, "%s: messages before the submission\n", call->what);
         return false;
     }
-    fixture->messages.answer = call->breaks && !fixture->fails ? VK_TRUE : VK_FALSE;
+    fixture->instance.messages.answer = call->breaks && !fixture->fails ? VK_TRUE : VK_FALSE;
     const VkResult result = scene_submit_call(scene);
     const bool is_skipped = call->breaks && !(fixture->fails && call->forwards);
     if (result == (is_skipped ? VK_ERROR_VALIDATION_FAILED_EXT : VK_SUCCESS))
@@ -65,7 +65,7 @@ static void forget_scene(const struct play *play, const struct call *call, struc
                          uint32_t since)
 {
     if (call->breaks && judge_lacks_features(play->test_case))
-        fixture->messages.count = since;
+        fixture->instance.messages.count = since;
 }
 
 static bool is_refusal(const struct message *message)
@@ -106,8 +106,8 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
     const char *name = build_command_name(play->command);
     bool good = true;
 
-    messages_clear(&fixture->messages);
-    fixture->messages.answer = VK_FALSE;
+    messages_clear(&fixture->instance.messages);
+    fixture->instance.messages.answer = VK_FALSE;
     struct scene *scene = scene_open(fixture, play->command);
     if (call->prepare != NULL)
         call->prepare(scene);
@@ -118,15 +118,16 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
     if (play->geometry_pointers)
         scene_use_geometry_pointers(scene);
     forget_scene(play, call, fixture, 0);
-    forget_refusals(play, &fixture->messages);
+    forget_refusals(play, &fixture->instance.messages);
     if (scene->skip != NULL) {
         report->outcome = OUTCOME_SKIPPED;
         report_say(report, "%s", scene->skip);
         good = false;
-    } else if (fixture->messages.count != 0) {
+    } else if (fixture->instance.messages.count != 0) {
         report_say(report, "%s: messages before the call\n", call->what);
     } else {
-        fixture->messages.answer = is_skipped(play, call) && !fixture->fails ? VK_TRUE : VK_FALSE;
+        fixture->instance.messages.answer =
+            is_skipped(play, call) && !fixture->fails ? VK_TRUE : VK_FALSE;
         const bool reaches_driver = play->platform->is_null && !play->platform->is_cpu;
         const uint64_t before = reaches_driver ? driver->calls(name) : 0;
         /* A call on an unknown device cannot go down, with or without a message. */
@@ -140,11 +141,11 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
             good = submit(fixture, scene, call, report) && good;
         if (reaches_driver && (!can_fail || call->breaks))
             good = check_forwarding(play, call, driver->calls(name) - before, report) && good;
-        fixture->messages.answer = VK_FALSE;
+        fixture->instance.messages.answer = VK_FALSE;
     }
-    const uint32_t count = fixture->messages.count;
+    const uint32_t count = fixture->instance.messages.count;
     scene_close(scene);
     forget_scene(play, call, fixture, count);
-    forget_refusals(play, &fixture->messages);
+    forget_refusals(play, &fixture->instance.messages);
     return good;
 }

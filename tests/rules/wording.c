@@ -18,7 +18,7 @@ static bool names_the_others(const struct play *play, const struct fixture *fixt
     for (uint32_t i = 0; i < test_case->name_count; i++) {
         const char *other = rule_id(test_case->names[i], play->command);
         if (other == NULL || !judge_expects(play, test_case->names[i]) ||
-            messages_count(&fixture->messages, id, other) > 0)
+            messages_count(&fixture->instance.messages, id, other) > 0)
             continue;
         report_say(report, "no message of %s names %s\n", id, other);
         return false;
@@ -73,9 +73,9 @@ static bool names_nothing_else(const struct play *play, const struct message *me
 bool wording_is_good(const struct play *play, const struct fixture *fixture, struct report *report)
 {
     bool good = names_the_others(play, fixture, report);
-    for (uint32_t i = 0; i < messages_kept(&fixture->messages); i++)
-        good = report_judge_wording(report, &fixture->messages.items[i]) &&
-               names_nothing_else(play, &fixture->messages.items[i], report) && good;
+    for (uint32_t i = 0; i < messages_kept(&fixture->instance.messages); i++)
+        good = report_judge_wording(report, &fixture->instance.messages.items[i]) &&
+               names_nothing_else(play, &fixture->instance.messages.items[i], report) && good;
     return good;
 }
 

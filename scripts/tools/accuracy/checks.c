@@ -138,10 +138,10 @@ static void close_bench(struct bench *bench)
 {
     for (uint32_t i = 0; i < bench->side_count; i++) {
         struct side *side = &bench->sides[i];
-        const uint32_t count = side->fixture.messages.count;
+        const uint32_t count = side->fixture.instance.messages.count;
         if (count != 0 && !side->compares) {
             fprintf(stderr, "accuracy_checks: %u findings at level %s: %s\n", count, side->name,
-                    side->fixture.messages.items[0].text);
+                    side->fixture.instance.messages.items[0].text);
             exit(1);
         }
         fixture_close(&side->fixture);

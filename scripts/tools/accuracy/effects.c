@@ -223,9 +223,9 @@ static int run_effect(const struct effect *effect, enum use use, uint32_t times)
     counted_runs(&run, times);
     printf("%u builds\n", times * BUILDS);
     scene_close(run.scene);
-    const bool is_silent = fixture.messages.count == 0;
+    const bool is_silent = fixture.instance.messages.count == 0;
     if (!is_silent)
-        fprintf(stderr, "accuracy_effects: %s\n", fixture.messages.items[0].text);
+        fprintf(stderr, "accuracy_effects: %s\n", fixture.instance.messages.items[0].text);
     fixture_close(&fixture);
     return is_silent ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -40,7 +40,7 @@ static void build_then_update(struct scene *scene)
         return;
     }
     scene_build_before(scene, DENSE, 1);
-    messages_clear(&scene->fixture->messages);
+    messages_clear(&scene->fixture->instance.messages);
     scene->infos[DENSE].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
     scene->infos[DENSE].srcAccelerationStructure = scene->infos[DENSE].dstAccelerationStructure;
 }

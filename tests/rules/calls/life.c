@@ -86,7 +86,8 @@ static void deserialize_with(struct scene *scene, VkAccelerationStructureKHR dst
     } *data = (void *)place_buffer(scene).host;
     STRUCT(VkPhysicalDeviceIDProperties, ids);
     STRUCT(VkPhysicalDeviceProperties2, properties, .pNext = &ids);
-    scene->fixture->vki.GetPhysicalDeviceProperties2(scene->fixture->physical_device, &properties);
+    scene->fixture->instance.vk.GetPhysicalDeviceProperties2(scene->fixture->instance.physical,
+                                                             &properties);
     memset(data, 0, sizeof(*data));
     memcpy(data->driver, ids.driverUUID, VK_UUID_SIZE);
     memcpy(data->format, ids.driverUUID, VK_UUID_SIZE);
@@ -104,7 +105,7 @@ enum micromap_state { UNWRITTEN, BUILT, REBUILT, DESERIALIZED };
 
 static void use_source_with_micromap(struct scene *scene, enum micromap_state state)
 {
-    if (scene->fixture->platform->is_cpu) {
+    if (scene->fixture->instance.platform->is_cpu) {
         scene_skip(scene, "backend cpu writes no blocks");
         return;
     }

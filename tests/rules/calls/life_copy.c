@@ -81,7 +81,7 @@ static VkDeviceSize micromap_size(const struct scene *scene)
 
 static void need_scratch(struct scene *scene)
 {
-    if (scene->fixture->platform->is_cpu)
+    if (scene->fixture->instance.platform->is_cpu)
         scene_skip(scene, "backend cpu builds micromaps without scratch");
 }
 

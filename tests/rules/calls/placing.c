@@ -83,7 +83,7 @@ static void grow_input(struct scene *scene, uint32_t build)
 
 void place_grow(struct scene *scene, uint32_t build, VkDeviceSize size)
 {
-    if (scene->command == COMMAND_HOST && scene->fixture->platform->is_cpu)
+    if (scene->command == COMMAND_HOST && scene->fixture->instance.platform->is_cpu)
         scene_skip(scene, "its input isn't there, and the backend reads it");
     while (place_size(scene, build) <= size)
         scene->ranges[build][0].primitiveCount *= 2;

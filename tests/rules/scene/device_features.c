@@ -3,7 +3,6 @@
 #include "tests/rules/scene/device_features.h"
 #include "tests/fixture/make.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #define FUTURE_EXTENSION "VK_TEST_not_yet_invented"
@@ -48,178 +47,128 @@ static const char *const extensions_of_1_1[] = {
     VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME,
 };
 
-static void add_extension(struct features *features, const char *name)
-{
-    for (uint32_t i = 0; i < features->extension_count; i++)
-        if (strcmp(features->extensions[i], name) == 0)
-            return;
-    if (features->extension_count == FEATURES_EXTENSIONS)
-        abort();
-    features->extensions[features->extension_count++] = name;
-}
-
 /* What extensions depend on, and backend cpu does without. */
 static bool is_needed(const struct fixture *fixture, const char *extension)
 {
-    return !fixture->platform->is_cpu ||
+    return !fixture->instance.platform->is_cpu ||
            (strcmp(extension, VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME) != 0 &&
             strcmp(extension, VK_KHR_DEVICE_ADDRESS_COMMANDS_EXTENSION_NAME) != 0);
 }
 
-static void list_extensions(struct features *features, const struct fixture *fixture)
+static void list_extensions(struct device_wish *wish, const struct fixture *fixture)
 {
     const struct setup *setup = &fixture->setup;
-    features->extension_count = 0;
-    add_extension(features, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME);
-    add_extension(features, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME);
+    device_wish_begin(wish);
     if (setup->route == ROUTE_EXT) {
-        add_extension(features, VK_EXT_BUFFER_DEVICE_ADDRESS_EXTENSION_NAME);
-        add_extension(features, VK_KHR_BUFFER_DEVICE_ADDRESS_EXTENSION_NAME);
+        device_wish_add(wish, VK_EXT_BUFFER_DEVICE_ADDRESS_EXTENSION_NAME);
+        device_wish_add(wish, VK_KHR_BUFFER_DEVICE_ADDRESS_EXTENSION_NAME);
     }
-    for (size_t i = 0;
-         setup->route == ROUTE_KHR && i < sizeof(extensions_of_1_1) / sizeof(*extensions_of_1_1);
-         i++)
-        add_extension(features, extensions_of_1_1[i]);
-    for (size_t i = 0; i < sizeof(extensions_of_setup) / sizeof(*extensions_of_setup); i++)
+    for (size_t i = 0; setup->route == ROUTE_KHR && i < ARRAY_COUNT(extensions_of_1_1); i++)
+        device_wish_add(wish, extensions_of_1_1[i]);
+    for (size_t i = 0; i < ARRAY_COUNT(extensions_of_setup); i++)
         if ((setup->enable & extensions_of_setup[i].enable) != 0 &&
             is_needed(fixture, extensions_of_setup[i].extension))
-            add_extension(features, extensions_of_setup[i].extension);
+            device_wish_add(wish, extensions_of_setup[i].extension);
 }
 
-/* A feature of a structure: by which routes it is enabled, by which bits of a setup if any, and
- * unless which. Features of one structure follow one another. */
-#define FEATURE(structure, feature, routes_, enable_, disable_)                                    \
-    {                                                                                              \
-        .type = structure##_sType, .at = offsetof(structure, feature), .size = sizeof(structure),  \
-        .routes = (routes_), .enable = (enable_), .disable = (disable_),                           \
-    }
+struct feature {
+    VkStructureType type;
+    size_t at;
+    uint32_t routes, enable, disable;
+};
+#define FEATURE(structure, feature) .type = structure##_sType, .at = offsetof(structure, feature)
+
+/* Other features: by which routes they are enabled, and by which bits of a setup, if any.
+ */
 #define BY_KHR (1 << ROUTE_KHR)
 #define BY_EXT (1 << ROUTE_EXT)
 #define BY_CORE (1 << ROUTE_CHAIN | 1 << ROUTE_FEATURES2)
 #define BY_ALL (BY_KHR | BY_EXT | BY_CORE)
-static const struct feature {
-    VkStructureType type;
-    size_t at, size;
-    uint32_t routes, enable, disable;
-} all_features[] = {
-    FEATURE(VkPhysicalDeviceBufferDeviceAddressFeatures, bufferDeviceAddress, BY_KHR, 0, 0),
-    FEATURE(VkPhysicalDeviceDynamicRenderingFeatures, dynamicRendering, BY_KHR, 0, 0),
-    FEATURE(VkPhysicalDeviceBufferDeviceAddressFeaturesEXT, bufferDeviceAddress, BY_EXT, 0, 0),
-    FEATURE(VkPhysicalDeviceVulkan12Features, bufferDeviceAddress, BY_CORE, 0, 0),
-    FEATURE(VkPhysicalDeviceVulkan12Features, bufferDeviceAddressMultiDevice, BY_CORE, ENABLE_GROUP,
-            DISABLE_MULTI_DEVICE_ADDRESS),
-    FEATURE(VkPhysicalDeviceVulkan12Features, timelineSemaphore, BY_CORE, 0, 0),
-    FEATURE(VkPhysicalDeviceVulkan12Features, hostQueryReset, BY_CORE, 0, 0),
-    FEATURE(VkPhysicalDeviceVulkan13Features, dynamicRendering, BY_EXT | BY_CORE, 0, 0),
-    FEATURE(VkPhysicalDeviceVulkan13Features, synchronization2, BY_EXT | BY_CORE, 0, 0),
-    FEATURE(VkPhysicalDeviceVulkan14Features, indexTypeUint8, BY_EXT | BY_CORE, ENABLE_UINT8_CORE,
-            0),
-    FEATURE(VkPhysicalDeviceIndexTypeUint8Features, indexTypeUint8, BY_ALL,
-            ENABLE_UINT8_KHR | ENABLE_UINT8_EXT, 0),
-    FEATURE(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromap, BY_ALL,
-            ENABLE_OPACITY_MICROMAP_EXT | ENABLE_DISPLACEMENT_MICROMAP, DISABLE_MICROMAP_EXT),
-    FEATURE(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromapCaptureReplay, BY_ALL,
-            ENABLE_MICROMAP_REPLAY, 0),
-    FEATURE(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromapHostCommands, BY_ALL,
-            ENABLE_OPACITY_MICROMAP_EXT | ENABLE_DISPLACEMENT_MICROMAP,
-            DISABLE_MICROMAP_HOST_COMMANDS),
-    FEATURE(VkPhysicalDeviceOpacityMicromapFeaturesKHR, micromap, BY_ALL,
-            ENABLE_OPACITY_MICROMAP_KHR, DISABLE_MICROMAP_KHR),
-    FEATURE(VkPhysicalDeviceDeviceAddressCommandsFeaturesKHR, deviceAddressCommands, BY_ALL,
-            ENABLE_OPACITY_MICROMAP_KHR, DISABLE_DEVICE_ADDRESS_COMMANDS),
-    FEATURE(VkPhysicalDeviceDisplacementMicromapFeaturesNV, displacementMicromap, BY_ALL,
-            ENABLE_DISPLACEMENT_MICROMAP, 0),
-    FEATURE(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, rayTracingMotionBlur, BY_ALL,
-            ENABLE_MOTION, 0),
-    FEATURE(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV, spheres, BY_ALL, ENABLE_SPHERES,
-            DISABLE_SPHERES),
-    FEATURE(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV, linearSweptSpheres, BY_ALL,
-            ENABLE_SPHERES, DISABLE_LINEAR_SWEPT_SPHERES),
-    FEATURE(VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX, denseGeometryFormat, BY_ALL,
-            ENABLE_DENSE, DISABLE_DENSE),
-    FEATURE(VkPhysicalDeviceMaintenance5Features, maintenance5, BY_ALL,
-            ENABLE_MAINTENANCE5 | ENABLE_DENSE, 0),
-    FEATURE(VkPhysicalDeviceMaintenance6Features, maintenance6, BY_ALL, ENABLE_PUSH_DESCRIPTOR, 0),
-    FEATURE(VkPhysicalDeviceRayTracingMaintenance1FeaturesKHR, rayTracingMaintenance1, BY_ALL,
-            ENABLE_RAY_TRACING_MAINTENANCE_1, 0),
-    FEATURE(VkPhysicalDeviceDescriptorBufferFeaturesEXT, descriptorBuffer, BY_ALL,
-            ENABLE_DESCRIPTOR_BUFFER, 0),
-    FEATURE(VkPhysicalDeviceDescriptorBufferFeaturesEXT, descriptorBufferCaptureReplay, BY_ALL,
-            ENABLE_DESCRIPTOR_BUFFER, DISABLE_DESCRIPTOR_CAPTURE),
-    FEATURE(VkPhysicalDeviceRobustness2FeaturesEXT, nullDescriptor, BY_ALL, ENABLE_NULL_DESCRIPTOR,
-            0),
-    FEATURE(VkPhysicalDeviceClusterAccelerationStructureFeaturesNV, clusterAccelerationStructure,
-            BY_ALL, ENABLE_CLUSTERS, DISABLE_CLUSTERS),
-    FEATURE(VkPhysicalDevicePartitionedAccelerationStructureFeaturesNV,
-            partitionedAccelerationStructure, BY_ALL, ENABLE_CLUSTERS, DISABLE_CLUSTERS),
-    FEATURE(VkPhysicalDeviceProtectedMemoryFeatures, protectedMemory, BY_ALL, ENABLE_PROTECTED, 0),
-    FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructure, BY_ALL, 0,
-            DISABLE_ACCELERATION_STRUCTURE),
-    FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructureCaptureReplay,
-            BY_ALL, ENABLE_CAPTURE_REPLAY, 0),
-    FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructureIndirectBuild,
-            BY_ALL, 0, DISABLE_INDIRECT_BUILD),
-    FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructureHostCommands,
-            BY_ALL, 0, DISABLE_HOST_COMMANDS),
+static const struct feature core_features[] = {
+    {FEATURE(VkPhysicalDeviceBufferDeviceAddressFeatures, bufferDeviceAddress), BY_KHR},
+    {FEATURE(VkPhysicalDeviceDynamicRenderingFeatures, dynamicRendering), BY_KHR},
+    {FEATURE(VkPhysicalDeviceBufferDeviceAddressFeaturesEXT, bufferDeviceAddress), BY_EXT},
+    {FEATURE(VkPhysicalDeviceVulkan12Features, bufferDeviceAddress), BY_CORE},
+    {FEATURE(VkPhysicalDeviceVulkan12Features, bufferDeviceAddressMultiDevice), BY_CORE,
+     .enable = ENABLE_GROUP},
+    {FEATURE(VkPhysicalDeviceVulkan12Features, timelineSemaphore), BY_CORE},
+    {FEATURE(VkPhysicalDeviceVulkan12Features, hostQueryReset), BY_CORE},
+    {FEATURE(VkPhysicalDeviceVulkan13Features, dynamicRendering), BY_EXT | BY_CORE},
+    {FEATURE(VkPhysicalDeviceVulkan13Features, synchronization2), BY_EXT | BY_CORE},
+    {FEATURE(VkPhysicalDeviceVulkan14Features, indexTypeUint8), BY_EXT | BY_CORE,
+     .enable = ENABLE_UINT8_CORE},
+    {FEATURE(VkPhysicalDeviceProtectedMemoryFeatures, protectedMemory), BY_ALL,
+     .enable = ENABLE_PROTECTED},
+    /* Backend cpu has it without the extension. */
+    {FEATURE(VkPhysicalDeviceDeviceAddressCommandsFeaturesKHR, deviceAddressCommands), BY_ALL,
+     .enable = ENABLE_OPACITY_MICROMAP_KHR},
 };
 
-/* Prepends a structure to a chain. */
-static void chain(const void **head, void *structure, VkStructureType type)
+/* Features that a bit of a setup leaves off; and others, unless a bit enables them. */
+static const struct feature features_left_off[] = {
+    {FEATURE(VkPhysicalDeviceVulkan12Features, bufferDeviceAddressMultiDevice),
+     .disable = DISABLE_MULTI_DEVICE_ADDRESS},
+    {FEATURE(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromap),
+     .disable = DISABLE_MICROMAP_EXT},
+    {FEATURE(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromapHostCommands),
+     .disable = DISABLE_MICROMAP_HOST_COMMANDS},
+    {FEATURE(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromapCaptureReplay),
+     .enable = ENABLE_MICROMAP_REPLAY},
+    {FEATURE(VkPhysicalDeviceOpacityMicromapFeaturesKHR, micromap),
+     .disable = DISABLE_MICROMAP_KHR},
+    {FEATURE(VkPhysicalDeviceDeviceAddressCommandsFeaturesKHR, deviceAddressCommands),
+     .disable = DISABLE_DEVICE_ADDRESS_COMMANDS},
+    {FEATURE(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV, spheres),
+     .disable = DISABLE_SPHERES},
+    {FEATURE(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV, linearSweptSpheres),
+     .disable = DISABLE_LINEAR_SWEPT_SPHERES},
+    {FEATURE(VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX, denseGeometryFormat),
+     .disable = DISABLE_DENSE},
+    {FEATURE(VkPhysicalDeviceDescriptorBufferFeaturesEXT, descriptorBufferCaptureReplay),
+     .disable = DISABLE_DESCRIPTOR_CAPTURE},
+    {FEATURE(VkPhysicalDeviceRobustness2FeaturesEXT, robustBufferAccess2)},
+    {FEATURE(VkPhysicalDeviceClusterAccelerationStructureFeaturesNV, clusterAccelerationStructure),
+     .disable = DISABLE_CLUSTERS},
+    {FEATURE(VkPhysicalDevicePartitionedAccelerationStructureFeaturesNV,
+             partitionedAccelerationStructure),
+     .disable = DISABLE_CLUSTERS},
+    {FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructure),
+     .disable = DISABLE_ACCELERATION_STRUCTURE},
+    {FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructureCaptureReplay),
+     .enable = ENABLE_CAPTURE_REPLAY},
+    {FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructureIndirectBuild),
+     .disable = DISABLE_INDIRECT_BUILD},
+    {FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructureHostCommands),
+     .disable = DISABLE_HOST_COMMANDS},
+};
+
+static void set(void *structure, const struct feature *feature, VkBool32 value)
 {
-    VkBaseOutStructure *base = structure;
-    base->sType = type;
-    base->pNext = (VkBaseOutStructure *)*head;
-    *head = structure;
+    if (structure)
+        memcpy((char *)structure + feature->at, &value, sizeof(value));
 }
 
-static void chain_features(struct features *features, const struct fixture *fixture,
-                           const void **head)
+void features_wish(struct device_wish *wish, const struct fixture *fixture)
 {
     const struct setup *setup = &fixture->setup;
-    const uint32_t disable = setup->disable | (fixture->has_indirect ? 0 : DISABLE_INDIRECT_BUILD) |
-                             (fixture->has_host ? 0 : DISABLE_HOST_COMMANDS);
-    uint32_t count = 0;
-    for (size_t i = 0; i < sizeof(all_features) / sizeof(*all_features); i++) {
-        const struct feature *feature = &all_features[i];
-        if (!(feature->routes & 1u << setup->route) ||
-            (feature->enable != 0 && !(feature->enable & setup->enable)))
-            continue;
-        if (count == 0 || features->structures[count - 1].base.sType != feature->type) {
-            if (count == FEATURES_STRUCTURES || feature->size > sizeof(features->structures[0]))
-                abort();
-            chain(head, &features->structures[count++], feature->type);
-        }
-        *(VkBool32 *)(void *)(features->structures[count - 1].bytes + feature->at) =
-            !(disable & feature->disable);
+    list_extensions(wish, fixture);
+    fixture->instance.vk.GetPhysicalDeviceFeatures2(fixture->instance.physical, &wish->features);
+    wish->features.features =
+        (VkPhysicalDeviceFeatures){.sparseBinding = (setup->enable & ENABLE_SPARSE) != 0,
+                                   .sparseResidencyBuffer = (setup->enable & ENABLE_SPARSE) != 0,
+                                   .sparseResidencyAliased = (setup->enable & ENABLE_SPARSE) != 0};
+    for (size_t i = 0; i < ARRAY_COUNT(core_features); i++) {
+        const struct feature *feature = &core_features[i];
+        if (feature->routes & 1u << setup->route &&
+            (feature->enable == 0 || feature->enable & setup->enable))
+            set(device_wish_features(wish, feature->type), feature, VK_TRUE);
     }
-}
-
-void features_fill(struct features *features, const struct fixture *fixture,
-                   VkDeviceCreateInfo *create_info)
-{
-    const struct setup *setup = &fixture->setup;
-    const void **head = &create_info->pNext;
-
-    memset(features, 0, sizeof(*features));
-    list_extensions(features, fixture);
-    create_info->enabledExtensionCount = features->extension_count;
-    create_info->ppEnabledExtensionNames = features->extensions;
-    chain_features(features, fixture, head);
-    VkPhysicalDeviceFeatures *core = &features->core.features;
-    if ((setup->enable & ENABLE_SPARSE) != 0)
-        core->sparseBinding = core->sparseResidencyBuffer = core->sparseResidencyAliased = VK_TRUE;
-    if (setup->route == ROUTE_FEATURES2)
-        chain(head, &features->core, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2);
-    else
-        create_info->pEnabledFeatures = core;
-}
-
-static bool has_extension(const VkExtensionProperties *offered, uint32_t count, const char *name)
-{
-    for (uint32_t i = 0; i < count; i++)
-        if (strcmp(offered[i].extensionName, name) == 0)
-            return true;
-    return false;
+    for (size_t i = 0; i < ARRAY_COUNT(features_left_off); i++) {
+        const struct feature *feature = &features_left_off[i];
+        if (feature->disable ? feature->disable & setup->disable
+                             : !(feature->enable & setup->enable))
+            set(device_wish_find(wish, feature->type), feature, VK_FALSE);
+    }
 }
 
 /* Backend cpu and some drivers lack it. */
@@ -229,7 +178,7 @@ static bool replays_addresses(const struct fixture *fixture)
     STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromaps);
     STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, features, .pNext = &micromaps);
     STRUCT(VkPhysicalDeviceFeatures2, core, .pNext = &features);
-    fixture->vki.GetPhysicalDeviceFeatures2(fixture->physical_device, &core);
+    fixture->instance.vk.GetPhysicalDeviceFeatures2(fixture->instance.physical, &core);
     return ((enable & ENABLE_CAPTURE_REPLAY) == 0 || features.accelerationStructureCaptureReplay) &&
            ((enable & ENABLE_MICROMAP_REPLAY) == 0 || micromaps.micromapCaptureReplay);
 }
@@ -238,7 +187,7 @@ static bool captures_descriptors(const struct fixture *fixture)
 {
     STRUCT(VkPhysicalDeviceDescriptorBufferFeaturesEXT, features);
     STRUCT(VkPhysicalDeviceFeatures2, core, .pNext = &features);
-    fixture->vki.GetPhysicalDeviceFeatures2(fixture->physical_device, &core);
+    fixture->instance.vk.GetPhysicalDeviceFeatures2(fixture->instance.physical, &core);
     return features.descriptorBufferCaptureReplay;
 }
 
@@ -249,8 +198,8 @@ static const char *core_missing(const struct fixture *fixture)
     VkPhysicalDeviceProperties properties;
     const uint32_t enable = fixture->setup.enable;
 
-    fixture->vki.GetPhysicalDeviceFeatures2(fixture->physical_device, &core);
-    fixture->vki.GetPhysicalDeviceProperties(fixture->physical_device, &properties);
+    fixture->instance.vk.GetPhysicalDeviceFeatures2(fixture->instance.physical, &core);
+    fixture->instance.vk.GetPhysicalDeviceProperties(fixture->instance.physical, &properties);
     if ((enable & ENABLE_PROTECTED) != 0 && !protected_memory.protectedMemory)
         return "no protected memory";
     if ((enable & ENABLE_DESCRIPTOR_BUFFER) != 0 && !captures_descriptors(fixture))
@@ -263,7 +212,7 @@ static const char *core_missing(const struct fixture *fixture)
         return "no Vulkan 1.4";
     if ((enable & ENABLE_GROUP) != 0) {
         uint32_t count = 0;
-        fixture->vki.EnumeratePhysicalDevices(fixture->instance, &count, NULL);
+        fixture->instance.vk.EnumeratePhysicalDevices(fixture->instance.instance, &count, NULL);
         if (count < 2)
             return "no group of two physical devices";
     }
@@ -272,24 +221,12 @@ static const char *core_missing(const struct fixture *fixture)
 
 const char *features_missing(const struct fixture *fixture)
 {
-    struct features wanted;
+    struct device_wish wanted;
     const char *missing = core_missing(fixture);
-    uint32_t count = 0;
-    VkExtensionProperties *offered;
-
-    if (missing != NULL)
-        return missing;
     list_extensions(&wanted, fixture);
-    fixture->vki.EnumerateDeviceExtensionProperties(fixture->physical_device, NULL, &count, NULL);
-    offered = calloc(count + 1, sizeof(*offered));
-    if (offered == NULL)
-        abort();
-    fixture->vki.EnumerateDeviceExtensionProperties(fixture->physical_device, NULL, &count,
-                                                    offered);
     for (uint32_t i = 0; missing == NULL && i < wanted.extension_count; i++)
-        if (!has_extension(offered, count, wanted.extensions[i]))
+        if (instance_fixture_count_extension(&fixture->instance, wanted.extensions[i]) == 0)
             missing = wanted.extensions[i];
-    free(offered);
     return missing;
 }
 

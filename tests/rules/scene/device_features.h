@@ -5,22 +5,8 @@
 
 #include "tests/rules/scene/fixture.h"
 
-enum { FEATURES_EXTENSIONS = 24, FEATURES_STRUCTURES = 16 };
-
-/* Holds what a VkDeviceCreateInfo points to. */
-struct features {
-    const char *extensions[FEATURES_EXTENSIONS];
-    uint32_t extension_count;
-    VkPhysicalDeviceFeatures2 core;
-    union {
-        VkBaseOutStructure base;
-        unsigned char bytes[sizeof(VkPhysicalDeviceVulkan12Features)]; /* the largest */
-    } structures[FEATURES_STRUCTURES];
-};
-
-/* Chains everything to `create_info`; `features` has to outlive its use. */
-void features_fill(struct features *features, const struct fixture *fixture,
-                   VkDeviceCreateInfo *create_info);
+/* What the device of the fixture is created with. */
+void features_wish(struct device_wish *wish, const struct fixture *fixture);
 
 /* NULL, or which extension or feature of the setup the physical device lacks. */
 const char *features_missing(const struct fixture *fixture);

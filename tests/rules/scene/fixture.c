@@ -18,40 +18,20 @@ static uint32_t setup_api_version(const struct setup *setup)
     return setup->route == ROUTE_KHR ? VK_API_VERSION_1_1 : VK_API_VERSION_1_3;
 }
 
-static void instance_create(struct fixture *fixture)
+/* Findings repeat from case to case of the same instance: none may be held back. Cases are about
+ * one call each, without barriers. */
+static void instance_create(struct fixture *fixture, const struct platform *platform)
 {
-    /* Findings repeat from case to case of the same instance: none may be held back. */
-    static const uint32_t no_limit = 0;
-    static const VkBool32 off = VK_FALSE; /* the cases are about one call each, without barriers */
-    const VkLayerSettingEXT settings[] = {
-        {LAYER_NAME, "duplicate_message_limit", VK_LAYER_SETTING_TYPE_UINT32_EXT, 1, &no_limit},
-        {LAYER_NAME, "message_id_filter", VK_LAYER_SETTING_TYPE_STRING_EXT,
-         fixture->setup.muted != NULL ? 1 : 0, &fixture->setup.muted},
-        {LAYER_NAME, "hazards", VK_LAYER_SETTING_TYPE_BOOL32_EXT,
-         fixture->setup.by_environment ? 0 : 1, &off},
-        {LAYER_NAME, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &fixture->setup.level},
-    };
-    const STRUCT(VkLayerSettingsCreateInfoEXT, layer_settings,
-                 .settingCount = fixture->setup.level != NULL ? 4 : 3, .pSettings = settings);
-    VkDebugUtilsMessengerCreateInfoEXT messenger = messages_messenger(&fixture->messages);
-    messenger.pNext = &layer_settings;
-    const STRUCT(VkApplicationInfo, application, .apiVersion = setup_api_version(&fixture->setup));
-    const char *layer = LAYER_NAME, *extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
-    const STRUCT(
-        VkInstanceCreateInfo, create_info, .pNext = &messenger, .pApplicationInfo = &application,
-        .enabledLayerCount = fixture->setup.by_environment ? 0 : 1, .ppEnabledLayerNames = &layer,
-        .enabledExtensionCount = 1, .ppEnabledExtensionNames = &extension);
-    const PFN_vkGetInstanceProcAddr proc_addr = fixture->platform->get_instance_proc_addr;
-    const PFN_vkCreateInstance create = (PFN_vkCreateInstance)proc_addr(NULL, "vkCreateInstance");
-    GET(create(&create_info, NULL, &fixture->instance));
-    vkuInitInstanceDispatchTable(fixture->instance, &fixture->vki, proc_addr);
-    fixture->create_device = (PFN_vkCreateDevice)proc_addr(fixture->instance, "vkCreateDevice");
-    fixture->get_device_proc_addr =
-        (PFN_vkGetDeviceProcAddr)proc_addr(fixture->instance, "vkGetDeviceProcAddr");
-
-    messenger.pNext = NULL;
-    GET(fixture->vki.CreateDebugUtilsMessengerEXT(fixture->instance, &messenger, NULL,
-                                                  &fixture->messenger));
+    const struct setup *setup = &fixture->setup;
+    instance_fixture_create(
+        &fixture->instance, platform,
+        &(struct instance_settings){.level = setup->level,
+                                    .muted = setup->muted,
+                                    .limit = "0",
+                                    .hazards = setup->by_environment ? NULL : "false",
+                                    .api_version = setup_api_version(setup),
+                                    .by_environment = setup->by_environment,
+                                    .hears_creation = true});
 }
 
 /* ---- the physical device ---- */
@@ -63,35 +43,28 @@ static void report_device(const struct fixture *fixture)
     STRUCT(VkPhysicalDeviceDriverProperties, driver);
     STRUCT(VkPhysicalDeviceProperties2, properties, .pNext = &driver);
 
-    if (told || !fixture->platform->is_named)
+    if (told || !fixture->instance.platform->is_named)
         return;
     told = true;
-    fixture->vki.GetPhysicalDeviceProperties2(fixture->physical_device, &properties);
+    fixture->instance.vk.GetPhysicalDeviceProperties2(fixture->instance.physical, &properties);
     printf("[  DEVICE  ] %s, %s %s\n", properties.properties.deviceName, driver.driverName,
            driver.driverInfo);
 }
 
 static void physical_device_choose(struct fixture *fixture)
 {
-    uint32_t count = 1;
-    const VkResult result =
-        fixture->vki.EnumeratePhysicalDevices(fixture->instance, &count, &fixture->physical_device);
-    if (count == 0 || (result != VK_SUCCESS && result != VK_INCOMPLETE)) {
-        fprintf(stderr, "%s offers no physical device\n", fixture->platform->name);
-        exit(1);
-    }
-
     fixture->limits = MAKE(VkPhysicalDeviceAccelerationStructurePropertiesKHR);
     STRUCT(VkPhysicalDeviceProperties2, properties, .pNext = &fixture->limits);
-    fixture->vki.GetPhysicalDeviceProperties2(fixture->physical_device, &properties);
-    fixture->vki.GetPhysicalDeviceMemoryProperties(fixture->physical_device, &fixture->memory);
+    fixture->instance.vk.GetPhysicalDeviceProperties2(fixture->instance.physical, &properties);
+    fixture->instance.vk.GetPhysicalDeviceMemoryProperties(fixture->instance.physical,
+                                                           &fixture->memory);
     fixture->family_count = FIXTURE_QUEUE_FAMILIES;
-    fixture->vki.GetPhysicalDeviceQueueFamilyProperties(fixture->physical_device,
-                                                        &fixture->family_count, fixture->families);
+    fixture->instance.vk.GetPhysicalDeviceQueueFamilyProperties(
+        fixture->instance.physical, &fixture->family_count, fixture->families);
 
     STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, offered);
     STRUCT(VkPhysicalDeviceFeatures2, features, .pNext = &offered);
-    fixture->vki.GetPhysicalDeviceFeatures2(fixture->physical_device, &features);
+    fixture->instance.vk.GetPhysicalDeviceFeatures2(fixture->instance.physical, &features);
     fixture->has_indirect = offered.accelerationStructureIndirectBuild;
     fixture->has_host = offered.accelerationStructureHostCommands;
     report_device(fixture);
@@ -121,34 +94,35 @@ VkDevice fixture_create_device(struct fixture *fixture)
                          .queueFamilyIndex = i, .queueCount = 1, .pQueuePriorities = &priority);
     }
     const bool has_queues = (fixture->setup.enable & ENABLE_NO_QUEUES) == 0;
-    STRUCT(VkDeviceCreateInfo, create_info,
-           .queueCreateInfoCount = has_queues ? fixture->family_count : 0,
-           .pQueueCreateInfos = queues);
-    struct features features;
-    features_fill(&features, fixture, &create_info);
+    const bool is_chained = fixture->setup.route == ROUTE_FEATURES2;
+    struct device_wish wish;
+    features_wish(&wish, fixture);
+    STRUCT(
+        VkDeviceCreateInfo, create_info, .pNext = is_chained ? &wish.features : wish.features.pNext,
+        .pEnabledFeatures = is_chained ? NULL : &wish.features.features,
+        .enabledExtensionCount = wish.extension_count, .ppEnabledExtensionNames = wish.extensions,
+        .queueCreateInfoCount = has_queues ? fixture->family_count : 0,
+        .pQueueCreateInfos = queues);
 
     STRUCT(VkDeviceGroupDeviceCreateInfo, group_info);
     VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
     if ((fixture->setup.enable & ENABLE_GROUP) != 0) {
         group_info.physicalDeviceCount = NULL_DRIVER_MAX_PHYSICAL_DEVICES;
-        fixture->vki.EnumeratePhysicalDevices(fixture->instance, &group_info.physicalDeviceCount,
-                                              devices);
+        fixture->instance.vk.EnumeratePhysicalDevices(fixture->instance.instance,
+                                                      &group_info.physicalDeviceCount, devices);
         group_info.pPhysicalDevices = devices;
         group_info.pNext = create_info.pNext;
         create_info.pNext = &group_info;
     }
     VkDevice device;
-    GET(fixture->create_device(fixture->physical_device, &create_info, NULL, &device));
+    GET(fixture->instance.vk.CreateDevice(fixture->instance.physical, &create_info, NULL, &device));
     return device;
 }
 
 const char *fixture_open(struct fixture *fixture, const struct platform *platform,
                          const struct setup *setup)
 {
-    fixture->platform = platform;
     fixture->setup = *setup;
-    fixture->messages.answer = VK_FALSE;
-    messages_clear(&fixture->messages);
     if (setup->configure != NULL && platform->is_cpu)
         return "its limits and queue families are those of the backend";
     if (platform->is_null) {
@@ -163,12 +137,13 @@ const char *fixture_open(struct fixture *fixture, const struct platform *platfor
         return "its limits and queue families cannot be chosen";
     }
 
-    instance_create(fixture);
+    instance_create(fixture, platform);
     physical_device_choose(fixture);
     const char *missing = features_missing(fixture);
     if (missing == NULL) {
         fixture->device = fixture_create_device(fixture);
-        vkuInitDeviceDispatchTable(fixture->device, &fixture->vk, fixture->get_device_proc_addr);
+        vkuInitDeviceDispatchTable(fixture->device, &fixture->vk,
+                                   fixture->instance.get_device_proc_addr);
     } else {
         fixture_close(fixture);
     }
@@ -190,12 +165,11 @@ void fixture_open_by_environment(struct fixture *fixture, uint32_t enable)
 
 void fixture_close(struct fixture *fixture)
 {
-    if (fixture->instance == VK_NULL_HANDLE)
+    if (fixture->instance.instance == VK_NULL_HANDLE)
         return;
     if (fixture->device != VK_NULL_HANDLE)
         fixture->vk.DestroyDevice(fixture->device, NULL);
-    fixture->vki.DestroyDebugUtilsMessengerEXT(fixture->instance, fixture->messenger, NULL);
-    fixture->vki.DestroyInstance(fixture->instance, NULL);
+    instance_fixture_close(&fixture->instance);
     fixture->device = VK_NULL_HANDLE;
-    fixture->instance = VK_NULL_HANDLE;
+    fixture->instance.instance = VK_NULL_HANDLE;
 }

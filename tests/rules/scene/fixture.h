@@ -4,9 +4,7 @@
 #ifndef ASSAY_TESTS_RULES_FIXTURE_H
 #define ASSAY_TESTS_RULES_FIXTURE_H
 
-#include "tests/fixture/messages.h"
-#include "tests/fixture/objects.h"
-#include "tests/fixture/platform.h"
+#include "tests/fixture/instance.h"
 #include "tests/rules/scene/scene_inputs.h"
 
 /* Extensions with their features, beside those that every world has. */
@@ -79,16 +77,9 @@ struct setup {
 enum { FIXTURE_QUEUE_FAMILIES = 8 };
 
 struct fixture {
-    const struct platform *platform;
     struct setup setup;
-    struct messages messages;
-    VkInstance instance;
-    VkDebugUtilsMessengerEXT messenger;
-    VkPhysicalDevice physical_device;
+    struct instance_fixture instance;
     VkDevice device;
-    PFN_vkCreateDevice create_device;
-    PFN_vkGetDeviceProcAddr get_device_proc_addr;
-    VkuInstanceDispatchTable vki;
     VkuDeviceDispatchTable vk;
     VkPhysicalDeviceAccelerationStructurePropertiesKHR limits;
     VkPhysicalDeviceMemoryProperties memory;

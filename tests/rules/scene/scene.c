@@ -146,7 +146,7 @@ static void set_geometries(struct scene *scene)
 VkAccelerationStructureBuildSizesInfoKHR scene_sizes(const struct scene *scene, uint32_t build)
 {
     STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
-    struct messages *messages = &scene->fixture->messages;
+    struct messages *messages = &scene->fixture->instance.messages;
     /* Other threads may add messages to a scene that is not edited. */
     const uint32_t since = scene->is_edited ? messages->count : 0;
     uint32_t counts[SCENE_GEOMETRIES];

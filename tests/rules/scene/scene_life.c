@@ -531,7 +531,8 @@ static void destroy_created(struct scene *scene, VkDevice device, uint64_t handl
 static bool is_skipped(const struct scene *scene)
 {
     const struct fixture *fixture = scene->fixture;
-    return fixture->messages.count != 0 && (fixture->messages.answer == VK_TRUE || fixture->fails);
+    return fixture->instance.messages.count != 0 &&
+           (fixture->instance.messages.answer == VK_TRUE || fixture->fails);
 }
 
 static void finish_call(struct scene *scene, VkResult result)

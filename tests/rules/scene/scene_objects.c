@@ -271,7 +271,7 @@ void scene_enter_other_device(struct scene *scene)
     if (scene->other_device == VK_NULL_HANDLE) {
         scene->other_device = fixture_create_device(fixture);
         vkuInitDeviceDispatchTable(scene->other_device, &scene->other_vk,
-                                   fixture->get_device_proc_addr);
+                                   fixture->instance.get_device_proc_addr);
         scene_defer(scene, scene->other_device, (uint64_t)(uintptr_t)scene->other_device,
                     destroy_other_device);
     }

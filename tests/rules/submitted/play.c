@@ -186,7 +186,8 @@ static struct scene *open_scene(const struct play *play, struct fixture *fixture
         scene_use_geometry_pointers(scene);
     if (variant->instance_pointers)
         use_instance_pointers(scene);
-    if (!fixture->platform->is_null && !fixture->platform->is_cpu && has_null_pointers(scene))
+    if (!fixture->instance.platform->is_null && !fixture->instance.platform->is_cpu &&
+        has_null_pointers(scene))
         scene_skip(scene, "a driver may read behind null pointers");
     return scene;
 }
@@ -196,10 +197,10 @@ static struct scene *open_scene(const struct play *play, struct fixture *fixture
 static bool expect_none(const struct fixture *fixture, const struct call *call, const char *when,
                         struct report *report)
 {
-    if (fixture->messages.count == 0)
+    if (fixture->instance.messages.count == 0)
         return true;
-    report_say(report, "%s: %u messages %s\n", call->what, fixture->messages.count, when);
-    report_say_messages(report, &fixture->messages, NULL);
+    report_say(report, "%s: %u messages %s\n", call->what, fixture->instance.messages.count, when);
+    report_say_messages(report, &fixture->instance.messages, NULL);
     return false;
 }
 
@@ -209,8 +210,8 @@ static bool expect_refusal_alone(const struct play *play, const struct fixture *
 {
     const struct refusal *refusal = play->test_case->refusal;
     if (!judge_is_refused(play) || call->prepare == NULL ||
-        messages_count(&fixture->messages, rule_id(refusal->rule, refusal->command), NULL) !=
-            fixture->messages.count)
+        messages_count(&fixture->instance.messages, rule_id(refusal->rule, refusal->command),
+                       NULL) != fixture->instance.messages.count)
         return expect_none(fixture, call, when, report);
     return true;
 }
@@ -251,21 +252,21 @@ static bool record_and_submit(const struct play *play, struct fixture *fixture, 
 static bool close_scene(struct fixture *fixture, struct scene *scene, const struct call *call,
                         struct report *report)
 {
-    const uint32_t count = fixture->messages.count;
+    const uint32_t count = fixture->instance.messages.count;
     GET(scene->vk->QueueWaitIdle(queue_of(scene))); /* a semaphore is signaled before a fence */
     scene_close(scene);
-    if (fixture->messages.count == count)
+    if (fixture->instance.messages.count == count)
         return true;
     report_say(report, "%s: messages after the wait\n", call->what);
-    report_say_messages(report, &fixture->messages, NULL);
+    report_say_messages(report, &fixture->instance.messages, NULL);
     return false;
 }
 
 bool content_call(const struct play *play, struct fixture *fixture, const struct call *call,
                   struct report *report)
 {
-    messages_clear(&fixture->messages);
-    fixture->messages.answer = VK_FALSE;
+    messages_clear(&fixture->instance.messages);
+    fixture->instance.messages.answer = VK_FALSE;
     struct scene *scene = open_scene(play, fixture, call);
     bool good = false;
     if (scene->skip != NULL) {
