@@ -50,7 +50,8 @@ bool play_lines(struct random_test *test)
 {
     struct play *play = &test->play;
     struct program *program = &test->program;
-    for (; test->played < program->line_count && play->report.outcome == OUTCOME_PASSED; test->played++) {
+    for (; test->played < program->line_count && play->report.outcome == OUTCOME_PASSED;
+         test->played++) {
         play_line(play, test->played);
         if (play->result != VK_SUCCESS && !program->lines[test->played].result)
             program_note_result(program, test->played, play_name_of(play->result));

@@ -67,8 +67,8 @@ static void destroy(struct scene *scene)
     const VkuDeviceDispatchTable *vk = scene->vk;
     vk->DestroyFence(fixture.device, VK_NULL_HANDLE, NULL);
     vk->DestroyDevice(fixture.device, NULL);
-    fixture.instance.vk.DestroyDebugUtilsMessengerEXT(fixture.instance.instance, fixture.instance.messenger,
-                                                      NULL);
+    fixture.instance.vk.DestroyDebugUtilsMessengerEXT(fixture.instance.instance,
+                                                      fixture.instance.messenger, NULL);
 }
 
 static void record(struct scene *scene)

@@ -53,8 +53,8 @@ TEST(test_the_layer_is_listed)
                                         "vkGetPhysicalDeviceToolPropertiesEXT"};
     for (size_t i = 0; i < LENGTH(names); i++) {
         const PFN_vkGetPhysicalDeviceToolProperties get =
-            (PFN_vkGetPhysicalDeviceToolProperties)platform.get_instance_proc_addr(fixture.instance.instance,
-                                                                                   names[i]);
+            (PFN_vkGetPhysicalDeviceToolProperties)platform.get_instance_proc_addr(
+                fixture.instance.instance, names[i]);
         assert_non_null(get);
         check_list(fixture.instance.physical, get);
     }

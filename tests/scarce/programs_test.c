@@ -33,7 +33,7 @@ static const char *live(bool is_scarce)
     play.program = NULL;
     return play.report.outcome == OUTCOME_SKIPPED  ? NULL
            : play.report.outcome == OUTCOME_FAILED ? play.report.text
-                                            : "";
+                                                   : "";
 }
 
 /* ---- which programs */
