@@ -4,7 +4,6 @@
 
 #include <string.h>
 
-#include "layer/snapshots/snapshots.h"
 #include "observers.h"
 #include "src/base/chain.h"
 #include "src/base/readable.h"
@@ -119,14 +118,6 @@ static bool keep_input(const VkClusterAccelerationStructureInputInfoNV *input,
     return true;
 }
 
-static void record(struct layer_device *device, VkCommandBuffer handle,
-                   const struct addressed_build *build)
-{
-    note_places(device, handle, build);
-    note_buffers(device, handle, build);
-    snapshots_build_addressed(device, handle, build);
-}
-
 struct addressed_build
 record_cluster_build(struct layer_device *device, VkCommandBuffer handle,
                      const VkClusterAccelerationStructureCommandsInfoNV *info)
@@ -136,7 +127,8 @@ record_cluster_build(struct layer_device *device, VkCommandBuffer handle,
         !check_has_found() && device->facts.clusters.feature && keep_input(&info->input, &build);
     if (build.is_valid)
         find_sizes(device, &info->input, &build);
-    record(device, handle, &build);
+    note_places(device, handle, &build);
+    note_buffers(device, handle, &build);
     return build;
 }
 
@@ -152,6 +144,7 @@ record_partition_build(struct layer_device *device, VkCommandBuffer handle,
     build.is_valid = !check_has_found() && device->facts.partitions.feature;
     if (build.is_valid)
         find_sizes(device, &info->input, &build);
-    record(device, handle, &build);
+    note_places(device, handle, &build);
+    note_buffers(device, handle, &build);
     return build;
 }

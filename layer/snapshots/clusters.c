@@ -5,7 +5,10 @@
 #include <stdlib.h>
 
 #include "layer/snapshots/copies/copies.h"
+#include "layer/snapshots/guard/copies.h"
+#include "layer/snapshots/guard/references.h"
 #include "layer/snapshots/recorder.h"
+#include "observers.h"
 
 /* The most bytes that are gathered for one build. */
 enum { GATHERED_MAX = 1 << 22 };
@@ -93,11 +96,11 @@ static void copy_partitions(struct recorder *recorder, struct recorded_build *bu
 
 /* ---- both */
 
-void snapshots_build_addressed(struct layer_device *device, VkCommandBuffer handle,
-                               const struct addressed_build *addressed)
+static void build_addressed(struct layer_device *device, VkCommandBuffer handle,
+                            const struct addressed_build *addressed, struct guard_call *guards)
 {
     struct recorder recorder;
-    if (!addressed->is_valid || !device->snapshots || device->snapshots->are_for_backend ||
+    if (!addressed->is_valid || device->snapshots->are_for_backend ||
         !recorder_begin_other(&recorder, handle))
         return;
     struct recorded_build *build = calloc(1, sizeof(*build));
@@ -112,6 +115,7 @@ void snapshots_build_addressed(struct layer_device *device, VkCommandBuffer hand
             copy_partitions(&recorder, build);
         else
             copy_clusters(&recorder, build);
+        guard_call_add(guards, &recorder, build);
         build->left_out = recorder.left_out;
         recorder_keep_build(&recorder, build);
         if (recorder.left_out)
@@ -122,5 +126,32 @@ void snapshots_build_addressed(struct layer_device *device, VkCommandBuffer hand
         recorder_fail(&recorder);
     }
     recorder_end(&recorder);
+    if (guards)
+        guard_call_end(guards, &recorder);
     recorder_end_call(&recorder);
+}
+
+void snapshots_build_clusters(struct layer_device *device, VkCommandBuffer handle,
+                              struct addressed_build *build)
+{
+    build_addressed(device, handle, build, NULL);
+}
+
+void snapshots_build_partitions(struct layer_device *device,
+                                PFN_vkCmdBuildPartitionedAccelerationStructuresNV down,
+                                VkCommandBuffer handle,
+                                const VkBuildPartitionedAccelerationStructureInfoNV *info,
+                                struct addressed_build *build)
+{
+    struct guard_call guards = {0};
+    if (!build->is_valid)
+        guard_warn_unguarded(device->snapshots->guard, "a call is not valid");
+    build_addressed(device, handle, build, &guards);
+    VkBuildPartitionedAccelerationStructureInfoNV guarded = *info;
+    for (uint32_t i = 0; i < guards.count; i++) {
+        guarded.srcInfos = guards.builds[i].copy.data;
+        guarded.srcInfosCount = guards.builds[i].copy.range;
+    }
+    down(handle, guards.count ? &guarded : info);
+    guard_call_release(&guards);
 }

@@ -205,7 +205,7 @@ void recorder_order_buffer(const struct recorder *recorder, VkBuffer buffer,
 }
 
 /* The stages of builds of micromaps and of copies are of extensions, which may be off. */
-static VkPipelineStageFlags stages_of_builds(const struct recorder *recorder)
+VkPipelineStageFlags recorder_build_stages(const struct recorder *recorder)
 {
     return recorder->is_other ? VK_PIPELINE_STAGE_ALL_COMMANDS_BIT
                               : VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR;
@@ -248,7 +248,7 @@ void recorder_start_copies(struct recorder *recorder)
         }
         earlier = own;
     }
-    barrier(recorder, stages_of_builds(recorder) | earlier, own, writes, reads | writes);
+    barrier(recorder, recorder_build_stages(recorder) | earlier, own, writes, reads | writes);
 }
 
 static VkPipelineStageFlags stages_of_copies(const struct recorder *recorder)
@@ -305,7 +305,7 @@ void recorder_end_call(const struct recorder *recorder)
     if (!recorder->device || !recorder->has_copied || recorder->device->snapshots->are_for_backend)
         return;
     recorder_mark_finished(recorder);
-    barrier(recorder, recorder->copy_stages, stages_of_builds(recorder), 0, 0);
+    barrier(recorder, recorder->copy_stages, recorder_build_stages(recorder), 0, 0);
 }
 
 /* ---- copies */

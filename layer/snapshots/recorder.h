@@ -70,6 +70,8 @@ struct own_dependency {
 };
 void recorder_order_buffer(const struct recorder *recorder, VkBuffer buffer,
                            const struct own_dependency *dependency);
+/* The stages of the command's builds. */
+VkPipelineStageFlags recorder_build_stages(const struct recorder *recorder);
 
 /* The recording of a command buffer. Returns NULL if there is none. */
 struct recording *recording_of(const struct layer_device *device, VkCommandBuffer handle);

@@ -89,10 +89,6 @@ static inline void snapshots_deliver(const struct layer_device *device)
         execution_order_deliver(device->order);
 }
 
-/* Records copies of what the build reads, right before it. Does nothing below level content. */
-void snapshots_build_addressed(struct layer_device *device, VkCommandBuffer handle,
-                               const struct addressed_build *addressed);
-
 /* Whether a buffer has the usage that copies from it need, including the usage that the layer added
  * when the buffer was created (nv_builds.c). */
 bool snapshots_can_copy(struct snapshots *snapshots, VkBuffer buffer);

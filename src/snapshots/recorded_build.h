@@ -65,7 +65,9 @@ struct gathering {
 enum { GUARD_UNLIMITED = UINT32_MAX };
 
 /* What guard.comp reads and returns for one build. It lies in a chunk, in the shader's layout. The
- * host writes it before each submission. */
+ * host writes it before each submission. For a partitioned structure, the source is its operations,
+ * the range of an indirect build is their count, and the ranges are for the arrays to which they
+ * lead. */
 struct guard_order {
     uint64_t source, ranges, places, indirect; /* device addresses */
     uint32_t readable;       /* bytes that can be read at the source; GUARD_UNLIMITED: unknown */
@@ -90,7 +92,7 @@ _Static_assert(sizeof(struct guard_order) == 72, "as the shader has it");
 struct build_guard {
     bool has_order, is_nv;
     struct snapshot order, ranges, places; /* without an address */
-    uint64_t source, source_size, indirect;
+    uint64_t source, source_size, indirect, indirect_size;
     /* The limit that the last checked submission has set (layer/snapshots/guard/execution.h);
      * GUARD_UNLIMITED if there was none. The limit only grows. Another thread may submit the build
      * at the same time. */
@@ -147,7 +149,7 @@ struct recorded_build {
     struct snapshot *snapshots;
     uint32_t snapshot_count, snapshot_capacity;
     struct gathering gathering;  /* for a TLAS, which has one geometry; count 0: none */
-    struct build_guard guard;    /* for a TLAS */
+    struct build_guard guard;    /* for a TLAS or a partitioned structure */
     bool begins_call;            /* the first build of its call that is recorded */
     uint32_t mark;               /* see recording_mark_state() */
     atomic_bool has_findings;    /* about the inputs of one of its executions */

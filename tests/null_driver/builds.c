@@ -97,6 +97,11 @@ COMMAND(CmdBuildClusterAccelerationStructureIndirectNV)
 COMMAND(CmdBuildPartitionedAccelerationStructuresNV)
 {
     transfers_add_build(commandBuffer);
+    if (atomic_load(&is_reading))
+        transfers_add_instances(commandBuffer,
+                                &(struct instances){.data = pBuildInfo->srcInfos,
+                                                    .range = pBuildInfo->srcInfosCount,
+                                                    .are_partitioned = true});
 }
 
 /* ---- execution */
@@ -150,10 +155,49 @@ static void read_buffer(const struct instances *instances)
     }
 }
 
+/* Of other operations than those that write and update instances, notes where their arrays are. */
+static void
+read_operation(const VkBuildPartitionedAccelerationStructureIndirectCommandNV *operation)
+{
+    const bool writes =
+        operation->opType == VK_PARTITIONED_ACCELERATION_STRUCTURE_OP_TYPE_WRITE_INSTANCE_NV;
+    const VkStridedDeviceAddressNV *array = &operation->argData;
+    if (!writes &&
+        operation->opType != VK_PARTITIONED_ACCELERATION_STRUCTURE_OP_TYPE_UPDATE_INSTANCE_NV)
+        return note(array->startAddress);
+    for (uint32_t i = 0; i < operation->argCount; i++) {
+        uint64_t reference = UINT64_MAX;
+        address_read(array->startAddress + i * array->strideInBytes +
+                         (writes ? offsetof(VkPartitionedAccelerationStructureWriteInstanceDataNV,
+                                            accelerationStructure)
+                                 : offsetof(VkPartitionedAccelerationStructureUpdateInstanceDataNV,
+                                            accelerationStructure)),
+                     &reference, sizeof(reference));
+        note(reference);
+    }
+}
+
+static void read_partitioned(const struct instances *instances)
+{
+    VkBuildPartitionedAccelerationStructureIndirectCommandNV operation;
+    uint32_t count;
+    if (!address_read(instances->range, &count, sizeof(count)))
+        return note(UINT64_MAX);
+    for (uint32_t i = 0; i < count; i++) {
+        if (!address_read(instances->data + i * sizeof(operation), &operation, sizeof(operation)))
+            return note(UINT64_MAX);
+        read_operation(&operation);
+    }
+}
+
 void instances_read(const struct instances *given)
 {
     struct instances instances = *given;
     VkAccelerationStructureBuildRangeInfoKHR range;
+    if (instances.are_partitioned) {
+        read_partitioned(&instances);
+        return;
+    }
     if (instances.buffer != VK_NULL_HANDLE) {
         read_buffer(&instances);
         return;

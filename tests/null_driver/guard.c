@@ -6,6 +6,8 @@ enum {
     POINTERS = 1,
     MOTION = 2,
     NV = 4,
+    PARTITIONS = 8,
+    CLUSTERS = 16,
     MOTION_STRIDE = 160,
     MOTION_SIZE = 152,
     WORDS_MAX = 40,
@@ -147,30 +149,125 @@ static void copy_next(struct guarding *guard, uint32_t index, VkDeviceAddress so
     }
 }
 
+/* ---- partitioned structures */
+
+enum {
+    OPERATIONS = 3,
+    EXPLICIT_BOUNDS = 16,
+    ROOM_ALIGNMENT = 16,
+    WRITE_SIZE = sizeof(VkPartitionedAccelerationStructureWriteInstanceDataNV),
+    UPDATE_SIZE = sizeof(VkPartitionedAccelerationStructureUpdateInstanceDataNV),
+};
+
+static bool is_whole(const struct order *order,
+                     const VkBuildPartitionedAccelerationStructureIndirectCommandNV *operation,
+                     uint32_t count, VkDeviceSize size)
+{
+    const VkDeviceAddress start = operation->argData.startAddress;
+    const VkDeviceSize stride = operation->argData.strideInBytes;
+    if (order->range_count == UNLIMITED)
+        return true;
+    return (stride == 0 || count - 1 <= (UINT64_MAX - start - size) / stride) &&
+           ranges_contain(order->ranges, order->range_count, start, (count - 1) * stride + size);
+}
+
+/* The build reads no structure of an instance with explicit bounds, or that is updated. */
+static void copy_partitioned(struct guarding *guard, bool is_update, uint32_t *element,
+                             uint32_t words, VkDeviceAddress to)
+{
+    const struct order order = guard->order;
+    if (is_update || element[21] & EXPLICIT_BOUNDS) {
+        guard->order.limit = UNLIMITED;
+        if (guard->constants.flags & CLUSTERS)
+            guard->order.place_count = UNLIMITED;
+    }
+    write_element(guard, element[is_update ? 0 : 22], element, words, words - 2, to);
+    guard->order.limit = order.limit;
+    guard->order.place_count = order.place_count;
+}
+
+/* Returns the bytes of the copies that it takes. */
+static uint32_t copy_operation(struct guarding *guard, VkDeviceAddress from, VkDeviceAddress to,
+                               VkDeviceAddress target, uint32_t room)
+{
+    VkBuildPartitionedAccelerationStructureIndirectCommandNV operation = {0};
+    address_read(from, &operation, sizeof(operation));
+    const bool is_update =
+        operation.opType == VK_PARTITIONED_ACCELERATION_STRUCTURE_OP_TYPE_UPDATE_INSTANCE_NV;
+    const uint32_t size = is_update ? UPDATE_SIZE : WRITE_SIZE;
+    if (!is_update &&
+        operation.opType != VK_PARTITIONED_ACCELERATION_STRUCTURE_OP_TYPE_WRITE_INSTANCE_NV) {
+        address_write(to, &operation, sizeof(operation));
+        return 0;
+    }
+    uint32_t count = operation.argCount < room / size ? operation.argCount : room / size;
+    if (count != 0 && !is_whole(&guard->order, &operation, count, size)) {
+        guard->order.unreadable += count;
+        count = 0;
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t element[WORDS_MAX] = {0};
+        address_read(operation.argData.startAddress + i * operation.argData.strideInBytes, element,
+                     size);
+        copy_partitioned(guard, is_update, element, size / sizeof(*element), target + i * size);
+    }
+    operation.argCount = count;
+    operation.argData = (VkStridedDeviceAddressNV){target, size};
+    address_write(to, &operation, sizeof(operation));
+    return (uint32_t)align_up((VkDeviceSize)count * size, ROOM_ALIGNMENT);
+}
+
+static void copy_operations(struct guarding *guard)
+{
+    const VkDeviceSize size = sizeof(VkBuildPartitionedAccelerationStructureIndirectCommandNV);
+    uint32_t used = 0, copied = 0;
+    if (guard->is_open && guard->order.can_read_range)
+        address_read(guard->order.indirect, &used, sizeof(used));
+    used = used < OPERATIONS ? used : OPERATIONS;
+    if (used > guard->order.readable / size)
+        used = guard->order.readable / size;
+    address_write(guard->constants.range, &used, sizeof(used));
+    const uint32_t room = (uint32_t)align_up(
+        (VkDeviceSize)guard->constants.count * (WRITE_SIZE + UPDATE_SIZE) + ROOM_ALIGNMENT,
+        ROOM_ALIGNMENT);
+    for (uint32_t i = 0; i < used; i++)
+        copied += copy_operation(guard, guard->order.source + i * size,
+                                 guard->constants.pointers + i * size,
+                                 guard->constants.elements + copied, room - copied);
+}
+
+static void copy_instances(struct guarding *guard)
+{
+    VkAccelerationStructureBuildRangeInfoKHR given = {0}, range = {0};
+    uint32_t used = guard->constants.count, readable = guard->order.readable;
+    VkDeviceAddress source = guard->order.source;
+    if (guard->constants.range != 0) {
+        if (guard->is_open && guard->order.can_read_range)
+            address_read(guard->order.indirect, &given, sizeof(given));
+        used = given.primitiveCount < used ? given.primitiveCount : used;
+        source += given.primitiveOffset;
+        if (readable != UNLIMITED)
+            readable -= readable < given.primitiveOffset ? readable : given.primitiveOffset;
+        range.primitiveCount = used;
+        address_write(guard->constants.range, &range, sizeof(range));
+    }
+    for (uint32_t i = 0; i < used; i++)
+        copy_next(guard, i, source, readable);
+}
+
 void guard_execute(const struct dispatch *dispatch)
 {
     struct guarding guard = {0};
-    VkAccelerationStructureBuildRangeInfoKHR given = {0}, range = {0};
     uint32_t gate = 0;
     memcpy(&guard.constants, dispatch->constants, sizeof(guard.constants));
     address_read(guard.constants.gate, &gate, sizeof(gate));
     guard.is_open = gate != 0;
     if (guard.is_open && !address_read(guard.constants.order, &guard.order, sizeof(guard.order)))
         return;
-    uint32_t used = guard.constants.count, readable = guard.order.readable;
-    VkDeviceAddress source = guard.order.source;
-    if (guard.constants.range != 0) {
-        if (guard.is_open && guard.order.can_read_range)
-            address_read(guard.order.indirect, &given, sizeof(given));
-        used = given.primitiveCount < used ? given.primitiveCount : used;
-        source += given.primitiveOffset;
-        if (readable != UNLIMITED)
-            readable -= readable < given.primitiveOffset ? readable : given.primitiveOffset;
-        range.primitiveCount = used;
-        address_write(guard.constants.range, &range, sizeof(range));
-    }
-    for (uint32_t i = 0; i < used; i++)
-        copy_next(&guard, i, source, readable);
+    if (guard.constants.flags & PARTITIONS)
+        copy_operations(&guard);
+    else
+        copy_instances(&guard);
     guard.order.is_done = 1;
     if (guard.is_open)
         address_write(

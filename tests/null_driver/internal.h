@@ -267,6 +267,7 @@ struct instances {
     VkDeviceAddress range; /* 0: the count is known */
     uint32_t count;
     bool are_pointers, have_motion;
+    bool are_partitioned; /* data is operations, range their number */
 };
 /* Records a build at which a fault may happen. */
 void transfers_add_build(VkCommandBuffer commands);

@@ -14,7 +14,7 @@
 #include "src/snapshots/recorded_build.h"
 
 /* As guard.comp has them. */
-enum { WITH_POINTERS = 1, WITH_MOTION = 2, OF_NV = 4 };
+enum { WITH_POINTERS = 1, WITH_MOTION = 2, OF_NV = 4, OF_PARTITIONS = 8, WITH_CLUSTERS = 16 };
 struct constants {
     uint64_t gate, references, order, range, pointers, elements;
     uint32_t count, flags;
@@ -147,7 +147,7 @@ static bool take_order(struct recorder *recorder, struct build_guard *guard, boo
 
 static void dispatch(struct recorder *recorder, const struct constants *constants)
 {
-    uint32_t groups = (constants->count + GROUP_INSTANCES - 1) / GROUP_INSTANCES;
+    uint32_t groups = constants->count ? (constants->count - 1) / GROUP_INSTANCES + 1 : 1;
     dispatches_add(recorder, SHADER_GUARD, constants, sizeof(*constants),
                    groups < GROUPS_MAX ? groups : GROUPS_MAX);
 }
@@ -209,6 +209,7 @@ static bool record_guard(struct recorder *recorder, struct recorded_build *build
     build->guard.source =
         instances ? constants.elements : input_address(&parameters->geometries[0], INPUT_INSTANCES);
     build->guard.indirect = build->is_indirect ? build->indirect_address : 0;
+    build->guard.indirect_size = sizeof(VkAccelerationStructureBuildRangeInfoKHR);
     build->guard.source_size =
         build->is_indirect ? UINT64_MAX
                            : count * (has_pointers ? sizeof(uint64_t) : layout.element_size);
@@ -223,6 +224,54 @@ static bool record_guard(struct recorder *recorder, struct recorded_build *build
     return true;
 }
 
+/* ---- partitioned structures: copies of the count, of the operations, and of the arrays to which
+ * those lead. The operations that write and update instances have one element at most for each. */
+
+enum { OPERATIONS_OFFSET = ALIGNMENT, ARRAYS_OFFSET = 2 * ALIGNMENT, ARRAY_ALIGNMENT = 16 };
+
+static bool record_partitions(struct recorder *recorder, struct recorded_build *build,
+                              struct guarded_copy *copy)
+{
+    struct guard *guard = recorder->device->snapshots->guard;
+    const VkBuildPartitionedAccelerationStructureInfoNV *info = &build->addressed->partitions.info;
+    const uint64_t arrays = (uint64_t)info->input.instanceCount *
+                            (sizeof(VkPartitionedAccelerationStructureWriteInstanceDataNV) +
+                             sizeof(VkPartitionedAccelerationStructureUpdateInstanceDataNV)),
+                   size = (arrays + 2 * ARRAY_ALIGNMENT - 1) / ARRAY_ALIGNMENT * ARRAY_ALIGNMENT;
+    uint64_t at;
+    struct constants constants = {
+        .references = guard_table(guard),
+        .count = info->input.instanceCount,
+        .flags =
+            OF_PARTITIONS |
+            (recorder->device->facts.extension.cluster_acceleration_structure_nv ? WITH_CLUSTERS
+                                                                                 : 0)};
+    const struct staging_chunk *chunk = constants.references && size <= UINT32_MAX
+                                            ? take_memory(recorder, ARRAYS_OFFSET + size, &at)
+                                            : NULL;
+    if (!chunk)
+        return false;
+    constants.range = chunk->buffer.address + at;
+    constants.pointers = constants.range + OPERATIONS_OFFSET;
+    constants.elements = constants.range + ARRAYS_OFFSET;
+    *copy = (struct guarded_copy){
+        .data = constants.pointers, .range = constants.range, .buffer = chunk->buffer.handle};
+    build->guard.source = info->srcInfos;
+    build->guard.source_size =
+        PARTITION_OPERATIONS * sizeof(VkBuildPartitionedAccelerationStructureIndirectCommandNV);
+    build->guard.indirect = info->srcInfosCount;
+    build->guard.indirect_size = sizeof(uint32_t);
+    if (!take_order(recorder, &build->guard, true))
+        return false;
+    constants.gate = recorder->recording->gate.address;
+    constants.order = snapshot_address(recorder, &build->guard.order);
+    dispatch(recorder, &constants);
+    recorder->recording->has_guards = true;
+    return true;
+}
+
+/* ---- all builds */
+
 /* Records a copy of a build's instances that guard.comp writes. Returns false if the build has no
  * instances, or goes down unguarded. For vkCmdBuildAccelerationStructureNV, `instances` is the
  * application's buffer at that offset; else VK_NULL_HANDLE. */
@@ -230,16 +279,20 @@ static bool guard_copy(struct recorder *recorder, struct recorded_build *build, 
                        VkDeviceSize offset, struct guarded_copy *copy)
 {
     struct guard *guard = recorder->device->snapshots->guard;
-    if (!guard || !has_instances(&build->parameters))
+    const bool is_partitioned = build->addressed;
+    if (!guard || !(is_partitioned || has_instances(&build->parameters)))
         return false;
     const char *obstacle = find_obstacle(
-        recorder, instances, input_address(&build->parameters.geometries[0], INPUT_INSTANCES));
+        recorder, instances,
+        is_partitioned ? build->addressed->partitions.info.srcInfos
+                       : input_address(&build->parameters.geometries[0], INPUT_INSTANCES));
     if (!obstacle && instances &&
         !nv_source_is_whole(recorder, instances, offset,
                             build->parameters.ranges[0].primitiveCount *
                                 sizeof(VkAccelerationStructureInstanceKHR)))
         obstacle = "the layer cannot copy their instances";
-    if (!obstacle && record_guard(recorder, build, instances, offset, copy))
+    if (!obstacle && (is_partitioned ? record_partitions(recorder, build, copy)
+                                     : record_guard(recorder, build, instances, offset, copy)))
         return true;
     guard_warn_unguarded(guard, obstacle ? obstacle : GUARD_LACKS_MEMORY);
     return false;
@@ -251,7 +304,7 @@ static void guard_end_copy(const struct recorder *recorder, const struct guarded
 {
     const struct own_dependency guarded = {
         .src = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-        .dst = VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+        .dst = recorder_build_stages(recorder),
         .src_access = VK_ACCESS_SHADER_WRITE_BIT,
         .dst_access = VK_ACCESS_MEMORY_READ_BIT,
     };

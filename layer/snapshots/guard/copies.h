@@ -7,8 +7,8 @@
 
 /* What a guarded build reads in place of the application's data. */
 struct guarded_copy {
-    VkDeviceAddress data;  /* instances, or pointers to them if the build has pointers */
-    VkDeviceAddress range; /* of an indirect build */
+    VkDeviceAddress data; /* instances, or pointers to them if the build has pointers; operations */
+    VkDeviceAddress range; /* of an indirect build; the number of operations */
     VkBuffer buffer;       /* of VK_NV_ray_tracing: instances at the offset */
     VkDeviceSize offset;
 };
@@ -32,7 +32,8 @@ struct guard_call {
     VkDeviceSize offset;
 };
 
-/* Guards a build of the call if possible. `call` may be NULL. */
+/* Guards a build of the call if possible: of a top-level or a partitioned structure. `call` may be
+ * NULL. */
 void guard_call_add(struct guard_call *call, struct recorder *recorder,
                     struct recorded_build *build);
 /* Called after the last build. */

@@ -83,7 +83,8 @@ static void write_order(const struct layer_device *device, const struct recordin
                           ? GUARD_UNLIMITED
                           : readable_bytes(resources, guard->source, guard->source_size, seen);
     order->can_read_range =
-        !guard->indirect || readable_bytes(resources, guard->indirect, 16, seen) >= 16;
+        !guard->indirect || readable_bytes(resources, guard->indirect, guard->indirect_size,
+                                           seen) >= guard->indirect_size;
     order->range_count = 0;
     if (guard->ranges.size)
         write_ranges(resources, recording, guard, order);
@@ -157,11 +158,17 @@ struct guard_walk {
     bool has_guards;
 };
 
-static void set_limit(struct guard_walk *walk, struct build_guard *guard)
+static void set_limit(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    uint32_t limit = guard_next_count(walk->guard) - 1;
-    atomic_store(&guard->limit, limit < GUARD_UNLIMITED - 1 ? limit : GUARD_UNLIMITED);
-    walk->has_guards = true;
+    struct guard_walk *batch = walk->user;
+    const struct recording *recording = walk->journal->work;
+    struct recorded_build *build =
+        batch->sets_limits && recording && recording->has_guards ? journal_copies(entry) : NULL;
+    uint32_t limit = guard_next_count(batch->guard) - 1;
+    if (!build || !build->guard.has_order)
+        return;
+    atomic_store(&build->guard.limit, limit < GUARD_UNLIMITED - 1 ? limit : GUARD_UNLIMITED);
+    batch->has_guards = true;
 }
 
 /* Instances may refer to the structure. */
@@ -174,18 +181,13 @@ static void note_written(struct journal_walk *walk, const struct journal_entry *
 
 static void note_build(struct journal_walk *walk, const struct journal_entry *entry)
 {
-    const struct guard_walk *batch = walk->user;
-    const struct recording *recording = walk->journal->work;
-    struct recorded_build *build =
-        batch->sets_limits && recording && recording->has_guards ? journal_copies(entry) : NULL;
-    if (build && build->guard.has_order)
-        set_limit(walk->user, &build->guard);
+    set_limit(walk, entry);
     if (entry->built.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR)
         note_written(walk, entry);
 }
 
-static const struct journal_events notes = {ON_BUILDS(note_build), .copy = note_written,
-                                            .fill = note_written,
+static const struct journal_events notes = {ON_BUILDS(note_build), .inputs = set_limit,
+                                            .copy = note_written, .fill = note_written,
                                             .execute = journal_walk_secondary};
 
 static void walk_batch(struct guard_walk *walk, const struct order_batch *batch)
@@ -238,9 +240,10 @@ void guard_results_add(struct guard_results *results, const struct journal *jour
         return;
     if (!ARRAY_HAS_ROOM(results->items, results->count, results->capacity))
         return;
-    results->items[results->count++] = (struct guard_result){
-        journal, build->place.position, order.replaced, order.first_replaced, order.unreadable,
-        false};
+    results->items[results->count++] =
+        (struct guard_result){journal,        build->place.position, build->addressed,
+                              order.replaced, order.first_replaced,  order.unreadable,
+                              false};
 }
 
 static bool is_about_references(enum rule rule)
@@ -270,18 +273,27 @@ static void warn_of_replaced(const struct guard_result *result, const struct lay
     char line[512];
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
-    text_say(&text,
-             "assay_validation.guard = references: in build {} of VkCommandBuffer {} the layer "
-             "replaced ",
-             number(result->position), hex(handle_number(result->journal->command_buffer)));
+    text_append(&text, "assay_validation.guard = references: in ");
+    if (result->is_partitioned)
+        text_append(&text, "a build of a partitioned structure");
+    else
+        text_say(&text, "build {}", number(result->position));
+    text_say(&text, " of VkCommandBuffer {} the layer ",
+             hex(handle_number(result->journal->command_buffer)));
     if (result->replaced)
-        text_say(&text,
-                 "{} by 0 to what is not a live, built bottom-level acceleration structure. The "
-                 "first is that of instance {}",
-                 count_of(result->replaced, "reference"), number(result->first_replaced));
-    if (result->unreadable)
+        text_say(
+            &text,
+            "replaced {} by 0 to what is not a live, built bottom-level acceleration structure. "
+            "The first is that of instance {}",
+            count_of(result->replaced, "reference"), number(result->first_replaced));
+    if (result->replaced && result->unreadable)
+        text_append(&text, "; also ");
+    if (result->unreadable && result->is_partitioned)
+        text_say(&text, "left out {} in memory that cannot be read",
+                 count_of(result->unreadable, "instance"));
+    else if (result->unreadable)
         text_say(&text, "{}{} in memory that cannot be read by inactive ones",
-                 phrase(result->replaced ? "; also " : ""),
+                 phrase(result->replaced ? "" : "replaced "),
                  count_of(result->unreadable, "instance"));
     text_append(&text, ".");
     reporter_warn(device->instance->reporter, line);

@@ -46,7 +46,8 @@ void guard_renew(const struct layer_device *device, const struct recording *reco
 struct guard_results {
     struct guard_result {
         const struct journal *journal;
-        uint32_t position; /* of the build in the command buffer */
+        uint32_t position;   /* of the build in the command buffer */
+        bool is_partitioned; /* then it has none */
         uint32_t replaced, first_replaced, unreadable;
         bool is_reported;
     } * items;

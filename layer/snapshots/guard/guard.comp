@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Copies the instances of a build, and replaces references that are not in the table of live,
-// built structures by 0. The build reads the copy.
+// built structures by 0. The build reads the copy. Of a build of a partitioned structure, it copies
+// the operations and the arrays of instances to which these lead.
 #version 460
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
@@ -10,6 +11,8 @@ layout(local_size_x = 64) in;
 const uint POINTERS = 1; // the source is an array of pointers to instances
 const uint MOTION = 2;   // instances of VK_NV_ray_tracing_motion_blur
 const uint NV = 4;       // references are values of vkGetAccelerationStructureHandleNV
+const uint PARTITIONS = 8; // the source is the operations of a partitioned structure
+const uint CLUSTERS = 16;  // structures without a handle may be built later
 
 const uint KIND_KHR = 1, KIND_NV = 2; // of entries
 const uint UNLIMITED = ~0u;
@@ -53,7 +56,7 @@ layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer So
 {
     uvec4 at[];
 };
-layout(buffer_reference, std430, buffer_reference_align = 16) writeonly buffer Target
+layout(buffer_reference, std430, buffer_reference_align = 8) writeonly buffer Target
 {
     uint at[];
 };
@@ -73,10 +76,10 @@ layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Gat
 layout(push_constant) uniform Constants
 {
     uvec2 gate, references, order;
-    uvec2 range;    // the indirect build reads its range here
-    uvec2 pointers; // the build reads its pointers here
+    uvec2 range;    // the indirect build reads its range here, or the number of operations
+    uvec2 pointers; // the build reads its pointers or its operations here
     uvec2 elements; // and its instances here
-    uint count, flags;
+    uint count, flags; // partitions: there is room for so many elements of each size
 };
 
 bool is_at_most(uvec2 a, uvec2 b)
@@ -91,13 +94,25 @@ uvec2 plus(uvec2 a, uint bytes)
     return uvec2(low, a.y + carry);
 }
 
-// a + index * size, for a product beyond 32 bits.
+// a + index * stride. `is_beyond`: that is more than 64 bits.
+uvec2 strided(uvec2 a, uint index, uvec2 stride, out bool is_beyond)
+{
+    uint high, low, highest, middle, carry, carried, overflow;
+    umulExtended(index, stride.x, high, low);
+    umulExtended(index, stride.y, highest, middle);
+    high = uaddCarry(high, middle, overflow);
+    low = uaddCarry(a.x, low, carry);
+    high = uaddCarry(high, carry, carried);
+    overflow |= carried;
+    high = uaddCarry(a.y, high, carried);
+    is_beyond = (highest | overflow | carried) != 0;
+    return uvec2(low, high);
+}
+
 uvec2 element_at(uvec2 a, uint index, uint size)
 {
-    uint high, low;
-    umulExtended(index, size, high, low);
-    uvec2 sum = plus(a, low);
-    return uvec2(sum.x, sum.y + high);
+    bool is_beyond;
+    return strided(a, index, uvec2(size, 0), is_beyond);
 }
 
 // ---- references
@@ -105,14 +120,13 @@ uvec2 element_at(uvec2 a, uint index, uint size)
 // Read once by each invocation.
 bool checks_references = false;
 uvec2 table_entries;
-uint table_mask, table_kind, built_limit;
+uint table_mask, table_kind, built_limit, place_count;
 
-// Whether all of the bytes lie in one range. Ranges are in ascending order, and do not touch.
-bool is_within(uvec2 list, uint count, uvec2 address, uint bytes)
+// Returns the end of the range that has an address; 0: there is none. Ranges are in ascending
+// order, and do not touch.
+uvec2 end_of_range(uvec2 list, uint count, uvec2 address)
 {
     uint low = 0, high = count;
-    if (high == UNLIMITED)
-        return true;
     Ranges sorted = Ranges(list);
     while (low < high) {
         uint middle = (low + high) / 2;
@@ -121,10 +135,17 @@ bool is_within(uvec2 list, uint count, uvec2 address, uint bytes)
         else
             high = middle;
     }
-    if (low == 0)
-        return false;
-    uvec2 end = sorted.at[low - 1].zw;
-    return !is_at_most(end, address) && is_at_most(plus(address, bytes), end);
+    uvec2 end = low == 0 ? uvec2(0) : sorted.at[low - 1].zw;
+    return is_at_most(end, address) ? uvec2(0) : end;
+}
+
+// Whether all of the bytes lie in one range, or the ranges are unknown.
+bool is_within(uvec2 list, uint count, uvec2 address, uint bytes)
+{
+    if (count == UNLIMITED)
+        return true;
+    uvec2 end = end_of_range(list, count, address);
+    return end != uvec2(0) && is_at_most(plus(address, bytes), end);
 }
 
 void open_table()
@@ -136,6 +157,7 @@ void open_table()
     table_entries = current.entries;
     table_mask = current.mask;
     built_limit = table_kind == KIND_NV ? UNLIMITED : Order(order).limit;
+    place_count = Order(order).place_count;
 }
 
 bool is_in_table(uvec2 reference)
@@ -156,7 +178,7 @@ bool is_in_table(uvec2 reference)
 bool is_valid(uvec2 reference)
 {
     return reference == uvec2(0) || !checks_references || is_in_table(reference) ||
-           is_within(Order(order).places, Order(order).place_count, reference, 1);
+           is_within(Order(order).places, place_count, reference, 1);
 }
 
 void note_replaced(uint index)
@@ -272,6 +294,90 @@ void copy_next(uint index, uvec2 source, uint readable)
     }
 }
 
+// ---- partitioned structures
+
+const uint OPERATIONS = 3; // as many as there are opTypes
+const uint WRITE = 0, UPDATE = 1;
+const uint EXPLICIT_BOUNDS = 16; // in word 21 of a VkPartitionedAccelerationStructureWriteInstanceDataNV
+
+// Bytes of an element; 0: it has no reference.
+uint element_size(uint type)
+{
+    return type == WRITE ? 104 : type == UPDATE ? 16 : 0;
+}
+
+// The build reads no structure of an instance with explicit bounds, or that is updated. So it may
+// be built later.
+void copy_partitioned(uint type, uvec2 from, uvec2 to)
+{
+    bool is_later = type == UPDATE || (word_at(from, 21) & EXPLICIT_BOUNDS) != 0;
+    built_limit = is_later ? UNLIMITED : Order(order).limit;
+    place_count = is_later && (flags & CLUSTERS) != 0 ? UNLIMITED : Order(order).place_count;
+    uint instance = word_at(from, type == UPDATE ? 0 : 22), words = element_size(type) / 4;
+    copy_element(instance, from, to, words, words - 2);
+}
+
+// Returns how many elements of an array can be copied to `room` bytes: without the memory, none.
+uint count_copied(uint given, uint size, uvec2 start, uvec2 stride, uint room)
+{
+    uint count = min(given, room / size), readable = Order(order).range_count;
+    if (count == 0 || readable == UNLIMITED)
+        return count;
+    uvec2 end = end_of_range(Order(order).ranges, readable, start);
+    bool is_beyond;
+    uvec2 last = strided(start, count - 1, stride, is_beyond);
+    bool is_readable = !is_beyond && end != uvec2(0) && !is_at_most(end, last) &&
+                       is_at_most(plus(last, size), end);
+    if (!is_readable && gl_GlobalInvocationID.x == 0)
+        atomicAdd(Order(order).unreadable, count);
+    return is_readable ? count : 0;
+}
+
+// VkBuildPartitionedAccelerationStructureIndirectCommandNV: opType, argCount, and where the array
+// begins, and its stride. Returns how many bytes of the copies it takes.
+uint copy_operation(uvec2 from, uvec2 to, uvec2 target, uint room)
+{
+    uint first = gl_GlobalInvocationID.x, step = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
+    uint type = word_at(from, 0), size = element_size(type);
+    uvec2 start = uvec2(word_at(from, 2), word_at(from, 3));
+    uvec2 stride = uvec2(word_at(from, 4), word_at(from, 5));
+    if (size == 0) {
+        if (first < 6)
+            Target(to).at[first] = word_at(from, first);
+        return 0;
+    }
+    uint count = count_copied(word_at(from, 1), size, start, stride, room);
+    if (first == 0) {
+        Target(to).at[0] = type;
+        Target(to).at[1] = count;
+        Target(to).at[2] = target.x;
+        Target(to).at[3] = target.y;
+        Target(to).at[4] = size;
+        Target(to).at[5] = 0;
+    }
+    for (uint index = first; index < count; index += step) {
+        bool is_beyond;
+        copy_partitioned(type, strided(start, index, stride, is_beyond),
+                         element_at(target, index, size));
+    }
+    return (count * size + 15) & ~15;
+}
+
+void copy_operations(bool is_open)
+{
+    uint used = 0;
+    if (is_open && Order(order).can_read_range != 0)
+        used = min(min(word_at(Order(order).indirect, 0), OPERATIONS), Order(order).readable / 24);
+    if (gl_GlobalInvocationID.x == 0)
+        Target(range).at[0] = used;
+    uint room = (count * (104 + 16) + 31) & ~15, copied = 0; // as record_partitions() has it
+    for (uint i = 0; i < used; i++)
+        copied += copy_operation(plus(Order(order).source, i * 24), plus(pointers, i * 24),
+                                 plus(elements, copied), room - copied);
+    if (is_open && gl_GlobalInvocationID.x == 0)
+        Order(order).is_done = 1;
+}
+
 // ---- all of them
 
 void main()
@@ -281,10 +387,15 @@ void main()
     bool is_indirect = range != uvec2(0);
     uint used = is_open || !is_indirect ? count : 0, readable = 0;
     uvec2 source = uvec2(0);
+    if (is_open)
+        open_table();
+    if ((flags & PARTITIONS) != 0) {
+        copy_operations(is_open);
+        return;
+    }
     if (is_open) {
         source = Order(order).source;
         readable = Order(order).readable;
-        open_table();
     }
     if (is_open && is_indirect) {
         Source given = Source(Order(order).indirect);

@@ -6,7 +6,8 @@
  *         [scratch PLACE] [infos PLACE] [counted PLACE] [addresses PLACE] [sized PLACE]
  *         [FIELD VALUE]... [and [FIELD VALUE]...]
  *     partitions [src PLACE] [into PLACE] [scratch PLACE] [translates] [count COUNT]
- *         OPERATION [FIELD VALUE]... [again [FIELD VALUE]...] [then OPERATION [FIELD VALUE]...]
+ *         OPERATION [arguments PLACE] [FIELD VALUE]... [again [FIELD VALUE]...]
+ *         [then OPERATION [FIELD VALUE]...]
  *
  * The operations are move, bottom, build, template, instantiate and indices; and write, update and
  * translate. What the device reads is in buffer C0, which the host writes when the command is
@@ -347,6 +348,9 @@ static void build_partitions(struct play *play, char **words)
             words += 2;
         } else if (play_is(*words, "infos")) {
             info.srcInfos = value_of(play, words[1]);
+            words += 2;
+        } else if (line.op && play_is(*words, "arguments")) { /* behind all others */
+            line.command->argData.startAddress = value_of(play, words[1]);
             words += 2;
         } else if (play_is(*words, "count")) {
             count = (uint32_t)play_number(play, words[1]);
