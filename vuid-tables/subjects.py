@@ -21,7 +21,7 @@ def fail(message):
 def read_rows(rules):
     """Returns {subject: [(name, level)]}. A malformed row is an error."""
     subjects = {}
-    for file in re.findall(r'^#include "vuid-tables/(rows/\w+\.def)"$', rules.read_text(), re.M):
+    for file in re.findall(r'^#include "vuid-tables/(rows/[\w/]+\.def)"$', rules.read_text(), re.M):
         text = re.sub(r"/\*.*?\*/", "", (rules.parent / file).read_text(), flags=re.S)
         rows = re.findall(r"^RULE\((\w+),\s*(\w+),\s*([A-Z]+),", text, re.M)
         if len(rows) != len(re.findall(r"\bRULE\b", text)):

@@ -21,8 +21,8 @@ WORDS = ("Type", "mode", "type", "queue", "dst", "dst_name", "src", "command_buf
          "command_buffer_name", "device", "memory", "flags", "references")
 NUMBERS = (*RANGES, "build", "primitives", "size", "scratch_size", "compacted_size",
            "memory_offset", "referring")
-SCRIPTS = ("page_builds.js", "page_structures.js", "page.js")
-SCENE_SCRIPTS = ("page_scene.js", "page_scene_list.js")
+SCRIPTS = ("builds.js", "structures.js", "page.js")
+SCENE_SCRIPTS = ("scene.js", "scene_list.js")
 MISSING = -1
 MOST_ROWS = 100_000  # about 8 MB
 RECORDED = ("Submission", "Build", "Copy", "CompactedSize", "Destroyed", "Instances")
@@ -191,7 +191,7 @@ def page_data(verdict, command, scene):
 
 
 def read_part(name):
-    return (HERE / name).read_text(encoding="utf-8")
+    return (HERE / "page_parts" / name).read_text(encoding="utf-8")
 
 
 def write_page(path, verdict, command, scene=None):
@@ -200,7 +200,7 @@ def write_page(path, verdict, command, scene=None):
     data = json.dumps(page_data(verdict, command, view), ensure_ascii=False, separators=(",", ":"))
     parts = {"title": html.escape(f"Assay: {' '.join(command) if command else 'merged records'}"),
              "style": read_part("page.css"),
-             "scene": read_part("page_scene.html") if view else "",
+             "scene": read_part("scene.html") if view else "",
              "three": scene.script() if view and view["views"] else "",
              "script": "\n".join(map(read_part, (*SCENE_SCRIPTS, *SCRIPTS) if view else SCRIPTS)),
              # Nothing within a script may look like its end.

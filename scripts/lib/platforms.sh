@@ -133,7 +133,7 @@ platform_aarch64() {
     # Each random program reserves much address space, and the emulator keeps tables of what was reserved: they
     # would take 20 GB.
     tests_run $triple-gcc -L '^quick$' -E '^fuzz_programs_random$' || bad=1
-    for test in state/state_readable cpu_backend/cpu_host_objects cpu_backend/cpu_host_handles; do # kernels for ARM may have such pages
+    for test in base/base_readable cpu_backend/cpu_host_objects cpu_backend/cpu_host_handles; do # kernels for ARM may have such pages
         logged "${emulator[@]}" -p 65536 "$folder/tests/${test}_test" null || bad=1
     done
     logged "${emulator[@]}" -p 65536 "$folder/tests/programs/programs_test" null snapshots/pointers || bad=1

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* assay-scene view: what the 3D view on the page of assay-run shows, as JSON. The view shows one
  * structure at a time, after one of the commands that wrote it: a moment. Arrays are in base64,
- * each once. scripts/assay_run/page_scene.js reads all of it. */
+ * each once. scripts/assay_run/page_parts/scene.js reads all of it. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -12,7 +12,7 @@ from runs import Runs
 
 PROGRAMS, LAYERS, DRIVER = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
 HERE = pathlib.Path(__file__).resolve().parent
-RECORDER, MAIN = HERE / "record_build.c", HERE / "call_sites.c"
+RECORDER, MAIN = HERE / "programs/record_build.c", HERE / "programs/call_sites.c"
 MODES = ("frames", "full")
 # What is found when: at the call, at the submission, and when that has completed.
 CALLS = {"device": ("parameters", "execution", "content"), "secondary": ("execution", "content"),

@@ -11,7 +11,7 @@
 
 #include "tests/builder/digest.h"
 #include "tests/builder/fixture.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 enum { QUALITIES = 3, PARTS = 4, RAYS = 120 };
 

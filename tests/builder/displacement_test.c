@@ -5,7 +5,7 @@
 #include "displacement_encoder.h"
 #include "src/bvh/input/displacement.h"
 #include "tests/builder/fixture.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 /* Level 2, in quarters of an edge. */
 static const uint8_t order[15][2] = {

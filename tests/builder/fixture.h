@@ -13,7 +13,7 @@ extern const float fixture_triangle[9]; /* (0, 0), (1, 0), (0, 1) in the plane z
  * caller frees nothing of that. */
 void fixture_scope_begin(void);
 void fixture_scope_end(void);
-/* A test (tests/state/unit_test.h) between the two. */
+/* A test (tests/unit/unit_test.h) between the two. */
 #define SCOPE_TEST(name) TEST_BETWEEN(name, fixture_scope_begin, fixture_scope_end)
 
 struct fixture_mesh {

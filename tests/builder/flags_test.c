@@ -3,7 +3,7 @@
 #include <math.h>
 
 #include "tests/builder/fixture.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 static struct trace_ray down(uint32_t flags)
 {

@@ -5,7 +5,7 @@
 
 #include "src/bvh/input/formats.h"
 #include "tests/builder/fixture.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 /* One vertex of each format, and what it means. */
 static const struct {

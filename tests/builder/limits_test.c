@@ -6,7 +6,7 @@
 #include "src/bvh/input/source.h"
 #include "src/bvh/structure.h"
 #include "tests/builder/fixture.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 /* The vertices that spheres name: one more than the largest index, whatever follows the last. */
 TEST(test_vertices_of_spheres)

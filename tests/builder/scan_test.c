@@ -7,8 +7,8 @@
 #include "src/bvh/bvh.h"
 #include "src/bvh/expansion.h"
 #include "src/bvh/input/formats.h"
-#include "tests/state/random.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/random.h"
+#include "tests/unit/unit_test.h"
 
 enum { ROUNDS = 20000, MOST = 70, STRIDE_MAX = 40 };
 

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "tests/builder/fixture.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 /* The bytes that a header and the alignment of four parts add, at most. */
 #define FIXED_BYTES 512.0

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "tests/builder/fixture.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 #define INSTANCES 9000u /* more than one thread's portion */
 

@@ -12,8 +12,8 @@
 
 #include "src/capture/arrays.h"
 #include "src/capture/hash.h"
-#include "tests/state/random.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/random.h"
+#include "tests/unit/unit_test.h"
 
 enum { PATH_SIZE = 256, FILE_SIZE = 1 << 16 };
 

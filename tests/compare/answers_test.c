@@ -14,7 +14,7 @@
 #include "subject.h"
 #include "tests/builder/digest.h"
 #include "tests/fixture/scarce_memory.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 enum { RAYS = 3000, WAYS = 24, LOOSE = 60 };
 

@@ -4,7 +4,7 @@
 
 #include "subject.h"
 #include "tests/fixture/scarce_memory.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 enum { VERTICES = 40, PADDING = 4096 };
 

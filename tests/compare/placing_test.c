@@ -3,7 +3,7 @@
 #include <math.h>
 
 #include "src/compare/rays.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 /* A right triangle of side 4 in the plane z = 8. */
 static const struct triangle_record triangle = {.a = {0, 0, 8}, .b = {4, 0, 8}, .c = {0, 4, 8}};

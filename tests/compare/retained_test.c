@@ -8,7 +8,7 @@
 #include "layer/compare/comparer.h"
 #include "tests/fixture/geometry.h"
 #include "tests/fixture/scarce_memory.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 enum { SOURCE_ID = 101, UPDATED_ID, OTHER_ID };
 

@@ -8,7 +8,7 @@
 #include "src/compare/top.h"
 #include "tests/fixture/make.h"
 #include "tests/fixture/objects.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 enum { GEOMETRIES = 4 };
 

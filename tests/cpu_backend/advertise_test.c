@@ -6,7 +6,7 @@
 #include "src/bvh/input/formats.h"
 #include "src/bvh/micromap.h"
 #include "tests/cpu_backend/instance_fixture.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 #include "vuid-tables/registry.h"
 
 static struct platform platform;

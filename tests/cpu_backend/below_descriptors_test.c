@@ -6,7 +6,7 @@
 #include "backend.h"
 #include "below.h"
 #include "tests/fixture/objects.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 #define STRUCTURE VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR
 #define OTHER VK_DESCRIPTOR_TYPE_STORAGE_BUFFER

@@ -8,7 +8,7 @@
 #include "layer/snapshots/copies/copies.h"
 #include "layer/snapshots/executions.h"
 #include "layer/snapshots/snapshots.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 static struct layer_instance instance;
 static struct layer_device device;

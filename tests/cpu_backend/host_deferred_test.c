@@ -5,7 +5,7 @@
 
 #include "src/cpu/deferred.h"
 #include "tests/fixture/objects.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 #define REFUSED(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED)
 

@@ -9,7 +9,7 @@
 
 #include "tests/cpu_backend/instance_fixture.h"
 #include "tests/fixture/trace.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 #define expect_mistake(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED)
 

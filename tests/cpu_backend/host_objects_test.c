@@ -13,7 +13,7 @@
 #include "src/cpu/structures.h"
 #include "src/snapshots/memory.h"
 #include "tests/fixture/objects.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 #define FIRST_HANDLE (1ull << 62)
 

@@ -5,7 +5,7 @@
 
 #include "playback_fixture.h"
 #include "src/cpu/trees/tree.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 #define TEST_OF_WORLD(name) TEST_WITH(name, struct world *world, open_world, close_world)
 

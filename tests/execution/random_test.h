@@ -7,7 +7,7 @@
 
 #include "shape.h"
 #include "tests/player/play.h"
-#include "tests/state/random.h"
+#include "tests/unit/random.h"
 
 /* Command buffers c0 to c3 are for queue q0, c4 and c5 for q2; c6 and c7 are secondary, for q0. */
 enum { OTHER_QUEUE = 4, SECONDARIES = 6, COMMAND_BUFFERS = 8 };

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 
 #include "tests/player/play.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 enum { ROUNDS = 400, MISTAKES = 5 /* one in so many rounds */, JOINERS = 2, RUNNERS = 3 };
 

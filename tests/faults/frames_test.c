@@ -7,7 +7,7 @@
 #include "tests/fixture/linked.h"
 #include "tests/fixture/scarce_memory.h"
 #include "tests/player/play.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 static struct platform platform;
 static struct program program;

@@ -8,7 +8,7 @@
 #include <unistd.h>
 #include <vulkan/vk_layer.h>
 
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 enum { CHILDREN = 200, THREADS = 2 };
 

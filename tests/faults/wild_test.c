@@ -13,7 +13,7 @@
 
 #include "tests/fixture/linked.h"
 #include "tests/player/play.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 /* ---- what wild_calls.h needs */
 

@@ -4,7 +4,7 @@
 
 #include "src/advice/figures/boxes.h"
 #include "tests/figures/lines.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 enum { COUNT = 40, SAMPLES = 20000 };
 

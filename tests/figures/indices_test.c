@@ -4,8 +4,8 @@
 
 #include "src/advice/figures/indices.h"
 #include "src/bvh/input/formats.h"
-#include "tests/state/random.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/random.h"
+#include "tests/unit/unit_test.h"
 
 enum { SIDE = 8, COUNT = 6 * SIDE * SIDE, VERTICES = (SIDE + 1) * (SIDE + 1) };
 

@@ -5,8 +5,8 @@
 
 #include "src/advice/figures/instances.h"
 #include "tests/fixture/scarce_memory.h"
-#include "tests/state/random.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/random.h"
+#include "tests/unit/unit_test.h"
 
 enum { COUNT = 6 };
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Bytes that two geometries read as vertices, in ways that contradict and in others. */
 #include "src/advice/figures/layouts.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 enum { AT = 0x10000, COUNT = 100, FLOAT = 4, HALF = 2 };
 

@@ -6,7 +6,7 @@
 
 #include <math.h>
 
-#include "tests/state/random.h"
+#include "tests/unit/random.h"
 
 struct line {
     double origin[3], direction[3];

@@ -8,7 +8,7 @@
 #include "src/platform/aligned.h"
 #include "tests/figures/lines.h"
 #include "tests/fixture/scarce_memory.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 enum { COUNT = 200, LINES = 20000, TREE_SIZE = 1 << 20 };
 

@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "src/advice/figures/triangles.h"
-#include "tests/state/random.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/random.h"
+#include "tests/unit/unit_test.h"
 
 enum { SIDE = 8, VERTICES = (SIDE + 1) * (SIDE + 1), TRIANGLES = 2 * SIDE * SIDE };
 

@@ -12,7 +12,7 @@
 #include "fuzz.h"
 #include "replay.h"
 #include "tests/builder/fixture.h"
-#include "tests/state/random.h"
+#include "tests/unit/random.h"
 
 #define ROUNDS 20000
 #define INPUT_MAX 4096

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "fuzz.h"
-#include "tests/state/random.h"
+#include "tests/unit/random.h"
 
 enum { INPUT_MAX = 1 << 16, PATH_SIZE = 1024 };
 

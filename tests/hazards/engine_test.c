@@ -3,10 +3,10 @@
  * rest. */
 #include <string.h>
 
-#include "../state/random.h"
-#include "../state/unit_test.h"
 #include "src/hazards/hazards.h"
 #include "tests/fixture/scarce_memory.h"
+#include "tests/unit/random.h"
+#include "tests/unit/unit_test.h"
 
 enum { BYTES = 4096, KINDS = 8, MEMORY = 7 };
 

@@ -3,7 +3,7 @@
 #include "tests/fixture/batches.h"
 #include "tests/fixture/instance.h"
 #include "tests/fixture/make.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 #include <malloc.h>
 

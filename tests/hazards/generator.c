@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "../state/random.h"
+#include "tests/unit/random.h"
 
 enum {
     GENERATED_BATCHES = 24,

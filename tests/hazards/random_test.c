@@ -4,9 +4,9 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-#include "../state/random.h"
-#include "../state/unit_test.h"
 #include "program.h"
+#include "tests/unit/random.h"
+#include "tests/unit/unit_test.h"
 
 static bool differs(const struct program *program, struct findings *model, struct findings *engine)
 {

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "../state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 struct stage_row {
     const char *name;

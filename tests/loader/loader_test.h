@@ -12,7 +12,7 @@
 #include "tests/fixture/messenger.h"
 #include "tests/fixture/objects.h"
 #include "tests/rules/scene/scene.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 #define LENGTH(array) (sizeof(array) / sizeof((array)[0]))
 

@@ -4,7 +4,7 @@
 #include "null_driver.h"
 #include "tests/fixture/make.h"
 #include "tests/fixture/objects.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 #include <string.h>
 

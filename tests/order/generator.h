@@ -4,8 +4,8 @@
 #ifndef ORDER_GENERATOR_H
 #define ORDER_GENERATOR_H
 
-#include "../state/random.h"
 #include "model.h"
+#include "tests/unit/random.h"
 
 enum {
     SEMAPHORES = 8, /* handles from 1; kinds below */

@@ -6,7 +6,7 @@
 #include "program.h"
 #include "src/state/order/records.h"
 #include "tests/fixture/scarce_memory.h"
-#include "tests/state/steps.h"
+#include "tests/unit/steps.h"
 
 /* A frame as applications make them: a batch, its fence waited for and reset. */
 static void frame(struct program *program)

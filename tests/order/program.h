@@ -5,7 +5,7 @@
 #define ORDER_PROGRAM_H
 
 #include "src/state/order/order.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 enum { PROGRAM_RUNS = 512, PROGRAM_NAMES = 100, CALL_OPERATIONS = 4 };
 enum { S = 1, T = 2, U = 3, F = 4, G = 5 }; /* semaphores and fences */

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "generator.h"
-#include "tests/state/property.h"
+#include "tests/unit/property.h"
 
 /* ---- the host */
 

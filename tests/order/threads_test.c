@@ -3,10 +3,10 @@
  * plays the device: a batch has executed when it has run. It keeps some batches for a while. */
 #include <stdatomic.h>
 
-#include "../state/random.h"
 #include "program.h"
 #include "src/platform/clock.h"
 #include "src/platform/threads.h"
+#include "tests/unit/random.h"
 
 enum { THREADS = 4, CALLS = 1000 };
 

@@ -3,7 +3,7 @@
 #include "src/state/resources/destroyed.h"
 
 #include "tests/fixture/objects.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 TEST(test_ring)
 {

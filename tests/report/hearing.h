@@ -16,7 +16,7 @@
 #include "tests/fixture/make.h"
 #include "tests/fixture/messenger.h"
 #include "tests/fixture/scarce_memory.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 #define LENGTH(array) (sizeof(array) / sizeof((array)[0]))
 

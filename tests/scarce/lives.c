@@ -12,7 +12,7 @@
 #include <unistd.h>
 
 #include "injector.h"
-#include "tests/state/random.h"
+#include "tests/unit/random.h"
 
 enum {
     MOST = 1 << 16,       /* allocations of a life */

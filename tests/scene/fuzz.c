@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "src/scene/tool.h"
-#include "tests/state/random.h"
+#include "tests/unit/random.h"
 
 enum { FILE_SIZE = 1 << 16, FILES = 64, PATH_SIZE = 512 };
 

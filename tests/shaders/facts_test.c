@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 static const uint32_t descriptors[] = {
 #include "descriptors_comp.h"

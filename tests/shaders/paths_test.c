@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 struct path_case {
     const char *name;

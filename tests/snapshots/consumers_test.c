@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "layer/snapshots/executions.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 enum { CALLS_MAX = 16 };
 

@@ -4,8 +4,8 @@
 
 #include <string.h>
 
-#include "../state/random.h"
 #include "src/snapshots/recorded_build.h"
+#include "tests/unit/random.h"
 
 static const uint32_t code[] = {
 #include "copy_comp.h"

@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-#include "../state/random.h"
+#include "tests/unit/random.h"
 
 enum { PROGRAMS = 12, SUBMISSIONS = 8, STEPS = 24 };
 

@@ -3,7 +3,7 @@
 #include "layer/snapshots/snapshots.h"
 
 #include "observers.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 static struct layer_device device;
 static struct snapshots snapshots;

@@ -4,7 +4,7 @@
 #define ASSAY_TESTS_SNAPSHOTS_SCENE_H
 
 #include "tests/snapshots/fixture.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 extern struct platform platform;
 extern struct fixture fixture;

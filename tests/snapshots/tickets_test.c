@@ -4,7 +4,7 @@
 #include "layer/snapshots/executions.h"
 
 #include "src/snapshots/ticket.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 enum { FENCES = 8 };
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Address maps and their guesses against a naive model. */
 #include "src/state/resources/address_map.h"
-#include "tests/state/property.h"
+#include "tests/unit/property.h"
 
 /* ---- address maps: buffer_id is the number of a range in the model */
 

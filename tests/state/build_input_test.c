@@ -5,7 +5,7 @@
 #include "src/model/input_names.h"
 #include "src/snapshots/build_input.h"
 #include "tests/fixture/geometry.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 enum {
     VERTICES = 0x1000,

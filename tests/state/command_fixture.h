@@ -4,7 +4,7 @@
 #define ASSAY_TESTS_STATE_COMMAND_FIXTURE_H
 
 #include "src/state/commands/command_buffers.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 /* The n-th handle; 0 is none. */
 static inline VkCommandPool pool(unsigned n)

@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 #define LAYOUT ((VkDescriptorSetLayout)(uintptr_t)0x10)
 #define POOL ((VkDescriptorPool)(uintptr_t)0x20)

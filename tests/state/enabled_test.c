@@ -4,7 +4,7 @@
 #include "src/model/formats.h"
 #include "src/view/enabled.h"
 #include "src/view/finding.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 #define BUILD(name) VK_BUILD_ACCELERATION_STRUCTURE_##name
 

@@ -4,7 +4,7 @@
 #define ASSAY_TESTS_STATE_FIXTURE_H
 
 #include "src/state/resources/resources.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 /* The n-th handle of a type; 0 is none. */
 static inline VkDeviceMemory memory(unsigned n)

@@ -3,8 +3,8 @@
  * driver gets what it needs, and what the figures are there for. */
 #include "src/state/builds/harsh.h"
 
-#include "random.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/random.h"
+#include "tests/unit/unit_test.h"
 
 typedef VkAccelerationStructureBuildSizesInfoKHR sizes_info;
 

@@ -4,7 +4,7 @@
 #include "layer/intercepts/lower.h"
 
 #include "tests/fixture/scarce_memory.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 #define HANDLE(type, number) ((type)(uintptr_t)(number))
 

@@ -5,7 +5,7 @@
 #include "tests/fixture/make.h"
 #include "tests/fixture/scarce_memory.h"
 #include "tests/state/fixture.h"
-#include "tests/state/property.h"
+#include "tests/unit/property.h"
 
 enum { BUFFERS = 7, ACCELS = 7, STEPS = 1500, SPACE = 0x400, BASE = 0x10000 };
 

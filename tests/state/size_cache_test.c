@@ -3,10 +3,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "random.h"
 #include "src/state/builds/size_cache.h"
 #include "tests/fixture/geometry.h"
-#include "tests/state/property.h"
+#include "tests/unit/property.h"
+#include "tests/unit/random.h"
 
 enum { GEOMETRIES = 3 };
 

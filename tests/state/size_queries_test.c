@@ -2,7 +2,7 @@
 /* Which query of sizes explains a size, and in what it differs from a build. */
 #include "src/state/builds/size_queries.h"
 #include "tests/fixture/scarce_memory.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 static const VkAccelerationStructureBuildTypeKHR build_type =
     VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;

@@ -5,8 +5,8 @@
 
 #include "tests/fixture/scarce_memory.h"
 #include "tests/state/fixture.h"
-#include "tests/state/property.h"
-#include "tests/state/steps.h"
+#include "tests/unit/property.h"
+#include "tests/unit/steps.h"
 
 /* ---- pages of buffer 1 */
 

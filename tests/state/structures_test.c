@@ -2,7 +2,7 @@
 /* What is known of structures: flags at past execution points, first builds, inputs, and what is
  * undone. */
 #include "src/advice/uses.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 enum { QUEUE = 1, OTHER_QUEUE = 2, ID = 7, COPY_ID, OTHER_ID };
 

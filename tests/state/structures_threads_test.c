@@ -4,7 +4,7 @@
 #include <pthread.h>
 
 #include "src/advice/uses.h"
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 
 enum { STRUCTURES = 2000, QUEUE = 1 };
 

@@ -6,7 +6,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-#include "tests/state/unit_test.h"
+#include "tests/unit/unit_test.h"
 #include "vuid-tables/registry.h"
 #include "vuid-tables/rules.h"
 

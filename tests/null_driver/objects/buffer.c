@@ -1,0 +1,135 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Buffers: creation, binding and addresses. */
+#include "tests/null_driver/internal.h"
+
+#include <stdlib.h>
+
+/* Other buffers have the addresses of the memory that they are bound to. */
+enum {
+    OWN_ADDRESS =
+        VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT
+};
+
+static void release_buffer(struct object *buffer)
+{
+    while (buffer->buffer.bindings != NULL) {
+        struct binding *binding = buffer->buffer.bindings;
+        buffer->buffer.bindings = binding->next;
+        free(binding);
+    }
+    if (buffer->buffer.flags & OWN_ADDRESS) {
+        address_remove_object(buffer);
+        address_release(buffer->config, buffer->buffer.address, buffer->buffer.size);
+    }
+}
+
+/* Until it is bound, or for good with OWN_ADDRESS; 0 where it gets one from memory alone. */
+static VkDeviceAddress first_address(const struct null_driver_config *config,
+                                     const VkBufferCreateInfo *info)
+{
+    const VkBufferOpaqueCaptureAddressCreateInfo *opaque =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_BUFFER_OPAQUE_CAPTURE_ADDRESS_CREATE_INFO);
+    const VkBufferDeviceAddressCreateInfoEXT *address =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_CREATE_INFO_EXT);
+    if (opaque != NULL && opaque->opaqueCaptureAddress != 0)
+        return opaque->opaqueCaptureAddress;
+    if (address != NULL && address->deviceAddress != 0)
+        return address->deviceAddress;
+    if (info->flags & OWN_ADDRESS)
+        return address_allocate(config, info->size);
+    return info->usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT
+               ? address_allocate(NULL, info->size)
+               : 0;
+}
+
+ON_CREATION(CreateBuffer)
+{
+    const VkBufferUsageFlags2CreateInfo *flags2 =
+        chain_find(pCreateInfo->pNext, VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO);
+    object->buffer.usage = flags2 != NULL ? flags2->usage : pCreateInfo->usage;
+    object->release = release_buffer;
+    object->buffer.size = pCreateInfo->size;
+    object->buffer.flags = pCreateInfo->flags;
+    object->buffer.address = first_address(object->config, pCreateInfo);
+    if (pCreateInfo->flags & OWN_ADDRESS)
+        address_add_object(object, object->buffer.address, object->buffer.size);
+}
+
+void buffer_bind(struct object *buffer, const struct binding *binding)
+{
+    struct binding *copy = driver_allocate(NULL, sizeof(*copy));
+    if (copy == NULL)
+        return;
+    *copy = *binding;
+    copy->next = buffer->buffer.bindings;
+    buffer->buffer.bindings = copy;
+}
+
+unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *size)
+{
+    const struct object *object = FIND(BUFFER, buffer);
+    const struct binding *binding = object != NULL ? object->buffer.bindings : NULL;
+    for (; binding != NULL; binding = binding->next) {
+        if (offset >= binding->offset && offset - binding->offset < binding->size)
+            break;
+        /* An older one counts only up to where a newer one begins. */
+        if (offset<binding->offset && * size> binding->offset - offset)
+            *size = binding->offset - offset;
+    }
+    struct object *memory =
+        binding != NULL ? object_find(binding->memory, VK_OBJECT_TYPE_DEVICE_MEMORY) : NULL;
+    if (memory == NULL)
+        return NULL;
+    const VkDeviceSize inside = offset - binding->offset;
+    if (*size > binding->size - inside)
+        *size = binding->size - inside;
+    return memory_bytes(memory, binding->memory_offset + inside, size);
+}
+
+struct usage_at {
+    VkDeviceAddress address;
+    VkBufferUsageFlags2 usage;
+};
+
+static bool has_usage_at(const struct object *buffer, const void *wanted)
+{
+    const struct usage_at *at = wanted;
+    return at->usage == (buffer->buffer.usage & at->usage) && buffer->buffer.address != 0 &&
+           at->address >= buffer->buffer.address &&
+           at->address - buffer->buffer.address < buffer->buffer.size;
+}
+
+bool address_has_usage(VkDeviceAddress address, VkBufferUsageFlags2 usage)
+{
+    return object_any(VK_OBJECT_TYPE_BUFFER, has_usage_at, &(struct usage_at){address, usage});
+}
+
+static void bind(VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset)
+{
+    struct object *to = FIND(BUFFER, buffer);
+    const struct object *from = FIND(DEVICE_MEMORY, memory);
+    if (to == NULL || from == NULL || to->buffer.flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
+        return;
+    if (!(to->buffer.flags & OWN_ADDRESS))
+        to->buffer.address = from->memory.address + offset;
+    buffer_bind(to, &(struct binding){
+                        .size = to->buffer.size, .memory = RAW(memory), .memory_offset = offset});
+}
+
+COMMAND(BindBufferMemory)
+{
+    bind(buffer, memory, memoryOffset);
+    return VK_SUCCESS;
+}
+
+COMMAND(BindBufferMemory2)
+{
+    for (uint32_t i = 0; i < bindInfoCount; i++) {
+        bind(pBindInfos[i].buffer, pBindInfos[i].memory, pBindInfos[i].memoryOffset);
+        const VkBindMemoryStatus *status =
+            chain_find(pBindInfos[i].pNext, VK_STRUCTURE_TYPE_BIND_MEMORY_STATUS);
+        if (status != NULL && status->pResult != NULL)
+            *status->pResult = VK_SUCCESS;
+    }
+    return VK_SUCCESS;
+}
