@@ -5,9 +5,9 @@
 
 #include <string.h>
 
-#include "../state/random.h"
 #include "src/model/clusters.h"
 #include "src/snapshots/recorded_build.h"
+#include "tests/unit/random.h"
 
 static const uint32_t code[] = {
 #include "guard_comp.h"
