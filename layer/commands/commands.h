@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The commands that the layer intercepts. layer/commands/rows/ has a row for each, which says what
  * observes it; layer/commands/generate.py makes the functions that the application calls instead of
- * the next layer's: the entries. docs/commands.md says in which order an entry calls what.
+ * the next layer's: the entries. docs/code/commands.md says in which order an entry calls what.
  *
  * An entry first checks that the arguments can be read, before the layer reads them. A driver may
  * survive a call with NULL or an invalid pointer, or crash in its own code; the layer must not

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Generates, from the registry and the rows of commands (layer/commands/rows/), the functions that the
 application calls instead of the next layer's (entries.h), the functions of backend cpu that replace
-the driver's (backend.h), and the declarations of what both call (observers.h). docs/commands.md
+the driver's (backend.h), and the declarations of what both call (observers.h). docs/code/commands.md
 describes them."""
 
 import argparse

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Writes calls of the first version of a command in the structures of the newer version, which is
- * all that observers get (docs/commands.md). The generated entries do so by the names of parameters
- * and members; here is what names do not say. What no observer reads is left out.
+ * all that observers get (docs/code/commands.md). The generated entries do so by the names of
+ * parameters and members; here is what names do not say. What no observer reads is left out.
  *
  * A function with a block begins it, for the structures that the function returns; the caller ends
  * it. The function returns NULL without memory, and never for arrays that are empty. */

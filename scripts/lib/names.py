@@ -9,7 +9,7 @@ import pathlib
 import re
 import sys
 
-PAGES = ("docs/architecture.md", "docs/commands.md", "docs/glossary.md", "docs/threads.md")
+PAGES = ("docs/architecture.md", "docs/code/commands.md", "docs/code/glossary.md", "docs/code/threads.md")
 FOLDERS = ("layer", "src", "vuid-tables")
 SUFFIXES = (".c", ".h", ".comp", ".def", ".py")
 

@@ -98,13 +98,13 @@ class Elsewhere(unittest.TestCase):
                      for option in action.option_strings if option.startswith("--"))
 
     def test_manual(self):
-        page = (ROOT / "docs/assay-run.1").read_text(encoding="utf-8").replace("\\-", "-")
+        page = (ROOT / "docs/man/assay-run.1").read_text(encoding="utf-8").replace("\\-", "-")
         for option in self.OPTIONS:
             if option != "--help":
                 self.assertIn(option, page)
 
     def test_statuses_in_the_manual(self):
-        page = (ROOT / "docs/assay-run.1").read_text(encoding="utf-8")
+        page = (ROOT / "docs/man/assay-run.1").read_text(encoding="utf-8")
         epilog = make_parser().epilog
         for number in re.findall(r"^  (\d+)", epilog, re.M):
             self.assertIn(number, page)

@@ -280,7 +280,7 @@ class Arguments(Case):
         self.assertEqual(status, 0)
         self.assertEqual(run("info", "--help")[:2], (0, out))
         self.assertEqual(run("--version")[0], 0)
-        page = (ROOT / "docs/assay-scene.1").read_text(encoding="utf-8").replace("\\-", "-")
+        page = (ROOT / "docs/man/assay-scene.1").read_text(encoding="utf-8").replace("\\-", "-")
         script = ROOT / "scripts/assay_run/completion.bash"
         for command in ("info", "export", "replay", "minimize"):
             options = sorted(set(re.findall(r"--[a-z][a-z-]+", out.split(f"\n{command}: ")[1].split("\n\n")[0])))

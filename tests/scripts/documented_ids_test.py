@@ -20,7 +20,7 @@ def ids_of(*patterns):
 
 class DocumentedIds(unittest.TestCase):
     def test_each_id_is_named(self):
-        text = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "docs").glob("*.md"))
+        text = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "docs").rglob("*.md"))
         ids = ids_of("src/**/*.c", "layer/**/*.c", "vuid-tables/*.def") - PLAIN
         self.assertIn("ASSAY-crash", ids)
         self.assertEqual([name for name in sorted(ids) if not re.search(rf"{name}(?![a-z-])", text)], [])
