@@ -3,7 +3,7 @@
  * plays the device: a batch has executed when it has run. It keeps some batches for a while. */
 #include <stdatomic.h>
 
-#include "program.h"
+#include "order.h"
 #include "src/platform/clock.h"
 #include "src/platform/threads.h"
 #include "tests/unit/random.h"
@@ -143,7 +143,7 @@ static void work_on_host(struct machine *machine)
 {
     struct submission *work = submission_begin(machine->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
     submission_add_batch(work);
-    finish_batches(work, 0, VK_SUCCESS);
+    finish_batches(work, 0);
 }
 
 static void *submit_many(void *context)
