@@ -274,15 +274,11 @@ void hazards_add_nv_build(struct hazard_recording *recording, const struct nv_ca
  * nothing but the count. What is built where is unknown to traces, and to data that builds read. */
 void hazards_build_addressed(struct hazard_recording *recording, struct addressed_build *build)
 {
-    const VkClusterAccelerationStructureCommandsInfoNV *info = &build->clusters.info;
     const struct hazard_use anywhere = {
         .kind = build->is_partitioned ? ACCESS_BUILD_ACCEL_WRITE : ACCESS_TRANSFER_WRITE,
         .role = build->is_partitioned ? HAZARD_TOP_DST : HAZARD_DST};
     struct addressed_range ranges[ADDRESSED_MEMBERS];
-    const uint32_t infos = build->is_partitioned || info->srcInfosCount
-                               ? 0
-                               : info->input.maxAccelerationStructureCount;
-    const uint32_t count = addressed_ranges(build, infos, ranges);
+    const uint32_t count = addressed_ranges(build, addressed_certain_infos(build), ranges);
     hazard_recording_add_anywhere(recording, &anywhere);
     for (uint32_t i = 0; i < count; i++) {
         struct address_facts facts;

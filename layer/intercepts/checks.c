@@ -68,22 +68,7 @@ static void find_micromap_sizes(void *user, const VkMicromapBuildInfoEXT *info,
 
 static void find_input_sizes(void *user, const void *input, struct size_facts *sizes)
 {
-    const struct layer_device *device = ((struct build_call *)user)->device;
-    const VkuDeviceDispatchTable *vk = &device->vk;
-    VkAccelerationStructureBuildSizesInfoKHR found = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
-    const bool is_of_clusters = *(const VkStructureType *)input ==
-                                VK_STRUCTURE_TYPE_CLUSTER_ACCELERATION_STRUCTURE_INPUT_INFO_NV;
-    if (is_of_clusters && vk->GetClusterAccelerationStructureBuildSizesNV)
-        vk->GetClusterAccelerationStructureBuildSizesNV(device->handle, input, &found);
-    else if (!is_of_clusters && vk->GetPartitionedAccelerationStructuresBuildSizesNV)
-        vk->GetPartitionedAccelerationStructuresBuildSizesNV(device->handle, input, &found);
-    else
-        return;
-    *sizes = (struct size_facts){.known = true,
-                                 .acceleration_structure = found.accelerationStructureSize,
-                                 .build_scratch = found.buildScratchSize,
-                                 .update_scratch = found.updateScratchSize};
+    *sizes = find_addressed_sizes(((const struct build_call *)user)->device, input);
 }
 
 /* Noinline, so that the thread-local variable is located once per call. */

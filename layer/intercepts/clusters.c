@@ -7,7 +7,7 @@
 #include "observers.h"
 #include "src/base/chain.h"
 #include "src/base/readable.h"
-#include "src/model/clusters.h"
+#include "src/view/cluster_view.h"
 
 void note_cluster_sizes(struct layer_device *device,
                         const VkClusterAccelerationStructureInputInfoNV *info)
@@ -30,20 +30,33 @@ void note_partition_sizes(struct layer_device *device,
                             info->maxInstanceInGlobalPartitionCount);
 }
 
+struct size_facts find_addressed_sizes(const struct layer_device *device, const void *input)
+{
+    const VkuDeviceDispatchTable *vk = &device->vk;
+    VkAccelerationStructureBuildSizesInfoKHR found = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    const bool is_of_clusters = *(const VkStructureType *)input ==
+                                VK_STRUCTURE_TYPE_CLUSTER_ACCELERATION_STRUCTURE_INPUT_INFO_NV;
+    if (is_of_clusters && vk->GetClusterAccelerationStructureBuildSizesNV)
+        vk->GetClusterAccelerationStructureBuildSizesNV(device->handle, input, &found);
+    else if (!is_of_clusters && vk->GetPartitionedAccelerationStructuresBuildSizesNV)
+        vk->GetPartitionedAccelerationStructuresBuildSizesNV(device->handle, input, &found);
+    else
+        return (struct size_facts){0};
+    return (struct size_facts){.known = true,
+                               .acceleration_structure = found.accelerationStructureSize,
+                               .build_scratch = found.buildScratchSize,
+                               .update_scratch = found.updateScratchSize};
+}
+
 /* ---- builds */
 
 static void find_sizes(const struct layer_device *device, const void *input,
                        struct addressed_build *build)
 {
-    const VkuDeviceDispatchTable *vk = &device->vk;
-    VkAccelerationStructureBuildSizesInfoKHR sizes = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
-    if (build->is_partitioned && vk->GetPartitionedAccelerationStructuresBuildSizesNV)
-        vk->GetPartitionedAccelerationStructuresBuildSizesNV(device->handle, input, &sizes);
-    else if (!build->is_partitioned && vk->GetClusterAccelerationStructureBuildSizesNV)
-        vk->GetClusterAccelerationStructureBuildSizesNV(device->handle, input, &sizes);
-    build->structure_size = sizes.accelerationStructureSize;
-    build->scratch_size = sizes.buildScratchSize;
+    const struct size_facts sizes = find_addressed_sizes(device, input);
+    build->structure_size = sizes.acceleration_structure;
+    build->scratch_size = sizes.build_scratch;
 }
 
 static bool moves_structures(const struct addressed_build *build)

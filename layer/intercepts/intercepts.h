@@ -23,6 +23,10 @@ bool check_has_found(void);
 /* As check_referenced_micromaps(), at level CONTENT; below, returns NULL. */
 struct geometry_shapes *find_referenced_micromaps(struct layer_device *device, const void *bytes);
 
+/* Gets the sizes of a build of clusters or of a partitioned structure from the next layer: of a
+ * structure whose sType says which. */
+struct size_facts find_addressed_sizes(const struct layer_device *device, const void *input);
+
 /* Reports that the first argument is no command buffer, or no device. */
 void check_invalid_handle(enum build_command command, const void *handle);
 

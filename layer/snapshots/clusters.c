@@ -9,6 +9,7 @@
 #include "layer/snapshots/guard/references.h"
 #include "layer/snapshots/recorder.h"
 #include "observers.h"
+#include "src/view/cluster_view.h"
 
 /* The most bytes that are gathered for one build. */
 enum { GATHERED_MAX = 1 << 22 };

@@ -1,6 +1,31 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "src/model/clusters.h"
 
+enum place_kind place_kind_of(const struct addressed_build *build)
+{
+    if (build->is_partitioned)
+        return PLACE_PARTITIONED;
+    if (build->clusters.info.input.opMode ==
+        VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_COMPUTE_SIZES_NV)
+        return PLACE_KINDS;
+    switch ((int)build->clusters.info.input.opType) {
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_CLUSTERS_BOTTOM_LEVEL_NV:
+        return PLACE_BOTTOM_LEVEL;
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_TEMPLATE_NV:
+        return PLACE_TEMPLATE;
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_NV:
+    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_INSTANTIATE_TRIANGLE_CLUSTER_NV:
+        return PLACE_CLUSTER;
+    default:
+        return PLACE_KINDS;
+    }
+}
+
+const char *addressed_argument_name(bool is_partitioned)
+{
+    return is_partitioned ? "pBuildInfo" : "pCommandInfos";
+}
+
 const char *addressed_member_name(enum addressed_member member, bool is_partitioned)
 {
     static const char *const names[ADDRESSED_MEMBERS][2] = {

@@ -77,6 +77,24 @@ static inline VkDeviceAddress addressed_build_dst(const struct addressed_build *
                : 0;
 }
 
+/* Returns how many infos a build of clusters certainly reads; 0: how many is in device memory. */
+static inline uint32_t addressed_certain_infos(const struct addressed_build *build)
+{
+    const VkClusterAccelerationStructureCommandsInfoNV *info = &build->clusters.info;
+    return build->is_partitioned || info->srcInfosCount ? 0
+                                                        : info->input.maxAccelerationStructureCount;
+}
+
+/* What a build puts somewhere. */
+enum place_kind {
+    PLACE_BOTTOM_LEVEL,
+    PLACE_CLUSTER,
+    PLACE_TEMPLATE,
+    PLACE_PARTITIONED,
+    PLACE_KINDS /* none of these */
+};
+enum place_kind place_kind_of(const struct addressed_build *build);
+
 /* The addresses that a build takes. */
 enum addressed_member {
     ADDRESSED_DST, /* dstImplicitData, or dstAccelerationStructureData */
@@ -88,7 +106,8 @@ enum addressed_member {
     ADDRESSED_COUNT,
     ADDRESSED_MEMBERS,
 };
-/* Static text. */
+/* The names of a member, and of the argument that it is of. Static text. */
+const char *addressed_argument_name(bool is_partitioned);
 const char *addressed_member_name(enum addressed_member member, bool is_partitioned);
 
 /* Elements that a build accesses: `count` of `size` bytes, `stride` bytes apart. */

@@ -6,6 +6,24 @@
 #include "src/view/names.h"
 #include "src/view/phrases.h"
 
+enum rule addressed_buffer_rule(enum build_command command, enum addressed_member member)
+{
+    static const enum rule rules[ADDRESSED_MEMBERS][2] = {
+        [ADDRESSED_DST] = {RULE_cluster_dst_has_storage_usage,
+                           RULE_partition_structures_have_storage_usage},
+        [ADDRESSED_SRC] = {RULE_COUNT, RULE_partition_structures_have_storage_usage},
+        [ADDRESSED_SCRATCH] = {RULE_cluster_scratch_has_storage_usage,
+                               RULE_partition_scratch_has_storage_usage},
+        [ADDRESSED_ADDRESSES] = {RULE_cluster_addresses_are_in_a_storage_buffer, RULE_COUNT},
+        [ADDRESSED_SIZES] = {RULE_COUNT, RULE_COUNT},
+        [ADDRESSED_INFOS] = {RULE_cluster_infos_are_in_an_input_buffer,
+                             RULE_partition_inputs_have_input_usage},
+        [ADDRESSED_COUNT] = {RULE_cluster_count_has_input_usage,
+                             RULE_partition_inputs_have_input_usage},
+    };
+    return rules[member][addressed_command_is_partitioned(command)];
+}
+
 /* ---- addresses */
 
 static bool is_in_buffer(const struct built_address *address)

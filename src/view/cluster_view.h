@@ -10,6 +10,20 @@
 #include "src/view/finding.h"
 #include "src/view/view.h"
 
+/* The command that makes such a build. */
+static inline enum build_command addressed_build_command(const struct addressed_build *build)
+{
+    return build->is_partitioned ? COMMAND_CmdBuildPartitionedAccelerationStructuresNV
+                                 : COMMAND_CmdBuildClusterAccelerationStructureIndirectNV;
+}
+static inline bool addressed_command_is_partitioned(enum build_command command)
+{
+    return command == COMMAND_CmdBuildPartitionedAccelerationStructuresNV;
+}
+/* Returns the rule about the buffer that a member leads to; RULE_COUNT: no sentence asks for one.
+ */
+enum rule addressed_buffer_rule(enum build_command command, enum addressed_member member);
+
 /* A VkClusterAccelerationStructureInputInfoNV, of a build or of a query of its sizes. */
 struct cluster_input_view {
     const struct call_view *call;

@@ -6,6 +6,7 @@
 #include "src/check/replay/object_states.h"
 #include "src/check/replay/replay.h"
 #include "src/rules/shared.h"
+#include "src/view/cluster_view.h"
 
 /* ---- structures */
 
@@ -105,32 +106,14 @@ static void check_build(struct journal_walk *walk, const struct journal_entry *e
 
 static bool is_of_partitions(const struct journal_input *input)
 {
-    return input->command == COMMAND_CmdBuildPartitionedAccelerationStructuresNV;
-}
-
-/* RULE_COUNT: no sentence asks for a buffer. */
-static enum rule rule_of_addressed(const struct journal_input *input)
-{
-    static const enum rule rules[ADDRESSED_MEMBERS][2] = {
-        [ADDRESSED_DST] = {RULE_cluster_dst_has_storage_usage,
-                           RULE_partition_structures_have_storage_usage},
-        [ADDRESSED_SRC] = {RULE_COUNT, RULE_partition_structures_have_storage_usage},
-        [ADDRESSED_SCRATCH] = {RULE_cluster_scratch_has_storage_usage,
-                               RULE_partition_scratch_has_storage_usage},
-        [ADDRESSED_ADDRESSES] = {RULE_cluster_addresses_are_in_a_storage_buffer, RULE_COUNT},
-        [ADDRESSED_SIZES] = {RULE_COUNT, RULE_COUNT},
-        [ADDRESSED_INFOS] = {RULE_cluster_infos_are_in_an_input_buffer,
-                             RULE_partition_inputs_have_input_usage},
-        [ADDRESSED_COUNT] = {RULE_cluster_count_has_input_usage,
-                             RULE_partition_inputs_have_input_usage},
-    };
-    return rules[input->info][is_of_partitions(input)];
+    return addressed_command_is_partitioned((enum build_command)input->command);
 }
 
 static enum rule rule_of_input(const struct journal_input *input, enum address_status status)
 {
     if (input->role == INPUT_ROLES)
-        return rule_of_addressed(input);
+        return addressed_buffer_rule((enum build_command)input->command,
+                                     (enum addressed_member)input->info);
     if (status == ADDRESS_UNBOUND)
         return RULE_input_buffer_is_bound;
     if (input->role == INPUT_SCRATCH)
@@ -155,8 +138,7 @@ static struct location location_of_input(const struct journal_input *input)
     if (input->role == INPUT_ROLES)
         return (struct location){.command = (enum build_command)input->command,
                                  .subject = SUBJECT_ARGUMENT,
-                                 .argument =
-                                     is_of_partitions(input) ? "pBuildInfo" : "pCommandInfos"};
+                                 .argument = addressed_argument_name(is_of_partitions(input))};
     return (struct location){.command = (enum build_command)input->command,
                              .subject = subject_of_input((enum input_role)input->role),
                              .build = input->info,

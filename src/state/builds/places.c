@@ -51,26 +51,6 @@ void places_destroy(struct places *places)
     free(places);
 }
 
-enum place_kind place_kind_of(const struct addressed_build *build)
-{
-    if (build->is_partitioned)
-        return PLACE_PARTITIONED;
-    if (build->clusters.info.input.opMode ==
-        VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_COMPUTE_SIZES_NV)
-        return PLACE_KINDS;
-    switch ((int)build->clusters.info.input.opType) {
-    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_CLUSTERS_BOTTOM_LEVEL_NV:
-        return PLACE_BOTTOM_LEVEL;
-    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_TEMPLATE_NV:
-        return PLACE_TEMPLATE;
-    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_TRIANGLE_CLUSTER_NV:
-    case VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_INSTANTIATE_TRIANGLE_CLUSTER_NV:
-        return PLACE_CLUSTER;
-    default:
-        return PLACE_KINDS;
-    }
-}
-
 static bool has_address(const struct place *place, VkDeviceAddress address)
 {
     return address - place->placed.address < place->placed.size;

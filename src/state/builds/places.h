@@ -11,7 +11,6 @@
 #include <stdint.h>
 
 #include "src/model/clusters.h"
-#include "vuid-tables/rules.h"
 
 struct resources;
 struct places; /* one for a device whose extensions have such builds; has its own lock */
@@ -19,21 +18,6 @@ struct places; /* one for a device whose extensions have such builds; has its ow
 /* Returns NULL without memory. */
 struct places *places_create(struct resources *resources);
 void places_destroy(struct places *places); /* accepts NULL, as all functions here do */
-
-enum place_kind {
-    PLACE_BOTTOM_LEVEL,
-    PLACE_CLUSTER,
-    PLACE_TEMPLATE,
-    PLACE_PARTITIONED,
-    PLACE_KINDS /* none of these */
-};
-
-enum place_kind place_kind_of(const struct addressed_build *build);
-static inline enum build_command addressed_build_command(const struct addressed_build *build)
-{
-    return build->is_partitioned ? COMMAND_CmdBuildPartitionedAccelerationStructuresNV
-                                 : COMMAND_CmdBuildClusterAccelerationStructureIndirectNV;
-}
 
 /* What a build puts somewhere. */
 struct placed {

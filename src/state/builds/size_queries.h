@@ -50,7 +50,7 @@ struct size_differences {
 
 /* Counts that queries for clusters and partitioned structures have: the greatest one is kept. */
 enum asked_count {
-    ASKED_CLUSTERS, /* + VkClusterAccelerationStructureOpTypeNV */
+    ASKED_CLUSTERS, /* + opType */
     ASKED_INSTANCES = ASKED_CLUSTERS + 6,
     ASKED_INSTANCES_PER_PARTITION,
     ASKED_PARTITIONS,
