@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Records builds of clusters and of partitioned structures with copies of the arrays that they
- * read, and of the arrays to which those lead. Arrays at addresses that are in device memory
- * themselves are not copied. */
+ * read, and of the arrays to which those lead. An array may be at an address that is in device
+ * memory itself. */
 #include <stdlib.h>
 
 #include "layer/snapshots/copies/copies.h"
@@ -11,8 +11,9 @@
 #include "observers.h"
 #include "src/view/cluster_view.h"
 
-/* The most bytes that are gathered for one build. */
-enum { GATHERED_MAX = 1 << 22 };
+/* The most bytes that are gathered from one array; and the least elements of 8 bytes behind each
+ * address, because a single one would be an instance. */
+enum { GATHERED_MAX = 1 << 22, PARTS_MIN = 2 };
 
 /* Returns the snapshot, or NULL if nothing is copied. */
 static const struct snapshot *copy_array(struct recorder *recorder, struct recorded_build *build,
@@ -27,22 +28,40 @@ static const struct snapshot *copy_array(struct recorder *recorder, struct recor
     return NULL;
 }
 
-/* Copies `size` bytes behind each address, which stands at an offset in each element. */
-static void gather_arrays(struct recorder *recorder, struct recorded_build *build,
-                          const struct snapshot *elements, uint64_t stride, uint64_t offset,
-                          uint64_t size)
+/* Copies `size` bytes behind each address, which stands at an offset in each element. Returns the
+ * copies, or NULL if nothing is copied. */
+static const struct snapshot *gather_arrays(struct recorder *recorder, struct recorded_build *build,
+                                            const struct snapshot *elements, uint64_t stride,
+                                            uint64_t offset, uint64_t size)
 {
     struct gathering gathering = {.first = (uint32_t)(offset / 8),
                                   .stride = (uint32_t)(stride / 8),
                                   .parts = (uint32_t)((size + 7) / 8)};
-    if (!elements || !stride || stride % 8 || size <= 8 ||
+    if (!elements || !stride || stride % 8 || !size ||
         elements->size / stride * size > GATHERED_MAX)
-        return;
-    if (recorder_gather(recorder, elements, &gathering))
-        build->gathering = gathering;
+        return NULL;
+    if (gathering.parts < PARTS_MIN)
+        gathering.parts = PARTS_MIN;
+    if (!recorder_gather(recorder, elements, &gathering))
+        return NULL;
+    const struct gathering *kept = recorded_build_add_gathering(build, &gathering);
+    if (!kept)
+        recorder_fail(recorder);
+    return kept ? &kept->elements : NULL;
 }
 
 /* ---- clusters */
+
+/* An array at an address, or at one that is in device memory there. */
+static const struct snapshot *copy_resolved(struct recorder *recorder, struct recorded_build *build,
+                                            bool is_indirect, VkDeviceAddress address,
+                                            uint64_t size)
+{
+    return is_indirect ? gather_arrays(recorder, build,
+                                       copy_array(recorder, build, address, sizeof(address)),
+                                       sizeof(address), 0, size)
+                       : copy_array(recorder, build, address, size);
+}
 
 static void copy_clusters(struct recorder *recorder, struct recorded_build *build)
 {
@@ -50,19 +69,15 @@ static void copy_clusters(struct recorder *recorder, struct recorded_build *buil
     const uint64_t count = info->input.maxAccelerationStructureCount;
     const VkStridedDeviceAddressRegionKHR *infos = &info->srcInfosArray,
                                           *addresses = &info->dstAddressesArray;
-#define IS_DIRECT(bit)                                                                             \
-    (!(info->addressResolutionFlags &                                                              \
-       VK_CLUSTER_ACCELERATION_STRUCTURE_ADDRESS_RESOLUTION_INDIRECTED_##bit##_BIT_NV))
-    if (IS_DIRECT(SRC_INFOS_COUNT))
-        copy_array(recorder, build, info->srcInfosCount, sizeof(uint32_t));
-    if (IS_DIRECT(DST_ADDRESS_ARRAY) &&
-        info->input.opMode == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_EXPLICIT_DESTINATIONS_NV)
-        copy_array(recorder, build, addresses->deviceAddress,
-                   smaller_of(addresses->size, count * addresses->stride));
-    if (!IS_DIRECT(SRC_INFOS_ARRAY))
-        return;
-    const struct snapshot *copied = copy_array(recorder, build, infos->deviceAddress,
-                                               smaller_of(infos->size, count * infos->stride));
+    copy_resolved(recorder, build, cluster_member_is_indirect(info, ADDRESSED_COUNT),
+                  info->srcInfosCount, sizeof(uint32_t));
+    if (info->input.opMode == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_EXPLICIT_DESTINATIONS_NV)
+        copy_resolved(recorder, build, cluster_member_is_indirect(info, ADDRESSED_ADDRESSES),
+                      addresses->deviceAddress,
+                      smaller_of(addresses->size, count * addresses->stride));
+    const struct snapshot *copied =
+        copy_resolved(recorder, build, cluster_member_is_indirect(info, ADDRESSED_INFOS),
+                      infos->deviceAddress, smaller_of(infos->size, count * infos->stride));
     if (cluster_op_has_geometries(build->addressed))
         gather_arrays(recorder, build, copied, infos->stride,
                       offsetof(VkClusterAccelerationStructureBuildTriangleClusterInfoNV,
@@ -77,7 +92,6 @@ static void copy_clusters(struct recorder *recorder, struct recorded_build *buil
                       (uint64_t)build->addressed->clusters.bottom_level
                               .maxClusterCountPerAccelerationStructure *
                           sizeof(VkDeviceAddress));
-#undef IS_DIRECT
 }
 
 /* ---- partitioned structures */

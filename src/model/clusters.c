@@ -73,9 +73,18 @@ static void add_array(struct filling *filling, enum addressed_member member, boo
                                            .size = size});
 }
 
-#define IS_DIRECT(bit)                                                                             \
-    (!(info->addressResolutionFlags &                                                              \
-       VK_CLUSTER_ACCELERATION_STRUCTURE_ADDRESS_RESOLUTION_INDIRECTED_##bit##_BIT_NV))
+bool cluster_member_is_indirect(const VkClusterAccelerationStructureCommandsInfoNV *info,
+                                enum addressed_member member)
+{
+#define BIT(name) VK_CLUSTER_ACCELERATION_STRUCTURE_ADDRESS_RESOLUTION_INDIRECTED_##name##_BIT_NV
+    static const VkClusterAccelerationStructureAddressResolutionFlagsNV bits[ADDRESSED_MEMBERS] = {
+        [ADDRESSED_DST] = BIT(DST_IMPLICIT_DATA),       [ADDRESSED_SCRATCH] = BIT(SCRATCH_DATA),
+        [ADDRESSED_ADDRESSES] = BIT(DST_ADDRESS_ARRAY), [ADDRESSED_SIZES] = BIT(DST_SIZES_ARRAY),
+        [ADDRESSED_INFOS] = BIT(SRC_INFOS_ARRAY),       [ADDRESSED_COUNT] = BIT(SRC_INFOS_COUNT),
+    };
+#undef BIT
+    return info->addressResolutionFlags & bits[member];
+}
 
 static void add_clusters(struct filling *filling, const struct addressed_build *build,
                          uint32_t infos)
@@ -84,20 +93,20 @@ static void add_clusters(struct filling *filling, const struct addressed_build *
     const struct cluster_op *op = cluster_op(info->input.opType);
     const VkClusterAccelerationStructureOpModeNV mode = info->input.opMode;
     const bool is_full = infos == info->input.maxAccelerationStructureCount;
-    if (IS_DIRECT(SRC_INFOS_COUNT))
+    if (!cluster_member_is_indirect(info, ADDRESSED_COUNT))
         add_memory(filling, ADDRESSED_COUNT, false, info->srcInfosCount, sizeof(uint32_t));
     if (!infos)
         return;
-    if (IS_DIRECT(SRC_INFOS_ARRAY) && op)
+    if (!cluster_member_is_indirect(info, ADDRESSED_INFOS) && op)
         add_array(filling, ADDRESSED_INFOS, false, &info->srcInfosArray, infos, op->size);
-    if (IS_DIRECT(DST_ADDRESS_ARRAY) &&
+    if (!cluster_member_is_indirect(info, ADDRESSED_ADDRESSES) &&
         mode != VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_COMPUTE_SIZES_NV)
         add_array(filling, ADDRESSED_ADDRESSES,
                   mode == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_MODE_IMPLICIT_DESTINATIONS_NV,
                   &info->dstAddressesArray, infos, sizeof(VkDeviceAddress));
-    if (IS_DIRECT(DST_SIZES_ARRAY))
+    if (!cluster_member_is_indirect(info, ADDRESSED_SIZES))
         add_array(filling, ADDRESSED_SIZES, true, &info->dstSizesArray, infos, sizeof(uint32_t));
-    if (IS_DIRECT(SCRATCH_DATA))
+    if (!cluster_member_is_indirect(info, ADDRESSED_SCRATCH))
         add_memory(filling, ADDRESSED_SCRATCH, true, info->scratchData, build->scratch_size);
     add_memory(filling, ADDRESSED_DST, true, addressed_build_dst(build),
                is_full || !build->structure_size ? build->structure_size : 1);

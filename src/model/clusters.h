@@ -110,6 +110,11 @@ enum addressed_member {
 const char *addressed_argument_name(bool is_partitioned);
 const char *addressed_member_name(enum addressed_member member, bool is_partitioned);
 
+/* Whether addressResolutionFlags says that the address of a member is in device memory, where the
+ * member leads to. */
+bool cluster_member_is_indirect(const VkClusterAccelerationStructureCommandsInfoNV *info,
+                                enum addressed_member member);
+
 /* Elements that a build accesses: `count` of `size` bytes, `stride` bytes apart. */
 struct addressed_range {
     enum addressed_member member;

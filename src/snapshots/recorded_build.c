@@ -109,6 +109,20 @@ bool recorded_build_add(struct recorded_build *build, const struct snapshot *sna
     return true;
 }
 
+struct gathering *recorded_build_add_gathering(struct recorded_build *build,
+                                               const struct gathering *gathering)
+{
+    struct gathering *added = &build->gathering;
+    if (added->count && (added = malloc(sizeof(*added)))) {
+        *added = *gathering;
+        added->next = build->gathering.next;
+        build->gathering.next = added;
+    } else if (added) {
+        *added = *gathering;
+    }
+    return added;
+}
+
 static bool holds(const struct snapshot *snapshot, uint64_t address)
 {
     return snapshot->address <= address && address - snapshot->address < snapshot->size;
@@ -164,9 +178,10 @@ static bool find_copied(struct snapshot_memory *memory)
 }
 
 /* Repeats the decision of gather.comp. */
-static bool was_read(const struct snapshot_memory *memory, uint64_t address, uint64_t size)
+static bool was_read(const struct snapshot_memory *memory, const struct gathering *gathering,
+                     uint64_t address, uint64_t size)
 {
-    const struct snapshot *list = &memory->gathering->ranges;
+    const struct snapshot *list = &gathering->ranges;
     const uint64_t(*ranges)[2] = (const void *)bytes_of(memory, list);
     uint64_t low = 0, high = list->size / sizeof(ranges[0]);
     while (low < high) {
@@ -198,20 +213,19 @@ static bool add_elements(struct snapshot_memory *memory, uint64_t type_bits, uin
 {
     const struct gathering *gathering = memory->gathering;
     uint64_t element_size = gathering->elements.size / gathering->count;
-    uint64_t size = gathering->parts == 1 ? size_of_type(type) : element_size;
+    uint64_t size = size_of_type(type);
     uint64_t words = copied_bytes(memory, &gathering->addresses) / sizeof(uint64_t);
-    for (uint32_t i = 0; i < gathering->count / gathering->parts; i++) {
+    for (uint32_t i = 0; i < gathering->count; i++) {
         uint64_t at = gathering->first + (uint64_t)i * gathering->stride, address;
         if (at >= words)
             break;
         memcpy(&address, bytes_of(memory, &gathering->addresses) + 8 * at, sizeof(address));
         if ((address & type_bits) != type || address == type)
             continue;
-        if (memory->omits_unread && !was_read(memory, address - type, size))
+        if (memory->omits_unread && !was_read(memory, gathering, address - type, size))
             continue;
         if (!handle_table_set(&memory->gathered, address - type,
-                              bytes_of(memory, &gathering->elements) +
-                                  i * gathering->parts * element_size))
+                              bytes_of(memory, &gathering->elements) + i * element_size))
             return false;
     }
     return true;
@@ -226,7 +240,7 @@ bool snapshot_memory_open(struct snapshot_memory *memory)
     memory->lacks_copies = false;
     if (!find_copied(memory))
         return false;
-    if (!gathering || !gathering->count)
+    if (!gathering || !gathering->count || gathering->parts > 1)
         return true;
     uint64_t type_bits = gathering->is_typed ? 0xf : 0;
     uint64_t last =
@@ -247,32 +261,37 @@ void snapshot_memory_close(struct snapshot_memory *memory)
 }
 
 /* Elements behind an address in the middle of those of a base: an array that is gathered is read
- * element by element. */
-static uint64_t find_part(const struct snapshot_memory *memory, uint64_t address, uint64_t size,
-                          const void **bytes)
+ * element by element. The bases may be in elements of another gathering, which are zeros as far as
+ * these were not read. */
+static uint64_t find_part(struct snapshot_memory *memory, const struct gathering *gathering,
+                          uint64_t address, uint64_t size, const void **bytes)
 {
-    const struct gathering *gathering = memory->gathering;
     const uint64_t element_size = gathering->elements.size / gathering->count,
                    whole = element_size * gathering->parts;
+    const struct snapshot *addresses = &gathering->addresses;
+    const uint64_t words =
+        (addresses->orders.count ? copied_bytes(memory, addresses) : addresses->size) /
+        sizeof(uint64_t);
     for (uint32_t i = 0; i < gathering->count / gathering->parts; i++) {
+        const uint64_t at = gathering->first + (uint64_t)i * gathering->stride;
         uint64_t base;
-        memcpy(&base,
-               bytes_of(memory, &gathering->addresses) +
-                   8 * (gathering->first + (uint64_t)i * gathering->stride),
-               sizeof(base));
-        const unsigned char *there = base ? handle_table_find(&memory->gathered, base) : NULL;
-        if (!there || address - base >= whole || size > whole - (address - base) ||
-            !was_read(memory, address - address % element_size, element_size) ||
-            !was_read(memory, (address + size - 1) / element_size * element_size, element_size))
+        if (at >= words)
+            break;
+        memcpy(&base, bytes_of(memory, addresses) + 8 * at, sizeof(base));
+        if (!base || address - base >= whole || size > whole - (address - base) ||
+            !was_read(memory, gathering, address - (address - base) % element_size, element_size) ||
+            !was_read(memory, gathering,
+                      base + (address - base + size - 1) / element_size * element_size,
+                      element_size))
             continue;
-        *bytes = there + (address - base);
+        *bytes = bytes_of(memory, &gathering->elements) + i * whole + (address - base);
         return size;
     }
     return 0;
 }
 
 /* A null pointer reads as zeros, as it was gathered. */
-static uint64_t find_gathered(const struct snapshot_memory *memory, uint64_t address, uint64_t size,
+static uint64_t find_gathered(struct snapshot_memory *memory, uint64_t address, uint64_t size,
                               const void **bytes)
 {
     static const VkAccelerationStructureMotionInstanceDataNV nothing;
@@ -280,8 +299,11 @@ static uint64_t find_gathered(const struct snapshot_memory *memory, uint64_t add
     *bytes = NULL;
     if (!gathering || !gathering->count)
         return 0;
-    if (gathering->parts > 1)
-        return find_part(memory, address, size, bytes);
+    for (; gathering && gathering->parts > 1; gathering = gathering->next)
+        if (find_part(memory, gathering, address, size, bytes))
+            return size;
+    if (!gathering)
+        return 0;
     *bytes = address ? handle_table_find(&memory->gathered, address) : &nothing;
     uint64_t there = *bytes ? gathering->elements.size / gathering->count : 0;
     return size < there ? size : there;
@@ -290,7 +312,7 @@ static uint64_t find_gathered(const struct snapshot_memory *memory, uint64_t add
 /* Returns the bytes of the snapshot that extends furthest from the address. */
 static uint64_t find_bytes(void *context, uint64_t address, uint64_t size, const void **bytes)
 {
-    const struct snapshot_memory *memory = context;
+    struct snapshot_memory *memory = context;
     const struct snapshot *found = NULL;
     uint64_t there = 0;
     for (uint32_t i = 0; i < memory->count; i++) {
@@ -337,5 +359,9 @@ void recorded_build_free(struct recorded_build *build)
     free(build->deserialization);
     free(build->addressed);
     free(build->snapshots);
+    for (struct gathering *next, *gathering = build->gathering.next; gathering; gathering = next) {
+        next = gathering->next;
+        free(gathering);
+    }
     free(build);
 }

@@ -53,6 +53,7 @@ struct gathering {
     bool is_typed;
     uint32_t first, stride; /* of the addresses, in words of 8 bytes */
     uint32_t parts;         /* consecutive elements behind each address */
+    struct gathering *next; /* of the same build; owned */
 };
 /* The members for an array of addresses: each takes one word, and has one element behind it. */
 #define GATHERING_OF_POINTERS .stride = 1, .parts = 1
@@ -148,7 +149,7 @@ struct recorded_build {
     uint64_t indirect_address, indirect_stride;
     struct snapshot *snapshots;
     uint32_t snapshot_count, snapshot_capacity;
-    struct gathering gathering;  /* for a TLAS, which has one geometry; count 0: none */
+    struct gathering gathering;  /* count 0: none; a TLAS has one */
     struct build_guard guard;    /* for a TLAS or a partitioned structure */
     bool begins_call;            /* the first build of its call that is recorded */
     uint32_t mark;               /* see recording_mark_state() */
@@ -166,6 +167,10 @@ const struct build_parameters *recorded_build_given(const struct recorded_build 
 
 /* Adds a snapshot. Returns false without memory. */
 bool recorded_build_add(struct recorded_build *build, const struct snapshot *snapshot);
+
+/* Adds a gathering, and returns where it is kept, or NULL without memory. */
+struct gathering *recorded_build_add_gathering(struct recorded_build *build,
+                                               const struct gathering *gathering);
 
 void recorded_build_free(struct recorded_build *build); /* accepts NULL */
 

@@ -74,12 +74,15 @@ void gather_renew_ranges(const struct layer_device *device, const struct recordi
 {
     if (!recording->has_gatherings)
         return;
-    for (const struct recorded_build *build = recording->builds; build; build = build->next) {
-        const struct snapshot *list = &build->gathering.ranges;
-        if (list->size && list->chunk < recording->chunk_count)
-            gather_write_ranges(device->resources,
-                                recording->chunks[list->chunk]->bytes + list->offset, list->size);
-    }
+    for (const struct recorded_build *build = recording->builds; build; build = build->next)
+        for (const struct gathering *gathering = &build->gathering; gathering;
+             gathering = gathering->next) {
+            const struct snapshot *list = &gathering->ranges;
+            if (list->size && list->chunk < recording->chunk_count)
+                gather_write_ranges(device->resources,
+                                    recording->chunks[list->chunk]->bytes + list->offset,
+                                    list->size);
+        }
 }
 
 /* ---- the command */

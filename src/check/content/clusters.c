@@ -38,6 +38,18 @@ static bool read_whole(const struct copied *copied, uint64_t address, void *elem
     return read_element(copied, address, element, size) == size;
 }
 
+/* The address of what a member of a build of clusters leads to, which may be in device memory. 0:
+ * it is not known. */
+static VkDeviceAddress resolve(const struct copied *copied, enum addressed_member member,
+                               VkDeviceAddress address)
+{
+    const VkClusterAccelerationStructureCommandsInfoNV *info = &copied->build->clusters.info;
+    VkDeviceAddress resolved = 0;
+    if (!cluster_member_is_indirect(info, member))
+        return address;
+    return read_whole(copied, address, &resolved, sizeof(resolved)) ? resolved : 0;
+}
+
 static struct address_facts look_up(const struct copied *copied, uint64_t address)
 {
     struct address_facts facts = {.address = address, .status = ADDRESS_UNKNOWN};
@@ -138,15 +150,14 @@ static void read_dsts(const struct copied *copied, struct cluster_read_view *vie
 {
     const VkClusterAccelerationStructureCommandsInfoNV *info = &copied->build->clusters.info;
     const VkStridedDeviceAddressRegionKHR *array = &info->dstAddressesArray;
-    const bool is_indirect_scratch =
-        info->addressResolutionFlags &
-        VK_CLUSTER_ACCELERATION_STRUCTURE_ADDRESS_RESOLUTION_INDIRECTED_SCRATCH_DATA_BIT_NV;
+    const VkDeviceAddress addresses = resolve(copied, ADDRESSED_ADDRESSES, array->deviceAddress);
+    const bool is_indirect_scratch = cluster_member_is_indirect(info, ADDRESSED_SCRATCH);
     struct handle_table known = {0};
     view->alignment = alignment_of(copied);
     for (uint32_t i = 0; i < view->infos; i++) {
         VkDeviceAddress address;
-        if (!read_whole(copied, array->deviceAddress + i * array->stride, &address,
-                        sizeof(address)))
+        if (!addresses ||
+            !read_whole(copied, addresses + i * array->stride, &address, sizeof(address)))
             break;
         report_structure(copied, true, address);
         const struct cluster_dst dst = {.index = i,
@@ -320,11 +331,14 @@ static bool read_infos(const struct copied *copied, struct cluster_read_view *vi
     const VkClusterAccelerationStructureCommandsInfoNV *info = &copied->build->clusters.info;
     const VkClusterAccelerationStructureOpTypeNV type = info->input.opType;
     const struct cluster_op *op = cluster_op(type);
+    const VkDeviceAddress infos =
+        resolve(copied, ADDRESSED_INFOS, info->srcInfosArray.deviceAddress);
     bool is_valid = true;
+    if (!infos && view->infos)
+        return false;
     for (uint32_t i = 0; op && i < view->infos; i++) {
         union cluster_info element = {0};
-        if (!read_whole(copied, info->srcInfosArray.deviceAddress + i * info->srcInfosArray.stride,
-                        &element, op->size))
+        if (!read_whole(copied, infos + i * info->srcInfosArray.stride, &element, op->size))
             return false;
         const uint32_t references =
             type == VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_BUILD_CLUSTERS_BOTTOM_LEVEL_NV
@@ -364,7 +378,8 @@ static WALK_ALL(cluster_read)
     struct cluster_read_view view = {.call = copied->call, .build = copied->build, .infos = most};
     struct wrong_dsts wrong;
     if (info->srcInfosCount) {
-        view.has_count = read_whole(copied, info->srcInfosCount, &view.count, sizeof(view.count));
+        const VkDeviceAddress count = resolve(copied, ADDRESSED_COUNT, info->srcInfosCount);
+        view.has_count = count && read_whole(copied, count, &view.count, sizeof(view.count));
         view.infos = !view.has_count ? 0 : view.count < most ? view.count : most;
     }
     report_ranges(copied, view.infos);
