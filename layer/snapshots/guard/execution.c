@@ -73,11 +73,15 @@ static uint32_t write_places(const struct layer_device *device, const struct rec
     return count;
 }
 
-/* The addresses were written when the build was recorded. */
+/* The addresses were written when the build was recorded. An array of a partitioned structure may
+ * lie in memory that is allocated while an earlier execution is pending, and all invocations must
+ * agree on what of it is readable: so that is unknown if the command buffer executes several times
+ * at once. */
 static void write_order(const struct layer_device *device, const struct recording *recording,
-                        const struct execution_clock *seen, const struct build_guard *guard,
+                        const struct execution_clock *seen, const struct recorded_build *build,
                         uint32_t limit, struct guard_order *order)
 {
+    const struct build_guard *guard = &build->guard;
     struct resources *resources = device->resources;
     order->readable = guard->is_nv
                           ? GUARD_UNLIMITED
@@ -85,8 +89,8 @@ static void write_order(const struct layer_device *device, const struct recordin
     order->can_read_range =
         !guard->indirect || readable_bytes(resources, guard->indirect, guard->indirect_size,
                                            seen) >= guard->indirect_size;
-    order->range_count = 0;
-    if (guard->ranges.size)
+    order->range_count = build->addressed ? GUARD_UNLIMITED : 0;
+    if (guard->ranges.size && !(build->addressed && recording->executes_at_once))
         write_ranges(resources, recording, guard, order);
     order->place_count = write_places(device, recording, guard, limit);
     order->limit = limit;
@@ -106,7 +110,7 @@ void guard_renew(const struct layer_device *device, const struct recording *reco
         struct guard_order *order = guard_order_of(recording, guard);
         uint32_t limit = has_limits ? atomic_load(&guard->limit) : GUARD_UNLIMITED;
         if (!is_pending)
-            write_order(device, recording, seen, guard, limit, order);
+            write_order(device, recording, seen, build, limit, order);
         else if (limit > order->limit)
             __atomic_store_n(&order->limit, limit, __ATOMIC_RELAXED);
         if (is_pending && device->facts.extension.cluster_acceleration_structure_nv)
