@@ -51,15 +51,16 @@ bool program_subject(const struct program *program, enum vuid *vuid, enum build_
     program_fail(program->name, line->number, "about RULE of COMMAND");
 }
 
-/* A rule names an id for each command. */
-static bool has_id(const struct message *message, const struct expectation *expected)
+/* The end of the id that is expected: a rule names an id for each command. */
+static const char *id_of(const struct expectation *expected)
 {
     const struct rule_info *rule = play_rule(expected->id);
     const enum build_command command = play_command_of(expected->text);
     if (!rule)
-        return report_id_ends(message->id, expected->id);
-    return command != COMMAND_COUNT && rule->vuid[command] != VUID_NONE &&
-           strcmp(message->id, vuid_texts[rule->vuid[command]].id) == 0;
+        return expected->id;
+    return command != COMMAND_COUNT && rule->vuid[command] != VUID_NONE
+               ? vuid_texts[rule->vuid[command]].id
+               : "none of the command";
 }
 
 /* ---- all of them */
@@ -95,94 +96,49 @@ bool play_expects_mistake(const struct play *play, int line)
     return false;
 }
 
-static bool find_message(const struct messages *messages, const struct expectation *expected,
-                         bool *is_used)
-{
-    for (uint32_t i = 0; i < messages_kept(messages); i++) {
-        const struct message *message = &messages->items[i];
-        if (is_used[i] || !has_id(message, expected) ||
-            !report_text_matches(message->text, expected->text))
-            continue;
-        return is_used[i] = true;
-    }
-    return false;
-}
-
-/* What is said of a lost device, though only the first times, is no finding; unless the program
- * ends with `close`: programs about the loss list all messages. */
-static unsigned count_of_loss(const struct messages *messages, const bool *is_used)
-{
-    unsigned count = 0;
-    for (uint32_t i = 0; i < messages_kept(messages); i++) {
-        const struct message *message = &messages->items[i];
-        count += !is_used[i] &&
-                 (strcmp(message->id, "ASSAY-device-lost") == 0 ||
-                  (strcmp(message->id, "ASSAY-warning") == 0 && strstr(message->text, " is lost")));
-    }
-    return count;
-}
-
-static unsigned count_of_warnings(const struct messages *messages, const bool *is_used)
-{
-    unsigned count = 0;
-    for (uint32_t i = 0; i < messages_kept(messages); i++)
-        count += !is_used[i] && strcmp(messages->items[i].id, "ASSAY-warning") == 0;
-    return count;
-}
-
-/* Whether the program expects such a message, of any line. */
-static bool is_expected(const struct play *play, const struct message *message)
+/* Whether the program expects a message with this id, of any line. */
+static bool expects_id(const struct play *play, const char *id)
 {
     for (unsigned i = 0; i < play->program->expected_count; i++)
         if (is_active(play, &play->program->expected[i]) &&
-            has_id(message, &play->program->expected[i]))
+            report_id_ends(id, id_of(&play->program->expected[i])))
             return true;
     return false;
 }
 
-/* Where memory has run out, what is expected may be missing or worded with less, and warnings say
- * what the layer leaves out. A program that repeats calls may hear it later. */
-static void judge_scarce(struct play *play, const struct messages *messages, const bool *is_used)
+/* Whether a message is no finding. What is said of a lost device, though only the first times, is
+ * none, unless the program ends with `close`: programs about the loss list all messages. Where
+ * memory has run out, warnings say what the layer leaves out, and a program that repeats calls may
+ * hear later what it expects. */
+static bool is_allowed(const struct play *play, const struct message *message)
 {
-    for (uint32_t i = 0; i < messages_kept(messages); i++) {
-        const struct message *message = &messages->items[i];
-        if (is_used[i] || strcmp(message->id, "ASSAY-warning") == 0 ||
-            (play->was_lost && strcmp(message->id, "ASSAY-device-lost") == 0) ||
-            (play->repeats && is_expected(play, message)))
-            continue;
-        play->report.outcome = OUTCOME_FAILED;
-        report_say(&play->report, "got %s\n    %.1000s\n", message->id, message->text);
-    }
+    const bool is_warning = strcmp(message->id, "ASSAY-warning") == 0;
+    const bool is_loss = play->was_lost && strcmp(message->id, "ASSAY-device-lost") == 0;
+    if (play->is_scarce)
+        return is_warning || is_loss || (play->repeats && expects_id(play, message->id));
+    if (play->may_warn && is_warning)
+        return true;
+    return !program_find(play->program, "close", NULL) && play->was_lost &&
+           (is_loss || (is_warning && strstr(message->text, " is lost")));
 }
 
+/* Where memory has run out, what is expected may be missing or worded with less. */
 void play_judge(struct play *play, int line)
 {
     const struct messages *messages = &play->fixture.messages;
-    bool is_used[MESSAGES_MAX] = {false}, good = true;
-    unsigned count = 0;
+    bool is_expected[MESSAGES_MAX] = {false}, good = true;
     for (unsigned i = 0; i < play->program->expected_count; i++) {
         const struct expectation *expected = &play->program->expected[i];
-        if (!concerns(expected, line) || !is_active(play, expected))
-            continue;
-        count++;
-        if (find_message(messages, expected, is_used) || play->is_scarce)
-            continue;
-        good = false;
-        report_say(&play->report, "no message is %s: %s\n", expected->id, expected->text);
+        if (concerns(expected, line) && is_active(play, expected))
+            good &= report_expect(
+                play->is_scarce ? NULL : &play->report, messages,
+                &(struct expected_message){id_of(expected), expected->text, .is_any = false},
+                is_expected);
     }
-    if (play->is_scarce) {
-        judge_scarce(play, messages, is_used);
-        return;
-    }
-    if (play->was_lost && !program_find(play->program, "close", NULL))
-        count += count_of_loss(messages, is_used);
-    if (play->may_warn)
-        count += count_of_warnings(messages, is_used);
     for (uint32_t i = 0; i < messages_kept(messages); i++)
-        good = report_judge_wording(&play->report, &messages->items[i]) && good;
-    if (good && messages->count == count)
-        return;
-    play->report.outcome = OUTCOME_FAILED;
-    report_say(&play->report, "messages: %u, expected: %u\n", messages->count, count);
-    report_say_messages(&play->report, messages, is_used);
+        is_expected[i] |= is_allowed(play, &messages->items[i]);
+    if (!play->is_scarce)
+        good &= report_judge_wording(&play->report, messages);
+    if (!report_judge(&play->report, messages, is_expected, good || play->is_scarce))
+        play->report.outcome = OUTCOME_FAILED;
 }

@@ -18,15 +18,6 @@ void report_say(struct report *report, const char *format, ...)
     va_end(arguments);
 }
 
-void report_say_messages(struct report *report, const struct messages *messages,
-                         const bool *is_used)
-{
-    for (uint32_t i = 0; i < messages_kept(messages) && i < 12; i++)
-        report_say(report, "    %s %s\n        %.1000s\n",
-                   is_used && is_used[i] ? "expected" : "got", messages->items[i].id,
-                   messages->items[i].text);
-}
-
 bool report_id_ends(const char *id, const char *end)
 {
     const size_t length = strlen(id), size = strlen(end);
@@ -51,6 +42,49 @@ bool report_text_matches(const char *text, const char *wanted)
         wanted = end ? end + strlen(" ... ") : wanted + length;
     }
     return true;
+}
+
+bool report_expect(struct report *report, const struct messages *messages,
+                   const struct expected_message *expected, bool *is_expected)
+{
+    bool is_found = false;
+    for (uint32_t i = 0; i < messages_kept(messages) && (!is_found || expected->is_any); i++) {
+        const struct message *message = &messages->items[i];
+        if (is_expected[i] || !report_id_ends(message->id, expected->id))
+            continue;
+        const bool fits = !expected->text || report_text_matches(message->text, expected->text);
+        is_expected[i] = fits || expected->is_any;
+        is_found |= fits;
+    }
+    if (!is_found && report)
+        report_say(report, "no message is %s: %s\n", expected->id,
+                   expected->text ? expected->text : "");
+    return is_found;
+}
+
+bool report_judge(struct report *report, const struct messages *messages, const bool *is_expected,
+                  bool good)
+{
+    uint32_t others = messages->count;
+    for (uint32_t i = 0; i < messages_kept(messages); i++)
+        others -= is_expected[i];
+    if (good && others == 0)
+        return true;
+    report_say(report, "messages: %u, of which %u are not expected\n", messages->count, others);
+    for (uint32_t i = 0; i < messages_kept(messages) && i < 12; i++)
+        report_say(report, "    %s %s\n        %.1000s\n", is_expected[i] ? "expected" : "got",
+                   messages->items[i].id, messages->items[i].text);
+    return false;
+}
+
+bool report_expect_none(struct report *report, const struct messages *messages, const char *call,
+                        const char *when)
+{
+    static const bool is_expected[MESSAGES_MAX];
+    if (messages->count == 0)
+        return true;
+    report_say(report, "%s: %u messages %s\n", call, messages->count, when);
+    return report_judge(report, messages, is_expected, false);
 }
 
 /* ---- hints */
@@ -116,8 +150,12 @@ static bool names_no_id_twice(struct report *report, const struct message *messa
     return false;
 }
 
-bool report_judge_wording(struct report *report, const struct message *message)
+bool report_judge_wording(struct report *report, const struct messages *messages)
 {
-    return has_its_hint(report, message) && counts_agree(report, message) &&
-           names_no_id_twice(report, message);
+    bool good = true;
+    for (uint32_t i = 0; i < messages_kept(messages); i++)
+        good = has_its_hint(report, &messages->items[i]) &&
+               counts_agree(report, &messages->items[i]) &&
+               names_no_id_twice(report, &messages->items[i]) && good;
+    return good;
 }

@@ -16,9 +16,23 @@ struct report {
 
 __attribute__((format(printf, 2, 3))) void report_say(struct report *report, const char *format,
                                                       ...);
-/* Says which messages came; those that are marked were expected, if `is_used` is not NULL. */
-void report_say_messages(struct report *report, const struct messages *messages,
-                         const bool *is_used);
+
+/* A message that is expected. */
+struct expected_message {
+    const char *id;   /* the end of it */
+    const char *text; /* see report_text_matches(); NULL: any */
+    bool is_any;      /* several messages may have the id, of which one has the text */
+};
+
+/* Marks the messages that fit. Returns false if none does, and says so if `report` is not NULL. */
+bool report_expect(struct report *report, const struct messages *messages,
+                   const struct expected_message *expected, bool *is_expected);
+/* Returns whether it is good so far, and all messages are marked; else says which came. */
+bool report_judge(struct report *report, const struct messages *messages, const bool *is_expected,
+                  bool good);
+/* Returns whether there are no messages; else says which came in `call`, and when. */
+bool report_expect_none(struct report *report, const struct messages *messages, const char *call,
+                        const char *when);
 
 /* Whether it is the whole id of a message, or the end of it behind a "-". */
 bool report_id_ends(const char *id, const char *end);
@@ -26,8 +40,8 @@ bool report_id_ends(const char *id, const char *end);
  * what follows `NOT ` must not be in the rest. */
 bool report_text_matches(const char *text, const char *wanted);
 
-/* Whether what a message says beside the mistake is right: the hint of its row, counts that agree
+/* Whether what messages say beside the mistake is right: the hint of the row, counts that agree
  * with their nouns, and no id twice. */
-bool report_judge_wording(struct report *report, const struct message *message);
+bool report_judge_wording(struct report *report, const struct messages *messages);
 
 #endif

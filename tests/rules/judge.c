@@ -196,42 +196,30 @@ static bool expect_findings(const struct play *play, const struct fixture *fixtu
                             struct report *report)
 {
     const struct test_case *test_case = play->test_case;
+    const struct messages *messages = &fixture->instance.messages;
+    bool is_expected[MESSAGES_MAX] = {false}, good = true;
     char buffer[256];
     const char *path = spell_path(play, buffer, sizeof(buffer));
-    uint32_t expected = 0;
-    bool good = true;
 
     for (uint32_t i = 0; i < test_case->rule_count; i++) {
-        const enum rule rule = test_case->rules[i];
-        const char *id = rule_id(rule, play->command);
-        if (!judge_expects(play, rule))
+        const char *id = rule_id(test_case->rules[i], play->command);
+        if (!judge_expects(play, test_case->rules[i]))
             continue;
-        const uint32_t count = messages_count(&fixture->instance.messages, id, NULL);
-        expected += count;
-        if (count == 0 || (i == 0 && test_case->count != 0 && count != test_case->count)) {
-            report_say(report, "mutation: got %u messages of %s (%s), expected %u\n", count, id,
-                       rule_infos[rule].name, test_case->count != 0 ? test_case->count : 1);
-            good = false;
-        } else if (path != NULL && messages_count(&fixture->instance.messages, id, path) == 0) {
-            report_say(report, "mutation: no message names %s\n", path);
-            good = false;
-        }
-    }
-    if (judge_is_refused(play) && judge_expects(play, test_case->refusal->rule)) {
-        const uint32_t count = messages_count(
-            &fixture->instance.messages, rule_id(test_case->refusal->rule, play->command), NULL);
-        expected += count;
-        good = good && count > 0;
-    }
-    if (expected != fixture->instance.messages.count) {
-        report_say(report, "mutation: %u messages with unexpected ids\n",
-                   fixture->instance.messages.count - expected);
+        good &= report_expect(report, messages, &(struct expected_message){id, path, true},
+                              is_expected);
+        const uint32_t count = messages_count(messages, id, NULL);
+        if (i > 0 || test_case->count == 0 || count == test_case->count)
+            continue;
+        report_say(report, "%u messages of %s instead of %u\n", count, id, test_case->count);
         good = false;
     }
-    good = wording_is_good(play, fixture, report) && good;
-    if (!good)
-        report_say_messages(report, &fixture->instance.messages, NULL);
-    return good;
+    if (judge_is_refused(play) && judge_expects(play, test_case->refusal->rule))
+        good &= report_expect(report, messages,
+                              &(struct expected_message){
+                                  rule_id(test_case->refusal->rule, play->command), NULL, true},
+                              is_expected);
+    good &= wording_is_good(play, fixture, report);
+    return report_judge(report, messages, is_expected, good);
 }
 
 const struct setup *judge_setup(const struct setup *setup)
@@ -254,12 +242,10 @@ static bool expect_silence(const struct play *play, struct fixture *fixture,
                            const struct call *call, struct report *report)
 {
     const bool made = play->make_call(play, fixture, call, report);
-    if (report->outcome == OUTCOME_SKIPPED || fixture->instance.messages.count == 0)
-        return made;
-    report_say(report, "%s: %u messages instead of silence\n", call->what,
-               fixture->instance.messages.count);
-    report_say_messages(report, &fixture->instance.messages, NULL);
-    return false;
+    return (report->outcome == OUTCOME_SKIPPED ||
+            report_expect_none(report, &fixture->instance.messages, call->what,
+                               "instead of silence")) &&
+           made;
 }
 
 static void play_twin(const struct play *play, struct fixture *fixture, struct report *report)

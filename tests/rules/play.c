@@ -46,10 +46,9 @@ static bool check_result(const struct play *play, const struct call *call, VkRes
 static bool submit(struct fixture *fixture, struct scene *scene, const struct call *call,
                    struct report *report)
 {
-    if (fixture->instance.messages.count != 0) {
-        report_say(report, "%s: messages before the submission\n", call->what);
+    if (!report_expect_none(report, &fixture->instance.messages, call->what,
+                            "before the submission"))
         return false;
-    }
     fixture->instance.messages.answer = call->breaks && !fixture->fails ? VK_TRUE : VK_FALSE;
     const VkResult result = scene_submit_call(scene);
     const bool is_skipped = call->breaks && !(fixture->fails && call->forwards);
@@ -123,9 +122,8 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
         report->outcome = OUTCOME_SKIPPED;
         report_say(report, "%s", scene->skip);
         good = false;
-    } else if (fixture->instance.messages.count != 0) {
-        report_say(report, "%s: messages before the call\n", call->what);
-    } else {
+    } else if (report_expect_none(report, &fixture->instance.messages, call->what,
+                                  "before the call")) {
         fixture->instance.messages.answer =
             is_skipped(play, call) && !fixture->fails ? VK_TRUE : VK_FALSE;
         const bool reaches_driver = play->platform->is_null && !play->platform->is_cpu;

@@ -72,10 +72,10 @@ static bool names_nothing_else(const struct play *play, const struct message *me
 
 bool wording_is_good(const struct play *play, const struct fixture *fixture, struct report *report)
 {
-    bool good = names_the_others(play, fixture, report);
-    for (uint32_t i = 0; i < messages_kept(&fixture->instance.messages); i++)
-        good = report_judge_wording(report, &fixture->instance.messages.items[i]) &&
-               names_nothing_else(play, &fixture->instance.messages.items[i], report) && good;
+    const struct messages *messages = &fixture->instance.messages;
+    bool good = names_the_others(play, fixture, report) && report_judge_wording(report, messages);
+    for (uint32_t i = 0; i < messages_kept(messages); i++)
+        good = names_nothing_else(play, &messages->items[i], report) && good;
     return good;
 }
 

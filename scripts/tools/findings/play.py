@@ -17,8 +17,8 @@ RUN = re.compile(r"\[ RUN      \] (.+)$")
 END = re.compile(r"\[ ( *\w+) +\] (crashed in )?(.+)$")
 PHASE = re.compile(r"(valid call|twin|valid mutation|mutation): ")
 BEFORE_THE_CALL = re.compile(PHASE.pattern + r"(\d+ )?messages before the call$")
-GOT = re.compile(r"    got (\S*)$")
-MISSING = re.compile(r"mutation: got 0 messages of (\S+) ")
+GOT = re.compile(r"    (?:got|expected) (\S*)$")
+MISSING = re.compile(r"no message is (\S+): ")
 MESSAGES_END = re.compile(r"\(before the mutation\)$|execution/\w+: ")
 
 # Plays at levels that the Khronos layer does not have, and repetitions.

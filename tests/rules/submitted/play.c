@@ -194,16 +194,6 @@ static struct scene *open_scene(const struct play *play, struct fixture *fixture
 
 /* ---- the call ---- */
 
-static bool expect_none(const struct fixture *fixture, const struct call *call, const char *when,
-                        struct report *report)
-{
-    if (fixture->instance.messages.count == 0)
-        return true;
-    report_say(report, "%s: %u messages %s\n", call->what, fixture->instance.messages.count, when);
-    report_say_messages(report, &fixture->instance.messages, NULL);
-    return false;
-}
-
 /* A command that refuses the kind of build says so at the call. */
 static bool expect_refusal_alone(const struct play *play, const struct fixture *fixture,
                                  const struct call *call, const char *when, struct report *report)
@@ -212,7 +202,7 @@ static bool expect_refusal_alone(const struct play *play, const struct fixture *
     if (!judge_is_refused(play) || call->prepare == NULL ||
         messages_count(&fixture->instance.messages, rule_id(refusal->rule, refusal->command),
                        NULL) != fixture->instance.messages.count)
-        return expect_none(fixture, call, when, report);
+        return report_expect_none(report, &fixture->instance.messages, call->what, when);
     return true;
 }
 
@@ -255,11 +245,8 @@ static bool close_scene(struct fixture *fixture, struct scene *scene, const stru
     const uint32_t count = fixture->instance.messages.count;
     GET(scene->vk->QueueWaitIdle(queue_of(scene))); /* a semaphore is signaled before a fence */
     scene_close(scene);
-    if (fixture->instance.messages.count == count)
-        return true;
-    report_say(report, "%s: messages after the wait\n", call->what);
-    report_say_messages(report, &fixture->instance.messages, NULL);
-    return false;
+    return fixture->instance.messages.count == count ||
+           report_expect_none(report, &fixture->instance.messages, call->what, "after the wait");
 }
 
 bool content_call(const struct play *play, struct fixture *fixture, const struct call *call,
@@ -272,7 +259,8 @@ bool content_call(const struct play *play, struct fixture *fixture, const struct
     if (scene->skip != NULL) {
         report->outcome = OUTCOME_SKIPPED;
         report_say(report, "%s", scene->skip);
-    } else if (expect_none(fixture, call, "before the call", report)) {
+    } else if (report_expect_none(report, &fixture->instance.messages, call->what,
+                                  "before the call")) {
         good = record_and_submit(play, fixture, scene, call, report);
     }
     return close_scene(fixture, scene, call, report) && good;
