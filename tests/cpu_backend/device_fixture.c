@@ -1,10 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Command buffers, buffers, and builds with them. */
 #include "device_fixture.h"
-#include "tests/fixture/copies.h"
-
-#include <stdlib.h>
-#include <string.h>
 
 /* ---- buffers */
 
@@ -91,15 +87,6 @@ void device_build_create(struct fixture_build *host, struct device_build *build)
     build->info.scratchData.deviceAddress = create_scratch(host);
 }
 
-void device_upload(VkCommandBuffer commands, struct device_build *build)
-{
-    const VkBufferCopy region = {0, 0, build->host->size};
-    memcpy(build->staging.bytes, build->host->data, build->host->size);
-    device_barrier(commands);
-    vk.CmdCopyBuffer(commands, build->staging.handle, build->data.handle, 1, &region);
-    device_barrier(commands);
-}
-
 void device_build(VkCommandBuffer commands, struct device_build *build,
                   VkAccelerationStructureKHR dst, VkAccelerationStructureKHR src)
 {
@@ -110,28 +97,6 @@ void device_build(VkCommandBuffer commands, struct device_build *build,
     build->info.srcAccelerationStructure = src;
     vk.CmdBuildAccelerationStructuresKHR(commands, 1, &build->info, &ranges);
     device_barrier(commands);
-}
-
-struct device_buffer device_build_indirect(VkCommandBuffer commands,
-                                           const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                                           uint32_t most,
-                                           const VkAccelerationStructureBuildRangeInfoKHR *range)
-{
-    const uint32_t stride = sizeof(*range), *const counts = &most;
-    const struct device_buffer buffer = device_buffer_create(RANGE_AT + sizeof(*range));
-    const VkDeviceAddress address = buffer.address + RANGE_AT;
-    if (range)
-        memcpy(buffer.bytes + RANGE_AT, range, sizeof(*range));
-    vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, info, &address, &stride, &counts);
-    device_barrier(commands);
-    return buffer;
-}
-
-void device_copy(VkCommandBuffer commands, VkAccelerationStructureKHR src,
-                 VkAccelerationStructureKHR dst, VkCopyAccelerationStructureModeKHR mode)
-{
-    const VkCopyAccelerationStructureInfoKHR info = copy_info(src, dst, mode);
-    vk.CmdCopyAccelerationStructureKHR(commands, &info);
 }
 
 /* ---- VK_NV_ray_tracing */

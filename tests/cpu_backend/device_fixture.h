@@ -31,24 +31,9 @@ struct device_build {
 };
 void device_build_create(struct fixture_build *host, struct device_build *build);
 
-/* Records an upload of the host's data as it is now, by way of the staging buffer, which must not
- * be in use; and a build of `dst`, an update where `src` isn't VK_NULL_HANDLE, with barriers
- * around. */
-void device_upload(VkCommandBuffer commands, struct device_build *build);
+/* Records a build of `dst`, an update where `src` isn't VK_NULL_HANDLE, with a barrier behind it. */
 void device_build(VkCommandBuffer commands, struct device_build *build,
                   VkAccelerationStructureKHR dst, VkAccelerationStructureKHR src);
-
-/* Records a build whose range, of at most so many primitives, is in the buffer
- * that it returns. `range`: NULL: there are zeros. */
-enum { RANGE_AT = 16 };
-struct device_buffer device_build_indirect(VkCommandBuffer commands,
-                                           const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                                           uint32_t most,
-                                           const VkAccelerationStructureBuildRangeInfoKHR *range);
-
-/* Records a copy of a structure to another one. */
-void device_copy(VkCommandBuffer commands, VkAccelerationStructureKHR src,
-                 VkAccelerationStructureKHR dst, VkCopyAccelerationStructureModeKHR mode);
 
 /* ---- VK_NV_ray_tracing */
 
