@@ -94,6 +94,9 @@ void play_end_recording(struct play *play, VkCommandBuffer commands)
 void play_print(struct play *play)
 {
     const struct program *program = play->program;
+    if (program->source && play->at < program->line_count)
+        report_say(&play->report, "tests/programs/%s.cases:%u: ", program->source->group,
+                   program->lines[play->at].number);
     report_say(&play->report, "%s\n", program->name);
     for (unsigned i = 0; i < program->line_count; i++) {
         const struct program_line *line = &program->lines[i];

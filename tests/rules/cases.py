@@ -364,7 +364,7 @@ def read(path, members, common):
                 name, colon, rest = text.partition(":")
                 if not colon:
                     raise ValueError("a colon is missing behind the name of the case")
-                row(lists[-1], name, f"{path.name}:{number}: {text}", inherit(read_items(rest.strip(), defines), group),
+                row(lists[-1], name, f"tests/rules/{path}:{number}: {text}", inherit(read_items(rest.strip(), defines), group),
                     setups, defines)
         except (KeyError, IndexError, ValueError, TypeError) as error:
             sys.exit(f"{path}:{number}: {error!r} in: {text}")

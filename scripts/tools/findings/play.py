@@ -19,7 +19,7 @@ PHASE = re.compile(r"(valid call|twin|valid mutation|mutation): ")
 BEFORE_THE_CALL = re.compile(PHASE.pattern + r"(\d+ )?messages before the call$")
 GOT = re.compile(r"    (?:got|expected) (\S*)$")
 MISSING = re.compile(r"no message is (\S+): ")
-MESSAGES_END = re.compile(r"\(before the mutation\)$|execution/\w+: ")
+MESSAGES_END = re.compile(r"\(before the mutation\)$|tests/programs/|execution/\w+: ")
 
 # Plays at levels that the Khronos layer does not have, and repetitions.
 REPEATED = re.compile(r"@(parameters|state)$|\+ppGeometries$")
