@@ -396,126 +396,6 @@ static void translate_modes(struct scene *scene)
     life->from_memory.mode = mode_of_command(scene->command, life->from_memory.mode);
 }
 
-#define A_(member_) arguments->member_
-#define RECORDED_COPY(command_, info_)                                                             \
-    case COMMAND_##command_:                                                                       \
-        A_(command_).commandBuffer = scene->command_buffer;                                        \
-        A_(command_).pInfo = (const void *)&life->info_;                                           \
-        break;
-#define HOSTED_COPY(command_, info_)                                                               \
-    case COMMAND_##command_:                                                                       \
-        A_(command_).device = scene->device;                                                       \
-        A_(command_).deferredOperation = scene->deferred_operation;                                \
-        A_(command_).pInfo = (const void *)&life->info_;                                           \
-        break;
-#define RECORDED_QUERY(command_)                                                                   \
-    case COMMAND_##command_:                                                                       \
-        arguments->command_ = (struct arguments_of_##command_){                                    \
-            scene->command_buffer, life->object_count, (const void *)life->objects_argument,       \
-            life->query_type,      life->pool,         life->first_query};                         \
-        break;
-#define HOSTED_QUERY(command_)                                                                     \
-    case COMMAND_##command_:                                                                       \
-        arguments->command_ = (struct arguments_of_##command_){                                    \
-            scene->device,    life->object_count, (const void *)life->objects_argument,            \
-            life->query_type, life->data_size,    life->data_argument,                             \
-            life->stride};                                                                         \
-        break;
-#define OF_DEVICE(command_, ...)                                                                   \
-    case COMMAND_##command_:                                                                       \
-        arguments->command_ = (struct arguments_of_##command_){scene->device, __VA_ARGS__};        \
-        break;
-
-static void fill_arguments(struct scene *scene, union life_arguments *arguments)
-{
-    struct scene_life *life = &scene->life;
-    switch ((int)scene->command) {
-        RECORDED_COPY(CmdCopyAccelerationStructureKHR, copy)
-        RECORDED_COPY(CmdCopyMicromapEXT, copy)
-        RECORDED_COPY(CmdCopyAccelerationStructureToMemoryKHR, to_memory)
-        RECORDED_COPY(CmdCopyMicromapToMemoryEXT, to_memory)
-        RECORDED_COPY(CmdCopyMemoryToAccelerationStructureKHR, from_memory)
-        RECORDED_COPY(CmdCopyMemoryToMicromapEXT, from_memory)
-        HOSTED_COPY(CopyAccelerationStructureKHR, copy)
-        HOSTED_COPY(CopyMicromapEXT, copy)
-        HOSTED_COPY(CopyAccelerationStructureToMemoryKHR, to_memory)
-        HOSTED_COPY(CopyMicromapToMemoryEXT, to_memory)
-        HOSTED_COPY(CopyMemoryToAccelerationStructureKHR, from_memory)
-        HOSTED_COPY(CopyMemoryToMicromapEXT, from_memory)
-        RECORDED_QUERY(CmdWriteAccelerationStructuresPropertiesKHR)
-        RECORDED_QUERY(CmdWriteAccelerationStructuresPropertiesNV)
-        RECORDED_QUERY(CmdWriteMicromapsPropertiesEXT)
-        HOSTED_QUERY(WriteAccelerationStructuresPropertiesKHR)
-        HOSTED_QUERY(WriteMicromapsPropertiesEXT)
-        OF_DEVICE(CreateAccelerationStructureKHR, &life->create, life->allocator,
-                  (void *)&life->created)
-        OF_DEVICE(CreateAccelerationStructure2KHR, &life->create_at, life->allocator,
-                  (void *)&life->created)
-        OF_DEVICE(CreateAccelerationStructureNV, &life->create_nv, life->allocator,
-                  (void *)&life->created)
-        OF_DEVICE(CreateMicromapEXT, &life->create_micromap, life->allocator,
-                  (void *)&life->created)
-        OF_DEVICE(DestroyAccelerationStructureKHR, (VkAccelerationStructureKHR)life->destroyed,
-                  life->allocator)
-        OF_DEVICE(DestroyAccelerationStructureNV, (VkAccelerationStructureNV)life->destroyed,
-                  life->allocator)
-        OF_DEVICE(DestroyMicromapEXT, (VkMicromapEXT)life->destroyed, life->allocator)
-        OF_DEVICE(DestroyBuffer, (VkBuffer)life->destroyed, life->allocator)
-        OF_DEVICE(FreeMemory, (VkDeviceMemory)life->destroyed, life->allocator)
-        OF_DEVICE(BindAccelerationStructureMemoryNV, life->binding_count, life->bindings)
-        OF_DEVICE(BuildMicromapsEXT, scene->deferred_operation, life->build_count, life->builds)
-        OF_DEVICE(GetAccelerationStructureBuildSizesKHR, life->build_type, life->build_argument,
-                  life->counts_argument, &life->sizes)
-        OF_DEVICE(GetAccelerationStructureDeviceAddressKHR, &life->address_info)
-        OF_DEVICE(GetAccelerationStructureHandleNV, (VkAccelerationStructureNV)life->src,
-                  life->data_size, life->data_argument)
-        OF_DEVICE(GetAccelerationStructureMemoryRequirementsNV, &life->requirements_info,
-                  &life->requirements)
-        OF_DEVICE(GetAccelerationStructureOpaqueCaptureDescriptorDataEXT, &life->capture_info,
-                  life->data_argument)
-        OF_DEVICE(GetDeviceAccelerationStructureCompatibilityKHR, &life->version,
-                  &life->compatibility)
-        OF_DEVICE(GetDeviceMicromapCompatibilityEXT, &life->micromap_version, &life->compatibility)
-        OF_DEVICE(UpdateDescriptorSets, 1, &life->write, 0, NULL)
-        OF_DEVICE(UpdateDescriptorSetWithTemplate, life->write.dstSet, life->update_template,
-                  life->template_data)
-        OF_DEVICE(GetQueryPoolResults, life->pool, life->first_query, life->object_count,
-                  life->data_size, life->data_argument, life->stride, VK_QUERY_RESULT_64_BIT)
-        OF_DEVICE(GetMicromapBuildSizesEXT, life->build_type, life->builds, &life->micromap_sizes)
-        OF_DEVICE(GetClusterAccelerationStructureBuildSizesNV, &life->cluster.input, &life->sizes)
-        OF_DEVICE(GetPartitionedAccelerationStructuresBuildSizesNV, &life->partition.input,
-                  &life->sizes)
-    case COMMAND_CmdBuildClusterAccelerationStructureIndirectNV:
-        A_(CmdBuildClusterAccelerationStructureIndirectNV).commandBuffer = scene->command_buffer;
-        A_(CmdBuildClusterAccelerationStructureIndirectNV).pCommandInfos = &life->cluster;
-        break;
-    case COMMAND_CmdBuildPartitionedAccelerationStructuresNV:
-        A_(CmdBuildPartitionedAccelerationStructuresNV).commandBuffer = scene->command_buffer;
-        A_(CmdBuildPartitionedAccelerationStructuresNV).pBuildInfo = &life->partition;
-        break;
-    case COMMAND_CmdCopyAccelerationStructureNV:
-        A_(CmdCopyAccelerationStructureNV) = (struct arguments_of_CmdCopyAccelerationStructureNV){
-            scene->command_buffer, (VkAccelerationStructureNV)life->copy.dst,
-            (VkAccelerationStructureNV)life->copy.src, life->copy.mode};
-        break;
-    case COMMAND_CmdBuildMicromapsEXT:
-        A_(CmdBuildMicromapsEXT) = (struct arguments_of_CmdBuildMicromapsEXT){
-            scene->command_buffer, life->build_count, life->builds};
-        break;
-    case COMMAND_CmdPushDescriptorSet:
-        A_(CmdPushDescriptorSet) = (struct arguments_of_CmdPushDescriptorSet){
-            scene->command_buffer, VK_PIPELINE_BIND_POINT_COMPUTE, life->push.layout, 0, 1,
-            &life->write};
-        break;
-    case COMMAND_CmdPushDescriptorSet2:
-        A_(CmdPushDescriptorSet2) =
-            (struct arguments_of_CmdPushDescriptorSet2){scene->command_buffer, &life->push};
-        break;
-    default:
-        abort();
-    }
-}
-
 /* Takes over what the call has created, and forgets what it has destroyed. */
 static void destroy_created(struct scene *scene, VkDevice device, uint64_t handle)
 {
@@ -561,7 +441,7 @@ VkResult scene_life_call(struct scene *scene)
     union life_arguments arguments = {0};
     translate_modes(scene);
     take_nv_info(scene);
-    fill_arguments(scene, &arguments);
+    fill_life_arguments(scene, &arguments);
     if (scene->life.edit != NULL)
         scene->life.edit(scene, &arguments);
     const VkResult result = call_life_command(scene->vk, scene->command, &arguments);
