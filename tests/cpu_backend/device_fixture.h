@@ -31,7 +31,8 @@ struct device_build {
 };
 void device_build_create(struct fixture_build *host, struct device_build *build);
 
-/* Records a build of `dst`, an update where `src` isn't VK_NULL_HANDLE, with a barrier behind it. */
+/* Records a build of `dst`, an update where `src` isn't VK_NULL_HANDLE, with a barrier behind it.
+ */
 void device_build(VkCommandBuffer commands, struct device_build *build,
                   VkAccelerationStructureKHR dst, VkAccelerationStructureKHR src);
 
