@@ -27,6 +27,36 @@ uint64_t play_number(const struct play *play, const char *word)
     return play_is(word, "size") ? play->last_size : strtoull(word, NULL, 0);
 }
 
+uint64_t play_words_value(const struct play *play, const char *names, const struct play_word *words,
+                          size_t count)
+{
+    uint64_t value = 0;
+    for (;;) {
+        const size_t length = strcspn(names, "|:");
+        size_t i = 0;
+        while (i < count &&
+               (strlen(words[i].name) != length || strncmp(words[i].name, names, length) != 0))
+            i++;
+        if (i == count)
+            play_fail(play, names);
+        value |= words[i].value;
+        if (names[length] != '|')
+            return value;
+        names += length + 1;
+    }
+}
+
+bool play_set_member(void *structure, const struct play_member *members, size_t count,
+                     const char *name, uint64_t value)
+{
+    size_t i = 0;
+    while (i < count && strcmp(members[i].name, name) != 0)
+        i++;
+    if (i < count)
+        memcpy((char *)structure + members[i].offset, &value, members[i].size);
+    return i < count;
+}
+
 /* ---- creation */
 
 static void name_object(const struct play *play, VkObjectType type, uint64_t handle,

@@ -239,6 +239,26 @@ bool play_judges_whole(const struct play *play);
 bool play_expects_mistake(const struct play *play, int line);
 /* The word `size` stands for the size that the host got last. */
 uint64_t play_number(const struct play *play, const char *word);
+/* A word for a number. */
+struct play_word {
+    const char *name;
+    uint64_t value;
+};
+/* The numbers of names with | between them, up to the end or a colon. */
+uint64_t play_words_value(const struct play *play, const char *names, const struct play_word *words,
+                          size_t count);
+/* A member of a structure, and the word for it. */
+struct play_member {
+    const char *name;
+    size_t offset, size;
+};
+#define PLAY_MEMBER(name, type, member)                                                            \
+    {                                                                                              \
+        name, offsetof(type, member), sizeof(((type *)NULL)->member)                               \
+    }
+/* Sets the member of that name to a number. Returns false if there is none. */
+bool play_set_member(void *structure, const struct play_member *members, size_t count,
+                     const char *name, uint64_t value);
 /* Fails the program if the numbers differ. */
 void play_expect_number(struct play *play, const char *name, uint64_t found, uint64_t wanted);
 

@@ -96,10 +96,7 @@ static void attach_micromap(struct play *play, struct one_build *build, const ch
 
 VkBuildAccelerationStructureFlagsKHR play_flags(const struct play *play, const char *word)
 {
-    static const struct {
-        const char *name;
-        VkBuildAccelerationStructureFlagsKHR flag;
-    } names[] = {
+    static const struct play_word names[] = {
         {"none", 0},
         {"update", VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR},
         {"compaction", VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR},
@@ -110,18 +107,8 @@ VkBuildAccelerationStructureFlagsKHR play_flags(const struct play *play, const c
         {"low_memory", VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR},
         {"motion", VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV},
     };
-    VkBuildAccelerationStructureFlagsKHR flags = 0;
-    while (*word) {
-        const size_t length = strcspn(word, "|");
-        size_t i = 0;
-        while (i < ARRAY_COUNT(names) &&
-               (strlen(names[i].name) != length || strncmp(names[i].name, word, length) != 0))
-            i++;
-        PLAY_REQUIRE(play, i < ARRAY_COUNT(names));
-        flags |= names[i].flag;
-        word += length + (word[length] == '|');
-    }
-    return flags;
+    return (VkBuildAccelerationStructureFlagsKHR)play_words_value(play, word, names,
+                                                                  ARRAY_COUNT(names));
 }
 
 static void set_transform(struct build_line *line, struct one_build *build, const char *word)
@@ -162,17 +149,10 @@ static bool read_word(struct build_line *line, struct one_build *build, const ch
 
 static VkFormat format_of(const struct play *play, const char *name)
 {
-    static const struct {
-        const char *name;
-        VkFormat format;
-    } formats[] = {{"rgba16", VK_FORMAT_R16G16B16A16_SFLOAT},
-                   {"rg16", VK_FORMAT_R16G16_SFLOAT},
-                   {"rg32", VK_FORMAT_R32G32_SFLOAT}};
-    size_t i = 0;
-    while (i < ARRAY_COUNT(formats) && !play_is(name, formats[i].name))
-        i++;
-    PLAY_REQUIRE(play, i < ARRAY_COUNT(formats));
-    return formats[i].format;
+    static const struct play_word formats[] = {{"rgba16", VK_FORMAT_R16G16B16A16_SFLOAT},
+                                               {"rg16", VK_FORMAT_R16G16_SFLOAT},
+                                               {"rg32", VK_FORMAT_R32G32_SFLOAT}};
+    return (VkFormat)play_words_value(play, name, formats, ARRAY_COUNT(formats));
 }
 
 /* An option of vertices and indices. */
@@ -189,22 +169,10 @@ static bool read_triangles(struct build_line *line, struct one_build *build, con
             play_is(option, "indices") ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_UINT16;
     } else if (play_is(option, "transform")) {
         set_transform(line, build, word);
-    } else if (play_is(option, "first")) {
-        build->range.firstVertex = (uint32_t)play_number(line->play, word);
-    } else if (play_is(option, "offset")) {
-        build->range.primitiveOffset = (uint32_t)play_number(line->play, word);
-    } else if (play_is(option, "max")) {
-        triangles->maxVertex = (uint32_t)play_number(line->play, word);
     } else if (play_is(option, "format")) {
         triangles->vertexFormat = format_of(line->play, word);
-    } else if (play_is(option, "stride")) {
-        triangles->vertexStride = play_number(line->play, word);
     } else if (play_is(option, "last-format")) {
         build->last_format = VK_FORMAT_R16G16B16A16_SFLOAT;
-    } else if (play_is(option, "last-stride")) {
-        build->last_stride = (VkDeviceSize)atoi(word);
-    } else if (play_is(option, "last-primitives")) {
-        build->last_primitives = (uint32_t)play_number(line->play, word);
     } else if (play_is(option, "opacity-indices")) {
         build->micromap.indexType = VK_INDEX_TYPE_UINT16;
         build->micromap.indexStride = sizeof(uint16_t);

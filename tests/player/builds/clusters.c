@@ -198,6 +198,23 @@ static void begin_line(struct play *play, struct cluster_line *line, const struc
         in->opInput.pTriangleClusters = &line->triangles;
 }
 
+#define OPTION(word, member) PLAY_MEMBER(word, struct cluster_line, member)
+static const struct play_member options[] = {
+    OPTION("of", info.input.maxAccelerationStructureCount),
+    OPTION("room", info.srcInfosArray.size),
+    OPTION("flags", info.input.flags),
+    OPTION("format", triangles.vertexFormat),
+    OPTION("unique", triangles.maxClusterUniqueGeometryCount),
+    OPTION("bits", triangles.minPositionTruncateBitCount),
+    OPTION("indirect", info.addressResolutionFlags),
+    OPTION("into", info.dstImplicitData),
+    OPTION("scratch", info.scratchData),
+    OPTION("infos", info.srcInfosArray.deviceAddress),
+    OPTION("counted", info.srcInfosCount),
+    OPTION("addresses", info.dstAddressesArray.deviceAddress),
+    OPTION("sized", info.dstSizesArray.deviceAddress),
+};
+
 /* Reads an option of two words, or returns false. */
 static bool read_option(struct play *play, struct cluster_line *line, unsigned char *bytes,
                         char **words)
@@ -205,42 +222,16 @@ static bool read_option(struct play *play, struct cluster_line *line, unsigned c
     const uint64_t value = words[1] ? value_of(play, words[1]) : 0;
     uint64_t *dsts = (void *)(bytes + DSTS_AT), *references = (void *)(bytes + REFERENCES_AT);
     uint32_t *geometries = (void *)(bytes + GEOMETRIES_AT);
-    if (play_is(words[0], "of"))
-        line->info.input.maxAccelerationStructureCount = (uint32_t)value;
-    else if (play_is(words[0], "count"))
+    if (play_is(words[0], "count"))
         memcpy(bytes, &value, sizeof(uint32_t));
-    else if (play_is(words[0], "room"))
-        line->info.srcInfosArray.size = value;
-    else if (play_is(words[0], "flags"))
-        line->info.input.flags = (VkBuildAccelerationStructureFlagsKHR)value;
-    else if (play_is(words[0], "format"))
-        line->triangles.vertexFormat = (VkFormat)value;
-    else if (play_is(words[0], "unique"))
-        line->triangles.maxClusterUniqueGeometryCount = (uint32_t)value;
     else if (play_is(words[0], "triangle"))
         geometries[line->geometries++ % LIST_MAX] = (uint32_t)value;
-    else if (play_is(words[0], "bits"))
-        line->triangles.minPositionTruncateBitCount = (uint32_t)value;
-    else if (play_is(words[0], "indirect"))
-        line->info.addressResolutionFlags = (VkFlags)value;
-    else if (play_is(words[0], "into"))
-        line->info.dstImplicitData = value;
-    else if (play_is(words[0], "scratch"))
-        line->info.scratchData = value;
-    else if (play_is(words[0], "infos"))
-        line->info.srcInfosArray.deviceAddress = value;
-    else if (play_is(words[0], "counted"))
-        line->info.srcInfosCount = value;
-    else if (play_is(words[0], "addresses"))
-        line->info.dstAddressesArray.deviceAddress = value;
-    else if (play_is(words[0], "sized"))
-        line->info.dstSizesArray.deviceAddress = value;
     else if (play_is(words[0], "dst"))
         dsts[line->dsts++ % LIST_MAX] = value;
     else if (play_is(words[0], "reference"))
         references[line->references++ % LIST_MAX] = value;
     else
-        return false;
+        return play_set_member(line, options, ARRAY_COUNT(options), words[0], value);
     return true;
 }
 
@@ -312,6 +303,15 @@ static void begin_operation(struct play *play, struct operation_line *line, cons
     memcpy(input->buffer.bytes, &line->index, sizeof(line->index));
 }
 
+#define PARTITION_OPTION(word, member)                                                             \
+    PLAY_MEMBER(word, VkBuildPartitionedAccelerationStructureInfoNV, member)
+static const struct play_member partition_options[] = {
+    PARTITION_OPTION("src", srcAccelerationStructureData),
+    PARTITION_OPTION("into", dstAccelerationStructureData),
+    PARTITION_OPTION("scratch", scratchData),
+    PARTITION_OPTION("infos", srcInfos),
+};
+
 static void build_partitions(struct play *play, char **words)
 {
     VkPartitionedAccelerationStructureFlagsNV flags =
@@ -338,16 +338,8 @@ static void build_partitions(struct play *play, char **words)
             line.command->argCount++;
             line.element += line.command->argData.strideInBytes;
             words++;
-        } else if (play_is(words[0], "src") || play_is(words[0], "into")) {
-            *(play_is(words[0], "src") ? &info.srcAccelerationStructureData
-                                       : &info.dstAccelerationStructureData) =
-                value_of(play, words[1]);
-            words += 2;
-        } else if (play_is(*words, "scratch")) {
-            info.scratchData = value_of(play, words[1]);
-            words += 2;
-        } else if (play_is(*words, "infos")) {
-            info.srcInfos = value_of(play, words[1]);
+        } else if (play_set_member(&info, partition_options, ARRAY_COUNT(partition_options), *words,
+                                   words[1] ? value_of(play, words[1]) : 0)) {
             words += 2;
         } else if (line.op && play_is(*words, "arguments")) { /* behind all others */
             line.command->argData.startAddress = value_of(play, words[1]);

@@ -19,8 +19,6 @@
  * `mixed`, behind a micromap: with the usages of play_mixed_usages(). */
 #include "tests/player/builds/builds.h"
 
-#include <stdlib.h>
-
 /* Spheres and linear swept spheres share these members. */
 #define SPHERES_OF(line, word)                                                                     \
     .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData = build_input(line, "V0"),             \
@@ -114,8 +112,6 @@ static bool read_displacement(const struct build_line *line,
 bool build_read_extension(struct build_line *line, struct one_build *build, const char *option,
                           const char *word)
 {
-    VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *dense = &build->chained.dense;
-    const uint32_t number = (uint32_t)strtoul(word, NULL, 0);
     if (play_is(option, "motion")) {
         build->chained.motion = MAKE(VkAccelerationStructureGeometryMotionTrianglesDataNV,
                                      .vertexData = build_input(line, word));
@@ -142,16 +138,6 @@ bool build_read_extension(struct build_line *line, struct one_build *build, cons
         displace(line, build, word);
     } else if (play_is(option, "triangle-array")) {
         begin_micromap(line, build, word);
-    } else if (play_is(option, "triangles")) {
-        dense->numTriangles = number;
-    } else if (play_is(option, "dense-vertices")) {
-        dense->numVertices = number;
-    } else if (play_is(option, "max-primitive")) {
-        dense->maxPrimitiveIndex = number;
-    } else if (play_is(option, "max-geometry")) {
-        dense->maxGeometryIndex = number;
-    } else if (play_is(option, "size")) {
-        dense->dataSize = number;
     } else {
         return read_displacement(line, &build->displaced, option, word);
     }

@@ -14,16 +14,23 @@
 #include <stddef.h>
 #include <string.h>
 
-#define MEMBER(name)                                                                               \
-    {                                                                                              \
-#name, offsetof(struct one_build, name), sizeof(((struct one_build *)NULL)->name)          \
-    }
+#define MEMBER(name) PLAY_MEMBER(#name, struct one_build, name)
 #define TRIANGLES(member) MEMBER(geometry.geometry.triangles.member)
 
-static const struct member {
-    const char *name;
-    size_t offset, size;
-} members[] = {
+static const struct play_member members[] = {
+    /* Options of their own. */
+    PLAY_MEMBER("first", struct one_build, range.firstVertex),
+    PLAY_MEMBER("offset", struct one_build, range.primitiveOffset),
+    PLAY_MEMBER("max", struct one_build, geometry.geometry.triangles.maxVertex),
+    PLAY_MEMBER("stride", struct one_build, geometry.geometry.triangles.vertexStride),
+    PLAY_MEMBER("last-stride", struct one_build, last_stride),
+    PLAY_MEMBER("last-primitives", struct one_build, last_primitives),
+    PLAY_MEMBER("triangles", struct one_build, chained.dense.numTriangles),
+    PLAY_MEMBER("dense-vertices", struct one_build, chained.dense.numVertices),
+    PLAY_MEMBER("max-primitive", struct one_build, chained.dense.maxPrimitiveIndex),
+    PLAY_MEMBER("max-geometry", struct one_build, chained.dense.maxGeometryIndex),
+    PLAY_MEMBER("size", struct one_build, chained.dense.dataSize),
+    /* By `set:`. */
     MEMBER(info.type),
     MEMBER(info.mode),
     MEMBER(info.flags),
@@ -63,17 +70,6 @@ static const struct member {
     MEMBER(chained.swept.indexingMode),
 };
 
-static void set_member(const struct play *play, struct one_build *build, const char *name,
-                       uint64_t value)
-{
-    size_t i = 0;
-    while (i < ARRAY_COUNT(members) && strcmp(members[i].name, name) != 0)
-        i++;
-    PLAY_REQUIRE(play, i < ARRAY_COUNT(members));
-    memcpy((char *)build + members[i].offset, &value, members[i].size);
-    PLAY_REQUIRE(play, build->info.geometryCount <= GEOMETRIES);
-}
-
 bool build_read_wild_word(struct one_build *build, const char *word)
 {
     const void **chain = build->info.type == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR
@@ -111,10 +107,14 @@ bool build_read_wild(struct build_line *line, struct one_build *build, const cha
         line->null_array = word;
     } else if (play_is(option, "astray")) {
         line->astray_array = word;
-    } else if (strncmp(option, "set:", 4) == 0) {
-        set_member(line->play, build, option + 4, play_number(line->play, word));
     } else {
-        return false;
+        const bool sets = strncmp(option, "set:", 4) == 0;
+        const bool is_member =
+            play_set_member(build, members, ARRAY_COUNT(members), option + (sets ? 4 : 0),
+                            play_number(line->play, word));
+        PLAY_REQUIRE(line->play, is_member || !sets);
+        PLAY_REQUIRE(line->play, build->info.geometryCount <= GEOMETRIES);
+        return is_member;
     }
     return true;
 }

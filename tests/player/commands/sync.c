@@ -29,12 +29,7 @@
 
 /* ---- words */
 
-struct word {
-    const char *name;
-    uint64_t flags;
-};
-
-static const struct word stages[] = {
+static const struct play_word stages[] = {
     {"none", 0},
     {"top", VK_PIPELINE_STAGE_2_TOP_OF_PIPE_BIT},
     {"bottom", VK_PIPELINE_STAGE_2_BOTTOM_OF_PIPE_BIT},
@@ -56,7 +51,7 @@ static const struct word stages[] = {
     {"fragment", VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT},
 };
 
-static const struct word accesses[] = {
+static const struct play_word accesses[] = {
     {"none", 0},
     {"accel_read", VK_ACCESS_2_ACCELERATION_STRUCTURE_READ_BIT_KHR},
     {"accel_write", VK_ACCESS_2_ACCELERATION_STRUCTURE_WRITE_BIT_KHR},
@@ -74,35 +69,16 @@ static const struct word accesses[] = {
     {"micromap_write", VK_ACCESS_2_MICROMAP_WRITE_BIT_EXT},
 };
 
-/* Reads names with | between them, up to the end or a colon. */
-static uint64_t flags_of(const struct play *play, const char *names, const struct word *table,
-                         size_t count)
-{
-    uint64_t flags = 0;
-    for (;;) {
-        size_t length = strcspn(names, "|:"), i = 0;
-        while (i < count &&
-               (strlen(table[i].name) != length || strncmp(table[i].name, names, length) != 0))
-            i++;
-        if (i == count)
-            play_fail(play, names);
-        flags |= table[i].flags;
-        if (names[length] != '|')
-            return flags;
-        names += length + 1;
-    }
-}
-
 VkPipelineStageFlags2 play_stages(struct play *play, const char *names)
 {
     PLAY_REQUIRE(play, names != NULL);
-    return flags_of(play, names, stages, ARRAY_COUNT(stages));
+    return play_words_value(play, names, stages, ARRAY_COUNT(stages));
 }
 
 VkAccessFlags2 play_accesses(struct play *play, const char *word)
 {
     const char *names = strchr(word, ':');
-    return names ? flags_of(play, names + 1, accesses, ARRAY_COUNT(accesses)) : 0;
+    return names ? play_words_value(play, names + 1, accesses, ARRAY_COUNT(accesses)) : 0;
 }
 
 /* ---- dependencies */
