@@ -35,7 +35,7 @@ def write(line):
     os.write(file, text.encode())
     os.close(file)
 def load():
-    write({"Type": "Header", "Layer": "VK_LAYER_ASSAY_validation", "LayerVersion": "0.1.0",
+    write({"Type": "Header", "version": 1, "Layer": "VK_LAYER_ASSAY_validation", "LayerVersion": "0.2.0",
            "RegistryVersion": "1.4.363", "Application": {"Name": "app"}, "Settings": {"level": "state"}})
 def find(vuid=VUID, **members):
     write({"Type": "Finding", "Severity": "Error", "VUID": vuid, "MessageID": "0x1", "Objects": [],
@@ -51,8 +51,8 @@ def finding(vuid=VUID, **members):
 
 
 def header(**members):
-    return {"Type": "Header", "pid": 7, "time": TIME, "Layer": "VK_LAYER_ASSAY_validation",
-            "LayerVersion": "0.1.0", "RegistryVersion": "1.4.363", "Application": {"Name": "app"},
+    return {"Type": "Header", "pid": 7, "time": TIME, "version": 1, "Layer": "VK_LAYER_ASSAY_validation",
+            "LayerVersion": "0.2.0", "RegistryVersion": "1.4.363", "Application": {"Name": "app"},
             "Settings": {"level": "execution"}, **members}
 
 

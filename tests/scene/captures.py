@@ -31,7 +31,7 @@ class Capture:
         self.findings = []
         self.number = 0
         (folder / "data").mkdir(parents=True)
-        self.add("Capture", version=1, pid=7, time="2026-11-22T18:00:00.000001Z", LayerVersion="0.1.0",
+        self.add("Capture", version=1, pid=7, time="2026-11-22T18:00:00.000001Z", LayerVersion="0.2.0",
                  Layer="VK_LAYER_ASSAY_validation", Application={"Name": "app", "Executable": "/bin/app"})
         self.add("Device", device="0xde", DeviceName="a device", Driver="a driver", DriverInfo="1.2",
                  limits={"scratch_alignment": 64})

@@ -105,6 +105,7 @@ bool line_of_header(struct json *json, const VkApplicationInfo *application,
                     const struct settings *settings)
 {
     line_begin(json, "Header");
+    json_number(json, "version", RECORD_VERSION);
     json_text(json, "Layer", "VK_LAYER_ASSAY_validation");
     json_text(json, "LayerVersion", ASSAY_VERSION);
     json_text(json, "RegistryVersion", registry_version);

@@ -16,6 +16,9 @@
 #include "src/report/settings.h"
 #include "src/report/summary.h"
 
+/* The version of json/findings.schema.json, which says what raises it. */
+enum { RECORD_VERSION = 1 };
+
 /* `application` may be NULL. */
 bool line_of_header(struct json *json, const VkApplicationInfo *application,
                     const struct settings *settings);
