@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Writes what other files say of the rows of src/report/properties.def and settings.def, or checks it: the
-properties of findings in json/findings.schema.json, and the table of settings in docs/settings.md. Fails if a file
+properties of findings in json/findings.schema.json, and the table of settings in docs/settings.md; the same for
+folders: what the README of each says of includes, and the table in docs/contributing.md. Fails if a file
 differs; with --write it is rewritten. With --print, prints what the build needs of the settings."""
 
 import argparse
@@ -167,16 +168,20 @@ def values_text(setting):
             "SAVE_FOLDER": "a folder", "STRING": "a text"}.get(setting.kind, listed)
 
 
+def between(text, name, new):
+    """Returns the text with `new` between the comments of that name."""
+    begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
+    return text[:text.index(begin) + len(begin)] + new + text[text.index(end):]
+
+
 def write_page(root, text):
     """Writes the table between the comments."""
     settings, _ = read_settings(root)
     rows = [f"| `{one.key}` | {values_text(one)} | `{one.default}` | " +
             " ".join([one.says, *(f"`{name}`: {says}" for name, _, says in one.values)]) + " |\n"
             for one in settings.values()]
-    begin, end = "<!-- settings -->\n", "<!-- end of settings -->\n"
-    at = text.index(begin) + len(begin)
-    return text[:at] + "| key | values | default | what it does |\n| --- | --- | --- | --- |\n" + "".join(rows) + \
-        text[text.index(end):]
+    return between(text, "settings",
+                   "| key | values | default | what it does |\n| --- | --- | --- | --- |\n" + "".join(rows))
 
 
 def manual(root):
@@ -210,8 +215,9 @@ def main():
     if arguments.print:
         print(PRINTED[arguments.print](arguments.root))
         return
-    stale = []
-    for name, write in FILES.items():
+    import folders  # pylint: disable=import-outside-toplevel # assay-run reads this file from elsewhere
+    files, stale = {**FILES, **folders.FILES}, []
+    for name, write in files.items():
         path = arguments.root / name
         text = path.read_text(encoding="utf-8")
         wanted = write(arguments.root, text)
@@ -222,7 +228,7 @@ def main():
     if stale and not arguments.write:
         print("\n".join(f"{name}: differs from the tables; scripts/lint --tables --fix rewrites it" for name in stale))
     elif not arguments.write:
-        print(f"tables: {', '.join(FILES)} {'are' if len(FILES) > 1 else 'is'} up to date")
+        print(f"tables: {len(files)} files are up to date")
     sys.exit(1 if stale and not arguments.write else 0)
 
 
