@@ -6,6 +6,7 @@ import json
 import os
 import shutil
 import subprocess
+import tempfile
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
@@ -116,3 +117,24 @@ class Browser:
 
     def print_to_pdf(self):
         return base64.b64decode(self.call("Page.printToPDF")["data"])
+
+
+class OfPages:
+    """A part of test cases: one browser for all, a page for each, which must be silent and load nothing."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory(prefix="assay-test-")
+        cls.addClassCleanup(folder.cleanup)
+        cls.browser = Browser(folder.name)
+        cls.addClassCleanup(cls.browser.close)
+
+    def setUp(self):
+        super().setUp()
+        self.browser.open_page()
+
+    def tearDown(self):
+        self.assertEqual(self.browser.console, [])
+        others = [url for url in self.browser.requests if not url.startswith(("file:", "data:", "blob:"))]
+        self.assertEqual(others, [])
+        super().tearDown()

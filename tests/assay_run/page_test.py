@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of --html in headless Chromium."""
 
-import tempfile
 import unittest
 import unittest.mock
 
-from browser import CHROMIUM, Browser
+from browser import CHROMIUM, OfPages
 from runs import NASTY, TIME, VUID, Runs, finding, header, main
 from assay_run.page import Clock, build_data
 
@@ -51,18 +50,7 @@ class Rows(unittest.TestCase):
 
 
 @unittest.skipUnless(CHROMIUM, "Chromium is not installed")
-class Page(Runs):
-    @classmethod
-    def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory(prefix="assay-test-")
-        cls.addClassCleanup(folder.cleanup)
-        cls.browser = Browser(folder.name)
-        cls.addClassCleanup(cls.browser.close)
-
-    def setUp(self):
-        super().setUp()
-        self.browser.open_page()
-
+class Page(OfPages, Runs):
     def open(self, *lines, width=1200):
         self.write_record(*lines)
         (self.folder / "known.txt").write_text("VUID-known\n")
@@ -71,11 +59,6 @@ class Page(Runs):
 
     def open_example(self, **options):
         self.open(header(), *findings(), *map(build, range(600)), compacted_size(42), **options)
-
-    def tearDown(self):
-        self.assertEqual(self.browser.console, [])
-        others = [url for url in self.browser.requests if not url.startswith(("file:", "data:"))]
-        self.assertEqual(others, [])
 
     def count(self, selector):
         return self.browser.run(f"document.querySelectorAll({selector!r}).length")

@@ -10,10 +10,9 @@ import os
 import pathlib
 import struct
 import sys
-import tempfile
 import unittest
 
-from browser import CHROMIUM, Browser
+from browser import CHROMIUM, OfPages
 from runs import NASTY, ROOT, Runs, finding, header, main
 
 sys.path.insert(0, str(ROOT / "tests/scene"))
@@ -63,22 +62,7 @@ class Case(Runs):
 
 
 @unittest.skipUnless(CHROMIUM and find_three(os.environ), "Chromium or libjs-three is not installed")
-class View(Case):
-    @classmethod
-    def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory(prefix="assay-test-")
-        cls.addClassCleanup(folder.cleanup)
-        cls.browser = Browser(folder.name)
-        cls.addClassCleanup(cls.browser.close)
-
-    def setUp(self):
-        super().setUp()
-        self.browser.open_page()
-
-    def tearDown(self):
-        self.assertEqual(self.browser.console, [])
-        self.assertEqual([url for url in self.browser.requests if not url.startswith(("file:", "data:", "blob:"))], [])
-
+class View(OfPages, Case):
     def open(self, *arguments, **members):
         self.write(*arguments, **members)
         self.browser.open(self.folder / "a.html", 640)
