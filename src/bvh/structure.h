@@ -230,6 +230,12 @@ static inline bool structure_has_triangles(enum structure_kind kind)
     return kind == STRUCTURE_TRIANGLES || kind == STRUCTURE_MOTION_TRIANGLES;
 }
 
+/* Returns whether traversal tests the up to four triangles of a leaf at once. */
+static inline bool structure_has_fours(enum structure_kind kind)
+{
+    return kind == STRUCTURE_TRIANGLES || kind == STRUCTURE_DENSE || kind == STRUCTURE_DISPLACED;
+}
+
 static inline uint64_t structure_record_size(enum structure_kind kind)
 {
     switch (kind) {

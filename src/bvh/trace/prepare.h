@@ -22,14 +22,11 @@ static inline double double_from_bits(uint64_t bits)
 }
 
 /* The origins of near and far planes, before they are exchanged for negative directions. */
-static inline void pad_origins(const struct local_ray *ray, bool is_exact, double pad, float4 *low,
-                               float4 *high)
+static inline void pad_origins(const struct local_ray *ray, double pad, float4 *low, float4 *high)
 {
     for (int axis = 0; axis < 3; axis++) {
-        float down = is_exact ? rounded_down(ray->origin[axis]) : ray->near_origin[axis];
-        float up = is_exact ? rounded_up(ray->origin[axis]) : ray->near_origin[axis];
-        (*low)[axis] = rounded_down(down - pad);
-        (*high)[axis] = rounded_up(up + pad);
+        (*low)[axis] = rounded_down(ray->origin[axis] - pad);
+        (*high)[axis] = rounded_up(ray->origin[axis] + pad);
     }
 }
 
@@ -38,18 +35,18 @@ static inline void pad_origins(const struct local_ray *ray, bool is_exact, doubl
  * infinity; both are conservative. If a component is exactly 0, both use infinity, which excludes
  * rays outside the slab and gives NaN for rays on its planes. */
 static ALWAYS_INLINE void make_slab(struct local_ray *ray, const double4 *direction,
-                                    enum trace_accuracy accuracy, double origin_pad)
+                                    const double4 *reciprocal, enum trace_accuracy accuracy,
+                                    double origin_pad)
 {
     struct slab *slab = &ray->slab;
     const double pad = accuracy == TRACE_FAST ? 0 : SLAB_PAD;
-    const double4 reciprocal = SLAB_UNITS / DOUBLE4_ABS(*direction);
     const int4 axes = {0, 1, 2, 0}, zero = __builtin_convertvector(*direction == 0, int4);
     const int4 signs = (int4)ray->near_direction & INT32_MIN, negative = signs >> 31;
-    float4 near_scale = __builtin_convertvector(reciprocal * (1 - pad), float4);
-    float4 far_scale = __builtin_convertvector(reciprocal * (1 + pad), float4);
+    float4 near_scale = __builtin_convertvector(*reciprocal * (1 - pad), float4);
+    float4 far_scale = __builtin_convertvector(*reciprocal * (1 + pad), float4);
     float4 low = ray->near_origin, high = low;
-    if (accuracy == TRACE_EXACT || origin_pad > 0)
-        pad_origins(ray, accuracy == TRACE_EXACT, origin_pad, &low, &high);
+    if (origin_pad >= 0)
+        pad_origins(ray, origin_pad, &low, &high);
     near_scale = float4_min(near_scale, float4_all(FLT_MAX));
     near_scale = (float4)(((int4)near_scale & ~zero) | ((int4)float4_all(INFINITY) & zero));
     slab->near_scale = (float4)((int4)near_scale | signs);
@@ -66,13 +63,13 @@ static ALWAYS_INLINE void make_shear(struct local_ray *ray, const double4 *direc
     static const uint8_t next[] = {0, 1, 2, 0, 1};
     const double4 size = DOUBLE4_ABS(*direction);
     uint32_t y_wins = size[1] > size[0], z_wins = (size[2] > size[0]) & (size[2] > size[1]);
-    uint32_t largest = z_wins ? 2 : y_wins;
+    uint32_t largest = z_wins << 1 | (y_wins & ~z_wins);
     uint32_t is_negative = float_bits(ray->near_direction[largest]) >> 31;
     ray->axis[0] = next[largest + 1 + is_negative];
     ray->axis[1] = next[largest + 2 - is_negative];
     ray->axis[2] = largest;
     float4 d = ray->near_direction;
-    ray->shear = (float4){d[ray->axis[0]], d[ray->axis[1]], 1, 1} / d[largest];
+    ray->shear = (float4){d[ray->axis[0]], d[ray->axis[1]], SLAB_UNITS, 1} / d[largest];
 }
 
 /* Scales the direction. Returns false if it is zero or not finite. */
@@ -98,11 +95,12 @@ static ALWAYS_INLINE bool make_unit(const double4 *origin, double4 *direction, d
     return true;
 }
 
-/* `unit` is that of make_unit(). */
+/* `unit` is that of make_unit(), `reciprocal` that of the direction in slab units. `origin_pad` is
+ * negative if the origin as floats is exact or exact enough. */
 static ALWAYS_INLINE void finish_local_ray(struct local_ray *local, const struct trace_ray *ray,
                                            const double4 *origin, const double4 *direction,
-                                           double unit, enum trace_accuracy accuracy,
-                                           double origin_pad)
+                                           const double4 *reciprocal, double unit,
+                                           enum trace_accuracy accuracy, double origin_pad)
 {
     memcpy(local->origin, origin, sizeof(*origin));
     memcpy(local->direction, direction, sizeof(*direction));
@@ -111,8 +109,8 @@ static ALWAYS_INLINE void finish_local_ray(struct local_ray *local, const struct
     local->unit = unit;
     local->t_min = ray->t_min * unit;
     make_shear(local, direction);
-    make_slab(local, direction, accuracy, origin_pad);
-    ray_limit(local, ray->t_max);
+    make_slab(local, direction, reciprocal, accuracy, origin_pad);
+    ray_limit(local, ray->t_max * unit);
 }
 
 /* Returns false if the ray cannot hit anything. `is_world` pads for the rounding of rays that enter
@@ -123,12 +121,15 @@ static ALWAYS_INLINE bool ray_make(struct local_ray *local, const struct trace_r
     const float *o = ray->origin, *d = ray->direction;
     /* Zeros would become an instruction that Valgrind 3.19 lacks. */
     double4 origin = {o[0], o[1], o[2], o[2]}, direction = {d[0], d[1], d[2], d[2]};
-    double unit, pad = 0;
+    /* Does not wait for the unit, by which it is multiplied exactly. */
+    double4 reciprocal = SLAB_UNITS / DOUBLE4_ABS(direction);
+    double unit, pad = -1;
     if (!(ray->t_min >= 0) || !(ray->t_max >= ray->t_min) || !make_unit(&origin, &direction, &unit))
         return false;
     if (is_world)
         pad = fmax(fabs(origin[0]), fmax(fabs(origin[1]), fabs(origin[2]))) * WORLD_PAD;
-    finish_local_ray(local, ray, &origin, &direction, unit, accuracy, pad);
+    reciprocal *= unit;
+    finish_local_ray(local, ray, &origin, &direction, &reciprocal, unit, accuracy, pad);
     return true;
 }
 
@@ -162,7 +163,9 @@ static ALWAYS_INLINE bool ray_enter(struct local_ray *local, const struct trace_
         return false;
     for (int i = 0; i < 3; i++)
         direction[i] = rounded_to(direction[i], 0x1p-150);
-    finish_local_ray(local, ray, &origin, &direction, unit, accuracy, 0);
+    const double4 reciprocal = SLAB_UNITS / DOUBLE4_ABS(direction);
+    finish_local_ray(local, ray, &origin, &direction, &reciprocal, unit, accuracy,
+                     accuracy == TRACE_EXACT ? 0 : -1);
     return true;
 }
 

@@ -128,11 +128,13 @@ void candidate_visit(struct walk *walk, struct view *view, struct trace_hit *hit
     hit->opaque = is_opaque(flags, view->instance, hit->opaque);
     if (is_culled(flags, view->instance, hit))
         return;
-    float before = hit->t = (float)t;
+    double distance = t / view->ray.unit;
+    float before = hit->t = (float)distance;
     enum trace_answer answer = walk->visitor->visit(walk->visitor->context, hit);
     if (answer == TRACE_ACCEPT) {
-        walk->t_max = hit->t == before ? t : hit->t;
-        ray_limit(&view->ray, walk->t_max);
+        bool is_same = hit->t == before;
+        walk->t_max = is_same ? distance : hit->t;
+        ray_limit(&view->ray, is_same ? t : walk->t_max * view->ray.unit);
     }
     if (answer == TRACE_STOP || (answer == TRACE_ACCEPT && flags & TRACE_TERMINATE_ON_FIRST_HIT))
         walk->is_stopped = true;

@@ -42,19 +42,27 @@ struct local_hit {
     bool front_face;
 };
 
-/* t_max is in the caller's distances. */
+/* t_max is in units. */
 static inline void ray_limit(struct local_ray *local, double t_max)
 {
-    local->slab.t_max = rounded_up(t_max * local->unit * SLAB_UNITS);
+    local->slab.t_max = rounded_up(t_max * SLAB_UNITS);
 }
 
-/* Return whether the ray hits the triangle at t_min < t < t_max, in units. */
+/* For each edge, opposite vertex 0 to 2, a value whose sign says on which side the ray passes,
+ * unless its magnitude is within the bound. */
+struct exact_edges {
+    double value[3], bound;
+};
+
+/* Return whether the ray hits the triangle at t_min < t < t_max, in units. The latter two follow
+ * the tests of four triangles (four.h). */
 bool triangle_fast(const struct local_ray *ray, const struct triangle_record *triangle,
                    double t_max, struct local_hit *hit);
 bool triangle_robust(const struct local_ray *ray, const struct triangle_record *triangle,
                      double t_max, struct local_hit *hit);
 bool triangle_exact(const struct local_ray *ray, const struct triangle_record *triangle,
-                    double t_max, struct local_hit *hit, uint64_t *exact_calls);
+                    const struct exact_edges *edges, double t_max, struct local_hit *hit,
+                    uint64_t *exact_calls);
 /* Return whether the ray enters the shape from outside at t_min <= t <= t_max. For swept spheres u
  * is the position along the axis. */
 bool sphere_hit(const struct local_ray *ray, const struct sphere_record *sphere, bool is_exact,
@@ -82,12 +90,23 @@ struct walk {
 typedef void scene_walker(struct walk *walk);
 scene_walker walk_plain, walk_avx2, walk_avx512;
 
+/* What is known of up to four triangles. Sets have one bit per lane. */
+struct four_hits {
+    unsigned found; /* the triangles that are hit, and those that their own test has to decide */
+    unsigned open;  /* these latter at accuracy robust */
+    unsigned front; /* the ray meets their front face */
+    float t[4], u[4], v[4]; /* t is in slab units */
+    struct exact_edges edges[4];
+};
+
 /* A BLAS and the instance that refers to it; NULL if the BLAS is traced directly. Initialize the
  * members one by one: clearing the whole is slow. */
 struct view {
     const struct structure_header *blas;
     const struct instance_record *instance;
     struct local_ray ray;
+    struct four_hits hits;
+    uint32_t lane; /* of the triangle being tested */
 };
 
 /* "Ray Opacity Micromap": sets `opaque`, which the instance and the ray may then override. Returns
@@ -97,7 +116,7 @@ bool candidate_opacity(struct walk *walk, const struct view *view,
                        bool *opaque);
 
 /* Passes a candidate to the visitor. `opaque` in the hit is the value of its geometry or micromap;
- * `t` is in the caller's distances. */
+ * `t` is in units. */
 void candidate_visit(struct walk *walk, struct view *view, struct trace_hit *hit, double t);
 
 #endif

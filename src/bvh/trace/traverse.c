@@ -8,7 +8,7 @@
  * same. */
 #include "src/bvh/input/displaced.h"
 #include "src/bvh/motion.h"
-#include "src/bvh/trace/filter.h"
+#include "src/bvh/trace/four.h"
 #include "src/bvh/trace/prepare.h"
 
 static bool geometry_is_opaque(const struct view *view, uint32_t geometry)
@@ -16,19 +16,40 @@ static bool geometry_is_opaque(const struct view *view, uint32_t geometry)
     return structure_geometries(view->blas)[geometry].flags & VK_GEOMETRY_OPAQUE_BIT_KHR;
 }
 
-static bool hits_triangle(struct walk *walk, const struct view *view,
-                          const struct triangle_record *triangle, struct local_hit *local)
+/* Finds the triangles among up to four that the ray may hit. */
+static ALWAYS_INLINE void find_hits(const struct walk *walk, struct view *view,
+                                    const void *triangles, uint64_t size, uint32_t count)
 {
+    struct four_triangles four;
+    view->lane = 0;
+    view->hits.found = 15;
+    if (walk->scene->accuracy == TRACE_FAST)
+        return;
+    load_triangles(triangles, size, count, &four);
+    if (walk->scene->accuracy == TRACE_ROBUST)
+        four_robust(&view->ray, &four, &view->hits);
+    else
+        four_exact(&view->ray, &four, &view->hits);
+}
+
+/* A hit of the same leaf may have made the ray shorter. */
+static ALWAYS_INLINE bool hits_triangle(struct walk *walk, const struct view *view,
+                                        const struct triangle_record *triangle,
+                                        struct local_hit *local)
+{
+    const struct four_hits *hits = &view->hits;
+    uint32_t lane = view->lane;
     double t_max = walk->t_max * view->ray.unit;
-    switch (walk->scene->accuracy) {
-    case TRACE_FAST:
+    if (walk->scene->accuracy == TRACE_FAST)
         return triangle_fast(&view->ray, triangle, t_max, local);
-    case TRACE_ROBUST:
+    if (walk->scene->accuracy == TRACE_EXACT)
+        return triangle_exact(&view->ray, triangle, &hits->edges[lane], t_max, local,
+                              &walk->counters.exact_calls);
+    if (hits->open >> lane & 1)
         return triangle_robust(&view->ray, triangle, t_max, local);
-    case TRACE_EXACT:
-        return triangle_exact(&view->ray, triangle, t_max, local, &walk->counters.exact_calls);
-    }
-    return false;
+    *local = (struct local_hit){hits->t[lane] / SLAB_UNITS, hits->u[lane], hits->v[lane],
+                                hits->front >> lane & 1};
+    return hits->t[lane] < view->ray.slab.t_max;
 }
 
 /* `hit` has the numbers and the opacity before micromaps. */
@@ -40,19 +61,20 @@ static ALWAYS_INLINE void visit_hit(struct walk *walk, struct view *view,
     hit->v = local->v;
     hit->front_face = local->front_face;
     if (triangle->opacity == 0 || candidate_opacity(walk, view, triangle, local, &hit->opaque))
-        candidate_visit(walk, view, hit, local->t / view->ray.unit);
+        candidate_visit(walk, view, hit, local->t);
 }
 
-static void visit_triangle(struct walk *walk, struct view *view,
-                           const struct triangle_record *triangle, struct trace_hit *hit)
+static ALWAYS_INLINE void visit_triangle(struct walk *walk, struct view *view,
+                                         const struct triangle_record *triangle,
+                                         struct trace_hit *hit)
 {
     struct local_hit local;
     if (hits_triangle(walk, view, triangle, &local))
         visit_hit(walk, view, triangle, &local, hit);
 }
 
-static void test_triangle(struct walk *walk, struct view *view,
-                          const struct triangle_record *triangle)
+static ALWAYS_INLINE void test_triangle(struct walk *walk, struct view *view,
+                                        const struct triangle_record *triangle)
 {
     struct trace_hit hit = {.geometry = triangle->geometry,
                             .primitive = triangle->primitive,
@@ -79,7 +101,7 @@ static void test_aabb(struct walk *walk, struct view *view, const struct aabb_re
         .is_aabb = true,
         .opaque = geometry_is_opaque(view, box->geometry),
     };
-    candidate_visit(walk, view, &hit, t / view->ray.unit);
+    candidate_visit(walk, view, &hit, t);
 }
 
 static void test_sphere(struct walk *walk, struct view *view, const void *record)
@@ -103,7 +125,7 @@ static void test_sphere(struct walk *walk, struct view *view, const void *record
         .is_swept = is_swept,
         .opaque = geometry_is_opaque(view, sphere->geometry),
     };
-    candidate_visit(walk, view, &hit, local.t / view->ray.unit);
+    candidate_visit(walk, view, &hit, local.t);
 }
 
 static void test_motion_triangle(struct walk *walk, struct view *view,
@@ -111,7 +133,9 @@ static void test_motion_triangle(struct walk *walk, struct view *view,
 {
     struct triangle_record now;
     motion_triangle_at(record, walk->ray->time, &now);
-    test_triangle(walk, view, &now);
+    find_hits(walk, view, &now, 0, 1);
+    if (view->hits.found != 0)
+        test_triangle(walk, view, &now);
 }
 
 /* All properties but the position are those of the base triangle. */
@@ -133,10 +157,14 @@ static void test_motion_displaced(struct walk *walk, struct view *view,
 {
     struct triangle_record now;
     motion_triangle_at(&record->triangle, walk->ray->time, &now);
-    test_displaced(walk, view, &now, record->part);
+    find_hits(walk, view, &now, 0, 1);
+    if (view->hits.found != 0)
+        test_displaced(walk, view, &now, record->part);
 }
 
-static void test_record(struct walk *walk, struct view *view, const void *record)
+/* Not inline, because plain triangles are by far the most frequent kind. */
+static __attribute__((noinline)) void test_record(struct walk *walk, struct view *view,
+                                                  const void *record)
 {
     switch ((enum structure_kind)view->blas->kind) {
     case STRUCTURE_TRIANGLES:
@@ -169,37 +197,38 @@ static void test_record(struct walk *walk, struct view *view, const void *record
 
 /* What is walked: the nodes, the records of the leaves, and the ray. */
 struct tree {
+    const struct structure_header *header;
     const struct wide_node *nodes;
     const uint8_t *records;
     uint64_t record_size;
     const struct slab *slab;
 };
 
-/* Returns one bit for each record of a leaf that must be tested. */
-static ALWAYS_INLINE unsigned filter_leaf(const struct walk *walk, const struct view *view,
-                                          const uint8_t *records, uint64_t size, uint32_t count)
+static struct tree open_tree(const struct structure_header *header, const struct slab *slab)
 {
-    enum structure_kind kind = view->blas->kind;
-    enum trace_accuracy accuracy = walk->scene->accuracy;
-    bool has_triangles =
-        kind == STRUCTURE_TRIANGLES || kind == STRUCTURE_DENSE || kind == STRUCTURE_DISPLACED;
-    unsigned all = (1u << count) - 1;
-    struct four_triangles four;
-    if (!has_triangles || accuracy == TRACE_FAST)
-        return all;
-    load_triangles(records, size, count, &four);
-    return all & (accuracy == TRACE_ROBUST ? filter_robust(&view->ray, &four)
-                                           : filter_exact(&view->ray, &four));
+    return (struct tree){header, structure_nodes(header), structure_records(header),
+                         structure_record_size(header->kind), slab};
 }
 
 static void test_leaf(struct walk *walk, struct view *view, const struct tree *tree, uint32_t child)
 {
+    enum structure_kind kind = view->blas->kind;
     uint32_t count = leaf_count(child);
     const uint8_t *records = tree->records + leaf_first(child) * tree->record_size;
+    unsigned left = (1u << count) - 1;
     walk->counters.primitives += count;
-    unsigned mask = filter_leaf(walk, view, records, tree->record_size, count);
-    for (; mask != 0 && !walk->is_stopped; mask &= mask - 1)
-        test_record(walk, view, records + (uint32_t)__builtin_ctz(mask) * tree->record_size);
+    if (structure_has_fours(kind)) {
+        find_hits(walk, view, records, tree->record_size, count);
+        left &= view->hits.found;
+    }
+    for (; left != 0 && !walk->is_stopped; left &= left - 1) {
+        view->lane = (uint32_t)__builtin_ctz(left);
+        const void *record = records + view->lane * tree->record_size;
+        if (kind == STRUCTURE_TRIANGLES)
+            test_triangle(walk, view, record);
+        else
+            test_record(walk, view, record);
+    }
 }
 
 /* ---- Nodes. Boxes are tested in vectors of LANES floats. */
@@ -223,17 +252,17 @@ typedef int4 int_lanes;
 /* Children that wait, the nearest last. A key is the distance at which the ray enters the box, as
  * bits, which compare like the distance; the lowest bits are the child's lane. */
 #define LANE_BITS 7
-#define STACK_BOTTOM 2u /* push_children() looks at the two children below */
+#define STACK_BOTTOM 2u /* next_child() looks at the two children below */
 struct waiting {
-    uint32_t count;
     int32_t key[STACK_BOTTOM + TRACE_STACK + NODE_WIDTH];
     uint32_t child[STACK_BOTTOM + TRACE_STACK + NODE_WIDTH];
 };
 
-static ALWAYS_INLINE void clear_waiting(struct waiting *waiting)
+/* Returns the count, which the walk keeps in a variable: memory would be slower. */
+static ALWAYS_INLINE uint32_t clear_waiting(struct waiting *waiting)
 {
-    waiting->count = STACK_BOTTOM;
     waiting->child[0] = waiting->child[1] = 0;
+    return STACK_BOTTOM;
 }
 
 /* Returns the keys of LANES children from `lane` on, and -1 for boxes that the ray misses and for
@@ -252,34 +281,37 @@ static ALWAYS_INLINE void test_boxes(const struct slab *slab, const struct wide_
         far[axis] = (far[axis] - slab->far_origin[axis]) * slab->far_scale[axis];
     }
     float_lanes enter =
-        lanes_max(lanes_max(near[0], near[1]), lanes_max(near[2], zero + slab->t_min));
-    float_lanes leave = lanes_min(lanes_min(far[0], far[1]), lanes_min(far[2], zero + slab->t_max));
+        lanes_max(lanes_max(near[0], near[1]), lanes_max(near[2], slab->t_min - zero));
+    float_lanes leave = lanes_min(lanes_min(far[0], far[1]), lanes_min(far[2], slab->t_max - zero));
     const int_lanes numbers = (int_lanes){LANE_NUMBERS} + (int32_t)lane;
     int_lanes children;
     memcpy(&children, &node->child[lane], sizeof(children));
-    *keys = ((int_lanes)enter & ~LANE_BITS) | numbers | ~(enter <= leave) |
-            (children == (int32_t)CHILD_EMPTY);
+    *keys = ((int_lanes)enter & ~LANE_BITS) | (numbers | (children == (int32_t)CHILD_EMPTY)) |
+            ~(enter <= leave);
 }
 
-/* The latency of memory is most of the time of a ray in a large structure. */
+/* The latency of memory is most of the time of a ray in a large structure. Does not branch: whether
+ * a child is a leaf cannot be predicted. */
 static ALWAYS_INLINE void prefetch_child(const struct tree *tree, uint32_t child)
 {
-    const uint8_t *at = child & LEAF_BIT ? tree->records + leaf_first(child) * tree->record_size
-                                         : (const uint8_t *)&tree->nodes[child];
+    uint64_t node = tree->header->nodes + child * sizeof(struct wide_node);
+    uint64_t leaf = tree->header->records + leaf_first(child) * tree->record_size;
+    uint64_t is_leaf = -(uint64_t)(child >> 31);
+    const uint8_t *at = (const uint8_t *)tree->header + (node ^ ((node ^ leaf) & is_leaf));
     for (uint32_t line = 0; line < sizeof(struct wide_node); line += 64)
         __builtin_prefetch(at + line);
 }
 
 /* Takes the nearest child from the stack. Returns false if no child is near enough. */
-static ALWAYS_INLINE bool take_child(struct waiting *waiting, const struct slab *slab,
-                                     uint32_t *child)
+static ALWAYS_INLINE bool take_child(const struct waiting *waiting, uint32_t *count,
+                                     const struct slab *slab, uint32_t *child)
 {
     int32_t limit = (int32_t)float_bits(slab->t_max) | LANE_BITS;
-    while (waiting->count > STACK_BOTTOM && waiting->key[waiting->count - 1] > limit)
-        waiting->count--;
-    if (waiting->count == STACK_BOTTOM)
+    while (*count > STACK_BOTTOM && waiting->key[*count - 1] > limit)
+        --*count;
+    if (*count == STACK_BOTTOM)
         return false;
-    *child = waiting->child[--waiting->count];
+    *child = waiting->child[--*count];
     return true;
 }
 
@@ -299,7 +331,7 @@ static ALWAYS_INLINE bool take_child(struct waiting *waiting, const struct slab 
 /* Sorts the hit children onto the stack and returns how many they are. Does not branch: how many
  * children a ray hits, and in which order, cannot be predicted. */
 static ALWAYS_INLINE uint32_t push_children(const struct wide_node *node, int_lanes keys,
-                                            struct waiting *waiting)
+                                            struct waiting *waiting, uint32_t count)
 {
     int_lanes children;
     uint32_t missed = (uint32_t)__builtin_popcount((unsigned)_mm256_movemask_ps((__m256)keys));
@@ -311,8 +343,8 @@ static ALWAYS_INLINE uint32_t push_children(const struct wide_node *node, int_la
     SORT_STEP(keys, 1, 0, 3, 2, 5, 4, 7, 6, 8, 1, 10, 3, 12, 5, 14, 7);
     memcpy(&children, node->child, sizeof(children));
     children = (int_lanes)_mm256_permutevar8x32_epi32((__m256i)children, (__m256i)keys);
-    memcpy(waiting->key + waiting->count, &keys, sizeof(keys));
-    memcpy(waiting->child + waiting->count, &children, sizeof(children));
+    memcpy(waiting->key + count, &keys, sizeof(keys));
+    memcpy(waiting->child + count, &children, sizeof(children));
     return NODE_WIDTH - missed;
 }
 
@@ -320,42 +352,45 @@ static ALWAYS_INLINE uint32_t push_children(const struct wide_node *node, int_la
 static ALWAYS_INLINE uint32_t nearest_child(const struct wide_node *node, int_lanes keys)
 {
     const __m256i all = (__m256i)keys;
+    __m256i children;
     __m128i least = _mm_min_epu32(_mm256_castsi256_si128(all), _mm256_extracti128_si256(all, 1));
     least = _mm_min_epu32(least, _mm_shuffle_epi32(least, 0x4e));
     least = _mm_min_epu32(least, _mm_shuffle_epi32(least, 0xb1));
-    return node->child[_mm_cvtsi128_si32(least) & LANE_BITS];
+    memcpy(&children, node->child, sizeof(children));
+    children = _mm256_permutevar8x32_epi32(children, _mm256_castsi128_si256(least));
+    return (uint32_t)_mm_cvtsi128_si32(_mm256_castsi256_si128(children));
 }
 
 /* Goes from a node to the nearest child that the ray may hit; the others wait. Returns false if
  * there is no child to go to. */
 static ALWAYS_INLINE bool next_child(const struct tree *tree, struct waiting *waiting,
-                                     uint32_t *child)
+                                     uint32_t *count, uint32_t *child)
 {
     const struct wide_node *node = &tree->nodes[*child];
     int_lanes keys;
     test_boxes(tree->slab, node, 0, &keys);
-    uint32_t hits = push_children(node, keys, waiting);
-    prefetch_child(tree, waiting->child[waiting->count + hits - 2]);
+    uint32_t hits = push_children(node, keys, waiting, *count);
+    prefetch_child(tree, waiting->child[*count + hits - 2]);
     if (hits == 0)
-        return take_child(waiting, tree->slab, child);
+        return take_child(waiting, count, tree->slab, child);
     *child = nearest_child(node, keys);
-    waiting->count += hits - 1;
+    *count += hits - 1;
     return true;
 }
 #else
 static ALWAYS_INLINE bool next_child(const struct tree *tree, struct waiting *waiting,
-                                     uint32_t *child)
+                                     uint32_t *count, uint32_t *child)
 {
     const struct wide_node *node = &tree->nodes[*child];
     int32_t keys[NODE_WIDTH];
-    uint32_t bottom = waiting->count;
+    uint32_t bottom = *count;
     for (uint32_t lane = 0; lane < NODE_WIDTH; lane += LANES) {
         int_lanes some;
         test_boxes(tree->slab, node, lane, &some);
         memcpy(keys + lane, &some, sizeof(some));
     }
     for (uint32_t lane = 0; lane < NODE_WIDTH; lane++) {
-        uint32_t place = waiting->count;
+        uint32_t place = *count;
         if (keys[lane] < 0)
             continue;
         for (; place > bottom && waiting->key[place - 1] < keys[lane]; place--) {
@@ -364,10 +399,10 @@ static ALWAYS_INLINE bool next_child(const struct tree *tree, struct waiting *wa
         }
         waiting->key[place] = keys[lane];
         waiting->child[place] = node->child[lane];
-        waiting->count++;
+        ++*count;
     }
-    prefetch_child(tree, waiting->child[waiting->count - 2]);
-    return take_child(waiting, tree->slab, child);
+    prefetch_child(tree, waiting->child[*count - 2]);
+    return take_child(waiting, count, tree->slab, child);
 }
 #endif
 
@@ -383,18 +418,16 @@ static void walk_blas(struct walk *walk, struct view *view)
 {
     if (!kind_is_visible(view->blas, walk->ray->flags))
         return;
-    const struct tree tree = {structure_nodes(view->blas), structure_records(view->blas),
-                              structure_record_size(view->blas->kind), &view->ray.slab};
+    const struct tree tree = open_tree(view->blas, &view->ray.slab);
     struct waiting waiting;
-    uint32_t child = 0;
-    clear_waiting(&waiting);
+    uint32_t child = 0, count = clear_waiting(&waiting);
     for (bool has_child = true; has_child;) {
         if (child & LEAF_BIT) {
             test_leaf(walk, view, &tree, child);
-            has_child = !walk->is_stopped && take_child(&waiting, tree.slab, &child);
+            has_child = !walk->is_stopped && take_child(&waiting, &count, tree.slab, &child);
         } else {
             walk->counters.nodes++;
-            has_child = next_child(&tree, &waiting, &child);
+            has_child = next_child(&tree, &waiting, &count, &child);
         }
     }
 }
@@ -412,7 +445,7 @@ static void enter_instance(struct walk *walk, const struct instance_record *inst
         !ray_enter(&view.ray, walk->ray, walk->scene->accuracy, instance))
         return;
     walk->counters.instances++;
-    ray_limit(&view.ray, walk->t_max);
+    ray_limit(&view.ray, walk->t_max * view.ray.unit);
     walk_blas(walk, &view);
 }
 
@@ -429,11 +462,9 @@ static void walk_tlas(struct walk *walk, const struct structure_header *tlas)
     struct local_ray world;
     if (!ray_make(&world, walk->ray, walk->scene->accuracy, true))
         return;
-    const struct tree tree = {structure_nodes(tlas), structure_records(tlas),
-                              structure_record_size(tlas->kind), &world.slab};
+    const struct tree tree = open_tree(tlas, &world.slab);
     struct waiting waiting;
-    uint32_t child = 0;
-    clear_waiting(&waiting);
+    uint32_t child = 0, count = clear_waiting(&waiting);
     for (bool has_child = tlas->node_count > 0; has_child;) {
         if (child & LEAF_BIT) {
             const struct instance_record *instance = structure_instance(tlas, leaf_first(child));
@@ -441,11 +472,11 @@ static void walk_tlas(struct walk *walk, const struct structure_header *tlas)
                 enter_instance(walk, instance);
             else
                 enter_moving(walk, (const void *)instance);
-            ray_limit(&world, walk->t_max);
-            has_child = !walk->is_stopped && take_child(&waiting, tree.slab, &child);
+            ray_limit(&world, walk->t_max * world.unit);
+            has_child = !walk->is_stopped && take_child(&waiting, &count, tree.slab, &child);
         } else {
             walk->counters.nodes++;
-            has_child = next_child(&tree, &waiting, &child);
+            has_child = next_child(&tree, &waiting, &count, &child);
         }
     }
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Accuracy fast: Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997. */
 #include "src/bvh/expansion.h"
-#include "src/bvh/trace/filter.h"
+#include "src/bvh/trace/ray.h"
 
 static float dot(const float a[3], const float b[3])
 {
@@ -37,114 +37,54 @@ bool triangle_fast(const struct local_ray *ray, const struct triangle_record *tr
     return true;
 }
 
-/* ---- accuracy robust: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", 2013 */
+/* ---- Accuracy robust, for coordinates whose products may leave the range of floats: the products
+ * of floats are exact in double, so a zero is exact. */
 
-/* Vertices relative to the origin, sheared so that the ray runs along the third axis. */
-struct sheared {
-    float x[3], y[3], z[3];
-};
-
-static void shear(const struct local_ray *ray, const struct triangle_record *triangle,
-                  struct sheared *to)
+bool triangle_robust(const struct local_ray *ray, const struct triangle_record *triangle,
+                     double t_max, struct local_hit *hit)
 {
     const float *corners[3] = {triangle->a, triangle->b, triangle->c};
-    uint32_t x = ray->axis[0], y = ray->axis[1], z = ray->axis[2];
+    uint32_t axis = ray->axis[0], other = ray->axis[1], along = ray->axis[2];
+    double x[3], y[3], z[3]; /* relative to the origin, sheared so that the ray runs along z */
     for (int i = 0; i < 3; i++) {
-        float depth = corners[i][z] - ray->near_origin[z];
-        to->x[i] = corners[i][x] - ray->near_origin[x] - ray->shear[0] * depth;
-        to->y[i] = corners[i][y] - ray->near_origin[y] - ray->shear[1] * depth;
-        to->z[i] = ray->shear[2] * depth;
+        float depth = corners[i][along] - ray->near_origin[along];
+        x[i] = corners[i][axis] - ray->near_origin[axis] - ray->shear[0] * depth;
+        y[i] = corners[i][other] - ray->near_origin[other] - ray->shear[1] * depth;
+        z[i] = ray->shear[2] * depth;
     }
-}
-
-/* Both triangles of an edge compute its function from the same rounded coordinates. In double the
- * products are exact, so a zero is exact. */
-static bool hit_in_double(const struct sheared *s, double t_min, double t_max,
-                          struct local_hit *hit)
-{
-    double u = (double)s->x[2] * s->y[1] - (double)s->y[2] * s->x[1];
-    double v = (double)s->x[0] * s->y[2] - (double)s->y[0] * s->x[2];
-    double w = (double)s->x[1] * s->y[0] - (double)s->y[1] * s->x[0];
+    double u = x[2] * y[1] - y[2] * x[1];
+    double v = x[0] * y[2] - y[0] * x[2];
+    double w = x[1] * y[0] - y[1] * x[0];
     if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0))
         return false;
     double determinant = u + v + w;
-    double t = (u * s->z[0] + v * s->z[1] + w * s->z[2]) / determinant;
-    if (determinant == 0 || !(t > t_min && t < t_max))
+    double t = (u * z[0] + v * z[1] + w * z[2]) / determinant / SLAB_UNITS;
+    if (determinant == 0 || !(t > ray->t_min && t < t_max))
         return false;
     *hit =
         (struct local_hit){t, (float)(v / determinant), (float)(w / determinant), determinant > 0};
     return true;
 }
 
-bool triangle_robust(const struct local_ray *ray, const struct triangle_record *triangle,
-                     double t_max, struct local_hit *hit)
-{
-    struct sheared s;
-    shear(ray, triangle, &s);
-    float u = s.x[2] * s.y[1] - s.y[2] * s.x[1];
-    float v = s.x[0] * s.y[2] - s.y[0] * s.x[2];
-    float w = s.x[1] * s.y[0] - s.y[1] * s.x[0];
-    float least = fabsf(u) < fabsf(v) ? fabsf(u) : fabsf(v);
-    least = fabsf(w) < least ? fabsf(w) : least;
-    float sum = fabsf(u) + fabsf(v) + fabsf(w);
-    if (!(least > FLOAT_RANGE && sum < 1 / FLOAT_RANGE))
-        return hit_in_double(&s, ray->t_min, t_max, hit);
-    if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0))
-        return false;
-    float determinant = u + v + w;
-    float t = (u * s.z[0] + v * s.z[1] + w * s.z[2]) / determinant;
-    if (!isfinite(t))
-        return hit_in_double(&s, ray->t_min, t_max, hit);
-    if (!(t > ray->t_min && t < t_max))
-        return false;
-    float inverse = 1 / determinant;
-    *hit = (struct local_hit){t, v * inverse, w * inverse, determinant > 0};
-    return true;
-}
-
 /* ---- Accuracy exact: decides without error on which side of each edge the ray passes.
  *
  * With A, B, C relative to the origin and direction d, the ray's line hits the triangle if d . (A x
- * B), d . (B x C), d . (C x A) have the same sign. They are computed in double with an error bound;
- * a sign within the bound is computed with expansions. A zero is resolved by an infinitesimal
- * perturbation of the direction: d + e f + e^2 g, where f and g are the two axes other than the
- * direction's largest (simulation of simplicity, Edelsbrunner and Muecke 1990). The perturbation
- * depends only on the ray, and the functions of an edge are exact opposites in its two triangles.
- * Therefore every ray, like a generic ray, hits each shared edge and closed fan exactly once. If
- * the result is still zero, the edge and the origin are collinear, and the ray sees the triangle
- * edge-on. */
+ * B), d . (B x C), d . (C x A) have the same sign. four.h computes them in double with an error
+ * bound; a sign within the bound is computed with expansions. A zero is resolved by an
+ * infinitesimal perturbation of the direction: d + e f + e^2 g, where f and g are the two axes
+ * other than the direction's largest (simulation of simplicity, Edelsbrunner and Muecke 1990). The
+ * perturbation depends only on the ray, and the functions of an edge are exact opposites in its two
+ * triangles. Therefore every ray, like a generic ray, hits each shared edge and closed fan exactly
+ * once. If the result is still zero, the edge and the origin are collinear, and the ray sees the
+ * triangle edge-on. */
 
+/* Differences, products, their difference, the product with it and two sums: at most 8 roundings of
+ * 2^-53 for each term of a sum of magnitudes. */
+#define SUM_BOUND (16 * 0x1p-53)
 /* If numerator and denominator are this accurate, t is computed in double. */
 #define CERTAIN 0x1p-40
 /* The resulting error of t is smaller than this; closer comparisons are exact. */
 #define T_BOUND 0x1p-38
-
-struct corner {
-    double at[3]; /* relative to the origin, rounded */
-};
-
-struct edge {
-    /* The cross product; for each component the sum of the magnitudes of its terms. */
-    double normal[3], size[3];
-    double value, bound; /* value: d . normal */
-    int sign;            /* 0 if undecided */
-};
-
-static void make_edge(const struct local_ray *ray, const struct corner *p, const struct corner *q,
-                      struct edge *edge)
-{
-    edge->value = edge->bound = 0;
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3, k = (i + 2) % 3;
-        double a = p->at[j] * q->at[k], b = p->at[k] * q->at[j];
-        edge->normal[i] = a - b;
-        edge->size[i] = fabs(a) + fabs(b);
-        edge->value += ray->direction[i] * edge->normal[i];
-        edge->bound += fabs(ray->direction[i]) * edge->size[i];
-    }
-    edge->bound *= EDGE_BOUND;
-    edge->sign = edge->value > edge->bound ? 1 : edge->value < -edge->bound ? -1 : 0;
-}
 
 struct exact_corner {
     double terms[3][2];
@@ -246,26 +186,27 @@ static bool is_close(double t, double limit)
 }
 
 /* Returns whether t is within the limits, and the best double approximation of t: A . N / d . N
- * with the normal N = (B - A) x (C - A). Less cancels in it than in products of the corners:
- * EDGE_BOUND also covers the rounding of both differences. */
+ * with the normal N = (B - A) x (C - A), in which less cancels than in products of the corners. */
 static bool compute_t(const struct local_ray *ray, const struct triangle_record *triangle,
-                      const struct corner *a, double t_max, double *t, uint64_t *exact_calls)
+                      double t_max, double *t, uint64_t *exact_calls)
 {
-    struct corner ab, ac;
-    struct edge plane;
-    double numerator = 0, bound = 0;
+    double ab[3], ac[3], numerator = 0, bound = 0, along = 0, along_bound = 0;
     for (int i = 0; i < 3; i++) {
-        ab.at[i] = (double)triangle->b[i] - triangle->a[i];
-        ac.at[i] = (double)triangle->c[i] - triangle->a[i];
+        ab[i] = (double)triangle->b[i] - triangle->a[i];
+        ac[i] = (double)triangle->c[i] - triangle->a[i];
     }
-    make_edge(ray, &ab, &ac, &plane);
     for (int i = 0; i < 3; i++) {
-        numerator += a->at[i] * plane.normal[i];
-        bound += fabs(a->at[i]) * plane.size[i];
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        double left = ab[j] * ac[k], right = ab[k] * ac[j], size = fabs(left) + fabs(right);
+        double from = triangle->a[i] - ray->origin[i];
+        numerator += from * (left - right);
+        bound += fabs(from) * size;
+        along += ray->direction[i] * (left - right);
+        along_bound += fabs(ray->direction[i]) * size;
     }
-    *t = numerator / plane.value;
-    bool is_certain = bound * EDGE_BOUND <= CERTAIN * fabs(numerator) &&
-                      plane.bound <= CERTAIN * fabs(plane.value);
+    *t = numerator / along;
+    bool is_certain = bound * SUM_BOUND <= CERTAIN * fabs(numerator) &&
+                      along_bound * SUM_BOUND <= CERTAIN * fabs(along);
     if (is_certain && !is_close(*t, ray->t_min) && !is_close(*t, t_max))
         return *t > ray->t_min && *t < t_max;
     struct exact_t exact;
@@ -279,35 +220,30 @@ static bool compute_t(const struct local_ray *ray, const struct triangle_record 
 }
 
 bool triangle_exact(const struct local_ray *ray, const struct triangle_record *triangle,
-                    double t_max, struct local_hit *hit, uint64_t *exact_calls)
+                    const struct exact_edges *edges, double t_max, struct local_hit *hit,
+                    uint64_t *exact_calls)
 {
     const float *vertices[3] = {triangle->a, triangle->b, triangle->c};
-    struct corner corners[3];
-    struct edge edges[3]; /* edges[i] is opposite vertex i */
-    for (int i = 0; i < 3; i++)
-        for (int axis = 0; axis < 3; axis++)
-            corners[i].at[axis] = vertices[i][axis] - ray->origin[axis];
     int signs = 0; /* signs found: 1 negative, 2 positive */
-    for (int i = 0; i < 3; i++) {
-        make_edge(ray, &corners[(i + 1) % 3], &corners[(i + 2) % 3], &edges[i]);
-        signs |= edges[i].sign > 0 ? 2 : edges[i].sign < 0 ? 1 : 0;
-    }
-    if (signs == 3 || !isfinite(edges[0].bound + edges[1].bound + edges[2].bound))
+    if (!isfinite(edges->bound))
         return false;
+    for (int i = 0; i < 3; i++)
+        if (fabs(edges->value[i]) > edges->bound)
+            signs |= edges->value[i] > 0 ? 2 : 1;
     for (int i = 0; i < 3; i++) {
-        if (edges[i].sign != 0)
+        if (fabs(edges->value[i]) > edges->bound)
             continue;
         ++*exact_calls;
-        edges[i].sign = exact_edge_sign(ray, vertices[(i + 1) % 3], vertices[(i + 2) % 3]);
-        signs |= edges[i].sign > 0 ? 2 : 1;
-        if (edges[i].sign == 0 || signs == 3)
+        int sign = exact_edge_sign(ray, vertices[(i + 1) % 3], vertices[(i + 2) % 3]);
+        signs |= sign > 0 ? 2 : 1;
+        if (sign == 0 || signs == 3)
             return false;
     }
-    if (!compute_t(ray, triangle, &corners[0], t_max, &hit->t, exact_calls))
+    if (!compute_t(ray, triangle, t_max, &hit->t, exact_calls))
         return false;
-    double sum = edges[0].value + edges[1].value + edges[2].value;
-    hit->u = (float)(edges[1].value / sum);
-    hit->v = (float)(edges[2].value / sum);
+    double sum = edges->value[0] + edges->value[1] + edges->value[2];
+    hit->u = (float)(edges->value[1] / sum);
+    hit->v = (float)(edges->value[2] / sum);
     hit->front_face = signs == 1;
     return true;
 }
