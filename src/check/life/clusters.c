@@ -5,6 +5,17 @@
 #include "src/base/chain.h"
 #include "src/check/assemble/views.h"
 #include "src/check/life/life.h"
+#include "src/check/walk/rows.h"
+#include "src/view/cluster_view.h"
+
+#define WALK(subject) static WALK_ALL(subject)
+WALK(cluster_input)
+WALK(cluster_triangles)
+WALK(cluster_build)
+WALK(partition_input)
+WALK(partition_build)
+WALK(partition_descriptors)
+WALK(partition_descriptor)
 
 /* ---- addresses */
 
@@ -50,7 +61,7 @@ static void check_cluster_input(struct walk *walk, const struct call_view *call,
     walk_cluster_triangles(walk, &triangles, &of_triangles);
 }
 
-void check_cluster_size_query(struct walk *walk, const struct call_view *call)
+static void check_cluster_size_query(struct walk *walk, const struct call_view *call)
 {
     const struct arguments_of_GetClusterAccelerationStructureBuildSizesNV *arguments =
         call->arguments;
@@ -88,7 +99,7 @@ static void view_cluster_addresses(struct check_context *context, struct cluster
 #undef VIEW
 }
 
-void check_cluster_build(struct walk *walk, const struct call_view *call)
+static void check_cluster_build(struct walk *walk, const struct call_view *call)
 {
     const struct arguments_of_CmdBuildClusterAccelerationStructureIndirectNV *arguments =
         call->arguments;
@@ -112,7 +123,7 @@ void check_cluster_build(struct walk *walk, const struct call_view *call)
 
 /* ---- partitioned structures */
 
-void check_partition_size_query(struct walk *walk, const struct call_view *call)
+static void check_partition_size_query(struct walk *walk, const struct call_view *call)
 {
     const struct arguments_of_GetPartitionedAccelerationStructuresBuildSizesNV *arguments =
         call->arguments;
@@ -123,7 +134,7 @@ void check_partition_size_query(struct walk *walk, const struct call_view *call)
         walk_partition_input(walk, &view, &location);
 }
 
-void check_partition_build(struct walk *walk, const struct call_view *call)
+static void check_partition_build(struct walk *walk, const struct call_view *call)
 {
     const struct arguments_of_CmdBuildPartitionedAccelerationStructuresNV *arguments =
         call->arguments;
@@ -153,6 +164,24 @@ void check_partition_build(struct walk *walk, const struct call_view *call)
     view.count = VIEW(srcInfosCount);
 #undef VIEW
     walk_partition_build(walk, &view, &location);
+}
+
+void check_addressed(struct walk *walk, const struct call_view *call)
+{
+    switch ((int)call->command) {
+    case COMMAND_CmdBuildClusterAccelerationStructureIndirectNV:
+        check_cluster_build(walk, call);
+        break;
+    case COMMAND_GetClusterAccelerationStructureBuildSizesNV:
+        check_cluster_size_query(walk, call);
+        break;
+    case COMMAND_CmdBuildPartitionedAccelerationStructuresNV:
+        check_partition_build(walk, call);
+        break;
+    default:
+        check_partition_size_query(walk, call);
+        break;
+    }
 }
 
 void check_partition_descriptors(struct walk *walk, const struct call_view *call,

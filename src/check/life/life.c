@@ -21,13 +21,6 @@ WALK_ALL(templated)
 WALK_ALL(queried)
 WALK_ALL(read_queries)
 WALK_ALL(destroyed)
-WALK_ALL(cluster_input)
-WALK_ALL(cluster_triangles)
-WALK_ALL(cluster_build)
-WALK_ALL(partition_input)
-WALK_ALL(partition_build)
-WALK_ALL(partition_descriptors)
-WALK_ALL(partition_descriptor)
 
 struct location check_argument(const struct call_view *call, const char *parameter)
 {
@@ -105,16 +98,10 @@ static void check_operands(struct walk *walk, const struct call_view *call)
         check_micromap_size_query(walk, call);
         break;
     case COMMAND_CmdBuildClusterAccelerationStructureIndirectNV:
-        check_cluster_build(walk, call);
-        break;
     case COMMAND_GetClusterAccelerationStructureBuildSizesNV:
-        check_cluster_size_query(walk, call);
-        break;
     case COMMAND_CmdBuildPartitionedAccelerationStructuresNV:
-        check_partition_build(walk, call);
-        break;
     case COMMAND_GetPartitionedAccelerationStructuresBuildSizesNV:
-        check_partition_size_query(walk, call);
+        check_addressed(walk, call);
         break;
     case COMMAND_BindAccelerationStructureMemoryNV:
         check_bindings(walk, call);

@@ -6,7 +6,6 @@
 
 #include "src/check/walk/walk.h"
 #include "src/snapshots/recorded_build.h"
-#include "src/view/cluster_view.h"
 #include "src/view/life_view.h"
 
 /* Validates a call by the active rules of the context. `call->arguments` is the command's struct
@@ -49,10 +48,8 @@ void check_bindings(struct walk *walk, const struct call_view *call);
 void check_capture(struct walk *walk, const struct call_view *call);
 void check_micromap_builds(struct walk *walk, const struct call_view *call);
 void check_micromap_size_query(struct walk *walk, const struct call_view *call);
-void check_cluster_build(struct walk *walk, const struct call_view *call);
-void check_cluster_size_query(struct walk *walk, const struct call_view *call);
-void check_partition_build(struct walk *walk, const struct call_view *call);
-void check_partition_size_query(struct walk *walk, const struct call_view *call);
+/* Builds at addresses, and queries of their sizes. */
+void check_addressed(struct walk *walk, const struct call_view *call);
 /* Validates a write of descriptors of partitioned structures, at a location that has its index. */
 void check_partition_descriptors(struct walk *walk, const struct call_view *call,
                                  struct location location, const VkWriteDescriptorSet *write);
@@ -109,22 +106,5 @@ void walk_read_queries(struct walk *walk, const struct read_queries_view *read_q
                        const struct location *location);
 void walk_queried(struct walk *walk, const struct queried_view *queried,
                   const struct location *location);
-void walk_cluster_input(struct walk *walk, const struct cluster_input_view *cluster_input,
-                        const struct location *location);
-void walk_cluster_triangles(struct walk *walk,
-                            const struct cluster_triangles_view *cluster_triangles,
-                            const struct location *location);
-void walk_cluster_build(struct walk *walk, const struct cluster_build_view *cluster_build,
-                        const struct location *location);
-void walk_partition_input(struct walk *walk, const struct partition_input_view *partition_input,
-                          const struct location *location);
-void walk_partition_build(struct walk *walk, const struct partition_build_view *partition_build,
-                          const struct location *location);
-void walk_partition_descriptors(struct walk *walk,
-                                const struct partition_descriptors_view *partition_descriptors,
-                                const struct location *location);
-void walk_partition_descriptor(struct walk *walk,
-                               const struct partition_descriptor_view *partition_descriptor,
-                               const struct location *location);
 
 #endif
