@@ -359,6 +359,7 @@ void recorded_build_free(struct recorded_build *build)
     free(build->deserialization);
     free(build->addressed);
     free(build->snapshots);
+    free(build->guard);
     for (struct gathering *next, *gathering = build->gathering.next; gathering; gathering = next) {
         next = gathering->next;
         free(gathering);

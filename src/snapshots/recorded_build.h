@@ -88,10 +88,9 @@ struct guard_order {
 };
 _Static_assert(sizeof(struct guard_order) == 72, "as the shader has it");
 
-/* `has_order` is false if the build is not guarded. A list of size 0 does not exist: without
- * pointers there is none of ranges. */
+/* A list of size 0 does not exist: without pointers there is none of ranges. */
 struct build_guard {
-    bool has_order, is_nv;
+    bool is_nv;
     struct snapshot order, ranges, places; /* without an address */
     uint64_t source, source_size, indirect, indirect_size;
     /* The limit that the last checked submission has set (layer/snapshots/guard/execution.h);
@@ -150,7 +149,7 @@ struct recorded_build {
     struct snapshot *snapshots;
     uint32_t snapshot_count, snapshot_capacity;
     struct gathering gathering;  /* count 0: none; a TLAS has one */
-    struct build_guard guard;    /* for a TLAS or a partitioned structure */
+    struct build_guard *guard;   /* owned; NULL: it is not guarded */
     bool begins_call;            /* the first build of its call that is recorded */
     uint32_t mark;               /* see recording_mark_state() */
     atomic_bool has_findings;    /* about the inputs of one of its executions */

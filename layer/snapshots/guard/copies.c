@@ -117,19 +117,25 @@ static uint64_t list_address(const struct recorder *recorder, const struct snaps
 
 /* Takes the order, the list of memory ranges for pointers, and that of structures without a handle.
  * Without an order, it lies in a chunk that stays unused. */
-static bool take_order(struct recorder *recorder, struct build_guard *guard, bool has_pointers)
+static bool take_order(struct recorder *recorder, struct recorded_build *build,
+                       const struct build_guard *wanted, bool has_pointers)
 {
     struct resources *resources = recorder->device->resources;
+    struct build_guard *guard = malloc(sizeof(*guard));
     enum left_out before = recorder->left_out;
+    if (guard)
+        *guard = *wanted;
     bool is_taken =
-        dispatches_prepare(recorder, SHADER_GUARD) &&
+        guard && dispatches_prepare(recorder, SHADER_GUARD) &&
         recorder_reserve(recorder, sizeof(struct guard_order), &guard->order) &&
         reserve_list(recorder, has_pointers ? gather_ranges_size(resources) : 0, &guard->ranges) &&
         reserve_list(recorder, guard_places_size(recorder->device), &guard->places);
     recorder->left_out = before; /* the build's inputs are copied nevertheless */
-    if (!is_taken)
+    if (!is_taken) {
+        free(guard);
         return false;
-    guard->has_order = true;
+    }
+    build->guard = guard;
     atomic_init(&guard->limit, GUARD_UNLIMITED);
     *guard_order_of(recorder->recording, guard) = (struct guard_order){
         .source = guard->source,
@@ -205,18 +211,19 @@ static bool record_guard(struct recorder *recorder, struct recorded_build *build
                                   .range = constants.range,
                                   .buffer = chunk->buffer.handle,
                                   .offset = chunk->offset + at + layout.elements_offset};
-    build->guard.is_nv = instances;
-    build->guard.source =
-        instances ? constants.elements : input_address(&parameters->geometries[0], INPUT_INSTANCES);
-    build->guard.indirect = build->is_indirect ? build->indirect_address : 0;
-    build->guard.indirect_size = sizeof(VkAccelerationStructureBuildRangeInfoKHR);
-    build->guard.source_size =
-        build->is_indirect ? UINT64_MAX
-                           : count * (has_pointers ? sizeof(uint64_t) : layout.element_size);
-    if (!take_order(recorder, &build->guard, has_pointers))
+    const struct build_guard wanted = {
+        .is_nv = instances,
+        .source = instances ? constants.elements
+                            : input_address(&parameters->geometries[0], INPUT_INSTANCES),
+        .source_size = build->is_indirect
+                           ? UINT64_MAX
+                           : count * (has_pointers ? sizeof(uint64_t) : layout.element_size),
+        .indirect = build->is_indirect ? build->indirect_address : 0,
+        .indirect_size = sizeof(VkAccelerationStructureBuildRangeInfoKHR)};
+    if (!take_order(recorder, build, &wanted, has_pointers))
         return false;
     constants.gate = recorder->recording->gate.address;
-    constants.order = snapshot_address(recorder, &build->guard.order);
+    constants.order = snapshot_address(recorder, &build->guard->order);
     if (instances)
         copy_nv_instances(recorder, instances, offset, copy, count * layout.element_size);
     dispatch(recorder, &constants);
@@ -256,15 +263,16 @@ static bool record_partitions(struct recorder *recorder, struct recorded_build *
     constants.elements = constants.range + ARRAYS_OFFSET;
     *copy = (struct guarded_copy){
         .data = constants.pointers, .range = constants.range, .buffer = chunk->buffer.handle};
-    build->guard.source = info->srcInfos;
-    build->guard.source_size =
-        PARTITION_OPERATIONS * sizeof(VkBuildPartitionedAccelerationStructureIndirectCommandNV);
-    build->guard.indirect = info->srcInfosCount;
-    build->guard.indirect_size = sizeof(uint32_t);
-    if (!take_order(recorder, &build->guard, true))
+    const struct build_guard wanted = {
+        .source = info->srcInfos,
+        .source_size =
+            PARTITION_OPERATIONS * sizeof(VkBuildPartitionedAccelerationStructureIndirectCommandNV),
+        .indirect = info->srcInfosCount,
+        .indirect_size = sizeof(uint32_t)};
+    if (!take_order(recorder, build, &wanted, true))
         return false;
     constants.gate = recorder->recording->gate.address;
-    constants.order = snapshot_address(recorder, &build->guard.order);
+    constants.order = snapshot_address(recorder, &build->guard->order);
     dispatch(recorder, &constants);
     recorder->recording->has_guards = true;
     return true;

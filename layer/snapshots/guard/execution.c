@@ -81,7 +81,7 @@ static void write_order(const struct layer_device *device, const struct recordin
                         const struct execution_clock *seen, const struct recorded_build *build,
                         uint32_t limit, struct guard_order *order)
 {
-    const struct build_guard *guard = &build->guard;
+    const struct build_guard *guard = build->guard;
     struct resources *resources = device->resources;
     order->readable = guard->is_nv
                           ? GUARD_UNLIMITED
@@ -104,8 +104,8 @@ void guard_renew(const struct layer_device *device, const struct recording *reco
     if (!recording->has_guards)
         return;
     for (const struct recorded_build *build = recording->builds; build; build = build->next) {
-        const struct build_guard *guard = &build->guard;
-        if (!guard->has_order)
+        const struct build_guard *guard = build->guard;
+        if (!guard)
             continue;
         struct guard_order *order = guard_order_of(recording, guard);
         uint32_t limit = has_limits ? atomic_load(&guard->limit) : GUARD_UNLIMITED;
@@ -169,9 +169,9 @@ static void set_limit(struct journal_walk *walk, const struct journal_entry *ent
     struct recorded_build *build =
         batch->sets_limits && recording && recording->has_guards ? journal_copies(entry) : NULL;
     uint32_t limit = guard_next_count(batch->guard) - 1;
-    if (!build || !build->guard.has_order)
+    if (!build || !build->guard)
         return;
-    atomic_store(&build->guard.limit, limit < GUARD_UNLIMITED - 1 ? limit : GUARD_UNLIMITED);
+    atomic_store(&build->guard->limit, limit < GUARD_UNLIMITED - 1 ? limit : GUARD_UNLIMITED);
     batch->has_guards = true;
 }
 
@@ -237,9 +237,9 @@ void guard_results_add(struct guard_results *results, const struct journal *jour
                        const struct recorded_build *build, unsigned char *const *bases)
 {
     struct guard_order order;
-    if (!build->guard.has_order)
+    if (!build->guard)
         return;
-    memcpy(&order, bases[build->guard.order.chunk] + build->guard.order.offset, sizeof(order));
+    memcpy(&order, bases[build->guard->order.chunk] + build->guard->order.offset, sizeof(order));
     if (!order.is_done || !(order.replaced || order.unreadable))
         return;
     if (!ARRAY_HAS_ROOM(results->items, results->count, results->capacity))
