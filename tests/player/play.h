@@ -10,8 +10,8 @@
  * driver, no command writes H, and W is large. NAME+OFFSET is a place in a buffer, and where a
  * command takes an address, @NUMBER is one. Each object has memory of its own, unless the program
  * says otherwise. */
-#ifndef ASSAY_TESTS_PROGRAMS_PLAY_H
-#define ASSAY_TESTS_PROGRAMS_PLAY_H
+#ifndef ASSAY_TESTS_PLAYER_PLAY_H
+#define ASSAY_TESTS_PLAYER_PLAY_H
 
 #include <setjmp.h>
 

@@ -2,8 +2,8 @@
 /* Programs of Vulkan commands as text, with what the layer must report. docs/contributing.md has
  * the notation. A file (NAME.cases) is read to sources; a source becomes a program for each choice
  * of rows of its tables, and for its twin. */
-#ifndef ASSAY_TESTS_PROGRAMS_PROGRAM_H
-#define ASSAY_TESTS_PROGRAMS_PROGRAM_H
+#ifndef ASSAY_TESTS_PLAYER_PROGRAM_H
+#define ASSAY_TESTS_PLAYER_PROGRAM_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -2,8 +2,8 @@
 /* Cases as data: a mutation of the valid call, the rules that it must break, and a twin, the
  * near-miss that must stay silent. They are written in *.cases (docs/contributing.md); cases.py
  * makes rows and functions of them, by these macros. */
-#ifndef RULES_CASE_H
-#define RULES_CASE_H
+#ifndef ASSAY_TESTS_RULES_CASE_H
+#define ASSAY_TESTS_RULES_CASE_H
 
 #include <string.h>
 
@@ -118,9 +118,9 @@ void offer_packed_format(struct null_driver_config *config);
 
 /* Each file defines one. */
 #define LIST(name_) extern const struct case_list cases_##name_;
-#include "tests/rules/lists_of_rules_test.def"
+#include "tests/rules/lists_of_calls.def"
 #define LIST(name_) extern const struct case_list cases_##name_;
-#include "tests/rules/lists_of_content_test.def"
+#include "tests/rules/lists_of_submissions.def"
 
 /* A page that cannot be read. */
 void *unreadable_page(void);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What programs that play cases have in common: fixtures, mutations, and what is expected of
  * messages. */
-#ifndef RULES_JUDGE_H
-#define RULES_JUDGE_H
+#ifndef ASSAY_TESTS_RULES_JUDGE_H
+#define ASSAY_TESTS_RULES_JUDGE_H
 
 #include "tests/player/tally.h"
 #include "tests/rules/case.h"

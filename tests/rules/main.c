@@ -17,11 +17,11 @@
 
 #define LIST(name) &cases_##name,
 static const struct case_list *const lists_of_calls[] = {
-#include "tests/rules/lists_of_rules_test.def"
+#include "tests/rules/lists_of_calls.def"
     NULL};
 #define LIST(name) &cases_##name,
 static const struct case_list *const lists_of_submissions[] = {
-#include "tests/rules/lists_of_content_test.def"
+#include "tests/rules/lists_of_submissions.def"
     NULL};
 
 enum { PLAYS_MAX = 20000, SETUPS_MAX = 2000 };

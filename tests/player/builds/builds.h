@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A line of builds: what its words fill in. */
-#ifndef ASSAY_TESTS_PROGRAMS_BUILDS_H
-#define ASSAY_TESTS_PROGRAMS_BUILDS_H
+#ifndef ASSAY_TESTS_PLAYER_BUILDS_BUILDS_H
+#define ASSAY_TESTS_PLAYER_BUILDS_BUILDS_H
 
 #include "tests/player/play.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Dependencies of programs, as barriers, events and render passes have them. */
-#ifndef ASSAY_TESTS_PROGRAMS_SYNC_H
-#define ASSAY_TESTS_PROGRAMS_SYNC_H
+#ifndef ASSAY_TESTS_PLAYER_COMMANDS_SYNC_H
+#define ASSAY_TESTS_PLAYER_COMMANDS_SYNC_H
 
 #include "tests/player/play.h"
 

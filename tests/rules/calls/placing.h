@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Placing structures and scratch of several builds in shared memory, for the cases about overlap.
  */
-#ifndef RULES_PLACING_H
-#define RULES_PLACING_H
+#ifndef ASSAY_TESTS_RULES_CALLS_PLACING_H
+#define ASSAY_TESTS_RULES_CALLS_PLACING_H
 
 #include "tests/rules/scene/scene.h"
 

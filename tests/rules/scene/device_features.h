@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The extensions and features of a world's device, by its setup. */
-#ifndef RULES_DEVICE_FEATURES_H
-#define RULES_DEVICE_FEATURES_H
+#ifndef ASSAY_TESTS_RULES_SCENE_DEVICE_FEATURES_H
+#define ASSAY_TESTS_RULES_SCENE_DEVICE_FEATURES_H
 
 #include "tests/rules/scene/fixture.h"
 

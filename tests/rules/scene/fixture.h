@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* An instance and a device made as a setup asks, with the layer between. Cases of the same setup
  * share one world. */
-#ifndef ASSAY_TESTS_RULES_FIXTURE_H
-#define ASSAY_TESTS_RULES_FIXTURE_H
+#ifndef ASSAY_TESTS_RULES_SCENE_FIXTURE_H
+#define ASSAY_TESTS_RULES_SCENE_FIXTURE_H
 
 #include "tests/fixture/instance.h"
 #include "tests/rules/scene/scene_inputs.h"

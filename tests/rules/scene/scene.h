@@ -4,8 +4,8 @@
  *
  * Everything that the functions here create belongs to the scene and is destroyed with it. Several
  * threads may each have a scene of the same world. */
-#ifndef RULES_SCENE_H
-#define RULES_SCENE_H
+#ifndef ASSAY_TESTS_RULES_SCENE_H
+#define ASSAY_TESTS_RULES_SCENE_H
 
 #include "tests/fixture/make.h"
 #include "tests/rules/scene/fixture.h"

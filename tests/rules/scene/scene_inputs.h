@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* How what builds read gets to where they read it. */
-#ifndef RULES_SCENE_INPUTS_H
-#define RULES_SCENE_INPUTS_H
+#ifndef ASSAY_TESTS_RULES_SCENE_INPUTS_H
+#define ASSAY_TESTS_RULES_SCENE_INPUTS_H
 
 #include <stdbool.h>
 #include <vulkan/vulkan.h>

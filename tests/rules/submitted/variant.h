@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The ways in which the data of device builds comes to be what it is when they execute. */
-#ifndef ASSAY_TESTS_RULES_VARIANT_H
-#define ASSAY_TESTS_RULES_VARIANT_H
+#ifndef ASSAY_TESTS_RULES_SUBMITTED_VARIANT_H
+#define ASSAY_TESTS_RULES_SUBMITTED_VARIANT_H
 
 #include "tests/rules/judge.h"
 
