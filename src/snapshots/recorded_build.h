@@ -72,7 +72,8 @@ enum { GUARD_UNLIMITED = UINT32_MAX };
 struct guard_order {
     uint64_t source, ranges, places, indirect; /* device addresses */
     uint32_t readable;       /* bytes that can be read at the source; GUARD_UNLIMITED: unknown */
-    uint32_t range_count;    /* ranges of readable memory; GUARD_UNLIMITED: unknown */
+    uint32_t range_count;    /* ranges of readable memory; GUARD_UNLIMITED: unknown. It may become
+                                unlimited while the device reads the order. */
     uint32_t limit;          /* structures that were built at this count or before are built. It may
                                 grow while the device reads the order. */
     uint32_t can_read_range; /* the range of an indirect build is not known to be unreadable */

@@ -40,6 +40,18 @@ static void write_ranges(struct resources *resources, const struct recording *re
     order->range_count = is_whole ? (uint32_t)(list->size / sizeof(uint64_t[2])) : GUARD_UNLIMITED;
 }
 
+/* Whether the list is still that of all readable memory. */
+static bool ranges_are_current(struct resources *resources, const struct recording *recording,
+                               const struct snapshot *list)
+{
+    unsigned char *now = malloc(list->size);
+    const bool are_current =
+        now && gather_write_ranges(resources, now, list->size) &&
+        memcmp(now, recording->chunks[list->chunk]->bytes + list->offset, list->size) == 0;
+    free(now);
+    return are_current;
+}
+
 /* ---- structures without a handle */
 
 enum { SPARE_PLACES = 16 };
@@ -115,6 +127,9 @@ void guard_renew(const struct layer_device *device, const struct recording *reco
             __atomic_store_n(&order->limit, limit, __ATOMIC_RELAXED);
         if (is_pending && device->facts.extension.cluster_acceleration_structure_nv)
             __atomic_store_n(&order->place_count, GUARD_UNLIMITED, __ATOMIC_RELAXED);
+        if (is_pending && guard->ranges.size &&
+            !ranges_are_current(device->resources, recording, &guard->ranges))
+            __atomic_store_n(&order->range_count, GUARD_UNLIMITED, __ATOMIC_RELAXED);
     }
 }
 

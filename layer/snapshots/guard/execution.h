@@ -35,7 +35,8 @@ uint64_t guard_places_size(const struct layer_device *device);
 /* Writes the orders of a recording that is about to be submitted. `has_limits`: its builds have
  * limits; else each live structure counts as built. `is_pending`: the device still executes an
  * earlier submission, which reads the same orders: they stay as they are, but a higher limit counts
- * for both from now on, and structures without a handle may be anywhere. Secondaries are not
+ * for both from now on, structures without a handle may be anywhere, and if the memory has changed
+ * that is readable, anything behind a pointer may be. Secondaries are not
  * included. The lock of executions is held. */
 void guard_renew(const struct layer_device *device, const struct recording *recording,
                  const struct execution_clock *seen, bool is_pending, bool has_limits);
