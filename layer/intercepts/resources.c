@@ -11,6 +11,7 @@
 #include "layer/snapshots/guard/references.h"
 #include "observers.h"
 #include "src/base/chain.h"
+#include "src/base/readable.h"
 #include "src/state/resources/update_templates.h"
 
 /* ---- memory */
@@ -66,6 +67,7 @@ void note_allocation(struct layer_device *device, const VkMemoryAllocateInfo *in
 
 void forget_memory(struct layer_device *device, VkDeviceMemory memory)
 {
+    readable_forget_all();
     if (device->hazard_checks)
         hazard_checks_forget(device->hazard_checks, MEMORY_FREED,
                              resources_find_memory_id(device->resources, memory));
@@ -81,6 +83,7 @@ void note_mapping(struct layer_device *device, VkDeviceMemory memory, VkDeviceSi
 
 void forget_mapping(struct layer_device *device, VkDeviceMemory memory)
 {
+    readable_forget_all();
     resources_unmap_memory(device->resources, memory);
 }
 

@@ -2,6 +2,7 @@
 /* Caches of readable ranges. */
 #include "src/base/readable.h"
 
+#include <stdatomic.h>
 #include <string.h>
 
 #include "src/base/recording_path.h"
@@ -58,8 +59,16 @@ void readable_forget(struct readable_cache *cache)
     memset(cache->recent, 0, sizeof(cache->recent));
 }
 
+/* How often memory may have become unreadable, as far as is known. */
+static _Atomic uint64_t unmappings;
+
+void readable_forget_all(void)
+{
+    atomic_fetch_add_explicit(&unmappings, 1, memory_order_relaxed);
+}
+
 struct cache_of_thread {
-    uint64_t filled; /* clock_tick() */
+    uint64_t filled; /* clock_tick() plus `unmappings`, both of which only grow */
     struct readable_cache cache;
 };
 
@@ -74,7 +83,7 @@ ON_RECORDING_PATH __attribute__((noinline)) static struct cache_of_thread *cache
 ON_RECORDING_PATH struct readable_cache *readable_cache_of_thread(void)
 {
     struct cache_of_thread *own = cache_of_thread();
-    const uint64_t now = clock_tick();
+    const uint64_t now = clock_tick() + atomic_load_explicit(&unmappings, memory_order_relaxed);
     if (now != own->filled) {
         own->filled = now;
         readable_forget(&own->cache);

@@ -34,11 +34,14 @@ struct readable_cache {
 /* Empties the cache. */
 void readable_forget(struct readable_cache *cache);
 
+/* Empties the caches of all threads before they are used again: the driver unmaps memory. */
+void readable_forget_all(void);
+
 /* Returns the cache of the calling thread, for the arrays that commands are recorded from. Its
  * entries are at most a few milliseconds old: commands come in bursts, and each probe is a system
- * call. If an application unmaps memory and passes a pointer to it within that time, the cache
- * still reports the memory as readable, unless the caller empties the cache first; the driver would
- * read the same memory. docs/probes.md lists the cost of both. */
+ * call. If an application unmaps memory of its own and passes a pointer to it within that time, the
+ * cache still reports the memory as readable, unless the caller empties the cache first; the driver
+ * would read the same memory. docs/probes.md lists the cost of both. */
 struct readable_cache *readable_cache_of_thread(void);
 
 /* Returns the number of readable bytes from `pointer` on, at most `size`. */

@@ -52,6 +52,16 @@ static bool ask(const void *pointer, size_t size)
     return readable(&cache, pointer, size);
 }
 
+TEST(unmapped_device_memory_is_probed_again)
+{
+    char *pages = map_pages();
+    assert_true(readable(readable_cache_of_thread(), pages, 1));
+    forbid(pages);
+    readable_forget_all();
+    assert_false(readable(readable_cache_of_thread(), pages, 1));
+    unmap_pages(pages);
+}
+
 TEST(objects_are_readable)
 {
     static const char constant[] = "text";

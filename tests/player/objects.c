@@ -336,6 +336,7 @@ void play_alias(struct play *play, char **words)
         buffer.address = buffer_address(&play->vk, play->device, buffer.handle);
     struct play_object *object = add(play, words[1]);
     object->buffer = buffer;
+    object->is_freed = other->is_freed;
     name_object(play, VK_OBJECT_TYPE_BUFFER, (uint64_t)buffer.handle, object->name);
 }
 
