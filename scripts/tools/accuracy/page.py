@@ -53,7 +53,7 @@ def play_corpus(raw, level):
     for program in ("rules", "execution"):
         for line in (raw / f"{program}-{level}.tsv").read_text().splitlines():
             _, case, command, _, outcome = line.split("\t")
-            plays[program, case, command].add(outcome)
+            plays[program, case.removesuffix("@" + level), command].add(outcome)
     return plays
 
 

@@ -178,8 +178,10 @@ void check_addressed(struct walk *walk, const struct call_view *call)
     case COMMAND_CmdBuildPartitionedAccelerationStructuresNV:
         check_partition_build(walk, call);
         break;
-    default:
+    case COMMAND_GetPartitionedAccelerationStructuresBuildSizesNV:
         check_partition_size_query(walk, call);
+        break;
+    default:
         break;
     }
 }

@@ -97,12 +97,6 @@ static void check_operands(struct walk *walk, const struct call_view *call)
     case COMMAND_GetMicromapBuildSizesEXT:
         check_micromap_size_query(walk, call);
         break;
-    case COMMAND_CmdBuildClusterAccelerationStructureIndirectNV:
-    case COMMAND_GetClusterAccelerationStructureBuildSizesNV:
-    case COMMAND_CmdBuildPartitionedAccelerationStructuresNV:
-    case COMMAND_GetPartitionedAccelerationStructuresBuildSizesNV:
-        check_addressed(walk, call);
-        break;
     case COMMAND_BindAccelerationStructureMemoryNV:
         check_bindings(walk, call);
         break;
@@ -129,6 +123,7 @@ static void check_operands(struct walk *walk, const struct call_view *call)
         check_destroyed(walk, call);
         break;
     default:
+        check_addressed(walk, call);
         break;
     }
 }

@@ -48,7 +48,7 @@ void check_bindings(struct walk *walk, const struct call_view *call);
 void check_capture(struct walk *walk, const struct call_view *call);
 void check_micromap_builds(struct walk *walk, const struct call_view *call);
 void check_micromap_size_query(struct walk *walk, const struct call_view *call);
-/* Builds at addresses, and queries of their sizes. */
+/* Builds at addresses, and queries of their sizes; ignores all other commands. */
 void check_addressed(struct walk *walk, const struct call_view *call);
 /* Validates a write of descriptors of partitioned structures, at a location that has its index. */
 void check_partition_descriptors(struct walk *walk, const struct call_view *call,
