@@ -44,6 +44,20 @@ bool report_text_matches(const char *text, const char *wanted)
     return true;
 }
 
+const char *report_own_end(const struct message *message)
+{
+    const char *sentence = strstr(message->text, "\nThe Vulkan spec states");
+    return sentence != NULL ? sentence : message->text + strlen(message->text);
+}
+
+static bool says(const struct message *message, const char *wanted)
+{
+    char own[MESSAGE_TEXT_MAX];
+    snprintf(own, sizeof(own), "%.*s", (int)(report_own_end(message) - message->text),
+             message->text);
+    return report_text_matches(own, wanted);
+}
+
 bool report_expect(struct report *report, const struct messages *messages,
                    const struct expected_message *expected, bool *is_expected)
 {
@@ -52,7 +66,7 @@ bool report_expect(struct report *report, const struct messages *messages,
         const struct message *message = &messages->items[i];
         if (is_expected[i] || !report_id_ends(message->id, expected->id))
             continue;
-        const bool fits = !expected->text || report_text_matches(message->text, expected->text);
+        const bool fits = !expected->text || says(message, expected->text);
         is_expected[i] = fits || expected->is_any;
         is_found |= fits;
     }
@@ -122,13 +136,10 @@ static bool is_one_of_many(const char *text, const char *at)
     return false;
 }
 
-/* The sentence of the specification is not the layer's. */
 static bool counts_agree(struct report *report, const struct message *message)
 {
-    const char *end = strstr(message->text, "\nThe Vulkan spec states");
-    for (const char *at = message->text; (at = strstr(at, "1 ")) != NULL; at++) {
-        if (end != NULL && at > end)
-            return true;
+    const char *end = report_own_end(message);
+    for (const char *at = message->text; (at = strstr(at, "1 ")) != NULL && at < end; at++) {
         if (is_one_of_many(message->text, at)) {
             report_say(report, "a count of %s does not agree: %.40s\n", message->id, at);
             return false;
@@ -142,9 +153,8 @@ static bool counts_agree(struct report *report, const struct message *message)
 static bool names_no_id_twice(struct report *report, const struct message *message)
 {
     const char *also = strstr(message->text, " (also ");
-    const char *end = strstr(message->text, "\nThe Vulkan spec states");
     const char *own = also != NULL ? strstr(also, message->id) : NULL;
-    if (own == NULL || (end != NULL && own > end))
+    if (own == NULL || own > report_own_end(message))
         return true;
     report_say(report, "the message of %s names its own id\n", message->id);
     return false;

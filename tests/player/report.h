@@ -39,6 +39,9 @@ bool report_id_ends(const char *id, const char *end);
 /* Returns true if the parts of `wanted`, with " ... " between them, are in `text`, in this order;
  * what follows `NOT ` must not be in the rest. */
 bool report_text_matches(const char *text, const char *wanted);
+/* Where the sentence of the specification begins: it is not the layer's, and no message is expected
+ * by it. */
+const char *report_own_end(const struct message *message);
 
 /* Whether what messages say beside the mistake is right: the hint of the row, counts that agree
  * with their nouns, and no id twice. */

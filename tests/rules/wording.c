@@ -56,7 +56,7 @@ static bool names_nothing_else(const struct play *play, const struct message *me
     const struct test_case *test_case = play->test_case;
     const char *own =
         test_case->rule_count != 0 ? rule_id(test_case->rules[0], play->command) : NULL;
-    const char *end = strstr(message->text, "\nThe Vulkan spec states");
+    const char *end = report_own_end(message);
     if (own == NULL || strcmp(message->id, own) != 0)
         return true;
     for (const char *at = strstr(message->text, " (also VUID-"); at != NULL && at < end;
