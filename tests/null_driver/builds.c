@@ -155,7 +155,8 @@ static void read_buffer(const struct instances *instances)
     }
 }
 
-/* Of other operations than those that write and update instances, notes where their arrays are. */
+/* Notes the references of an operation that writes or updates instances, and where the array of
+ * any other operation begins. */
 static void
 read_operation(const VkBuildPartitionedAccelerationStructureIndirectCommandNV *operation)
 {

@@ -36,7 +36,7 @@ BY_NAME = {
     "dst": "life->copy.dst", "src": "life->copy.src",
     **dict.fromkeys(("accelerationStructure", "micromap", "buffer", "memory"), "life->destroyed"),
 }
-# Those of one command.
+# Parameters that have another value in one command.
 OF_COMMANDS = {("GetAccelerationStructureHandleNV", "accelerationStructure"): "life->src",
                ("UpdateDescriptorSetWithTemplate", "pData"): "life->template_data"}
 # Handles of any kind.

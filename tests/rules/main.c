@@ -238,7 +238,7 @@ static void plan_at_lower_level(struct run *run, const struct case_list *list,
         plan(run, list, &play);
 }
 
-/* Those that read data, which at level content alone is done. */
+/* Whether the case is about data of inputs: only level content reads them. */
 static bool is_about_inputs(const struct test_case *test_case)
 {
     return test_case->setup != NULL && test_case->setup->level != NULL &&

@@ -26,6 +26,13 @@ static inline struct copy_order *copy_orders_at(const struct recording *recordin
     return (struct copy_order *)(recording->chunks[orders->chunk]->bytes + orders->offset);
 }
 
+/* The bytes of a copy, or of what was reserved like one, in staging memory. */
+static inline unsigned char *snapshot_bytes(const struct recording *recording,
+                                            const struct snapshot *snapshot)
+{
+    return recording->chunks[snapshot->chunk]->bytes + snapshot->offset;
+}
+
 /* The device address of a copy, which lies in staging memory. */
 uint64_t snapshot_address(const struct recorder *recorder, const struct snapshot *snapshot);
 

@@ -65,8 +65,7 @@ static bool list_ranges(struct recorder *recorder, struct snapshot *list)
     struct resources *resources = recorder->device->resources;
     if (!recorder_reserve(recorder, gather_ranges_size(resources), list))
         return false;
-    gather_write_ranges(resources, recorder->recording->chunks[list->chunk]->bytes + list->offset,
-                        list->size);
+    gather_write_ranges(resources, snapshot_bytes(recorder->recording, list), list->size);
     return true;
 }
 
@@ -79,9 +78,7 @@ void gather_renew_ranges(const struct layer_device *device, const struct recordi
              gathering = gathering->next) {
             const struct snapshot *list = &gathering->ranges;
             if (list->size && list->chunk < recording->chunk_count)
-                gather_write_ranges(device->resources,
-                                    recording->chunks[list->chunk]->bytes + list->offset,
-                                    list->size);
+                gather_write_ranges(device->resources, snapshot_bytes(recording, list), list->size);
         }
 }
 

@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/snapshots/copies/copies.h"
 #include "layer/snapshots/guard/references.h"
 #include "src/base/array.h"
 #include "src/base/text_buffer.h"
@@ -33,10 +32,8 @@ static void write_ranges(struct resources *resources, const struct recording *re
                          const struct build_guard *guard, struct guard_order *order)
 {
     const struct snapshot *list = &guard->ranges;
-    bool is_whole =
-        gather_write_ranges(resources, recording->chunks[list->chunk]->bytes + list->offset,
-                            list->size) &&
-        !resources_has_unknown_ranges(resources);
+    bool is_whole = gather_write_ranges(resources, snapshot_bytes(recording, list), list->size) &&
+                    !resources_has_unknown_ranges(resources);
     order->range_count = is_whole ? (uint32_t)(list->size / sizeof(uint64_t[2])) : GUARD_UNLIMITED;
 }
 
@@ -45,9 +42,8 @@ static bool ranges_are_current(struct resources *resources, const struct recordi
                                const struct snapshot *list)
 {
     unsigned char *now = malloc(list->size);
-    const bool are_current =
-        now && gather_write_ranges(resources, now, list->size) &&
-        memcmp(now, recording->chunks[list->chunk]->bytes + list->offset, list->size) == 0;
+    const bool are_current = now && gather_write_ranges(resources, now, list->size) &&
+                             memcmp(now, snapshot_bytes(recording, list), list->size) == 0;
     free(now);
     return are_current;
 }
@@ -79,8 +75,7 @@ static uint32_t write_places(const struct layer_device *device, const struct rec
     if (count > list->size / sizeof(*ranges))
         count = GUARD_UNLIMITED;
     else if (count)
-        memcpy(recording->chunks[list->chunk]->bytes + list->offset, ranges,
-               count * sizeof(*ranges));
+        memcpy(snapshot_bytes(recording, list), ranges, count * sizeof(*ranges));
     free(ranges);
     return count;
 }

@@ -4,6 +4,7 @@
 #define ASSAY_LAYER_SNAPSHOTS_GUARD_EXECUTION_H
 
 #include "layer/layer.h"
+#include "layer/snapshots/copies/copies.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/snapshots/recorded_build.h"
 #include "src/state/order/order.h"
@@ -25,7 +26,7 @@ struct batch_consumer guard_consumer(struct layer_device *device);
 static inline struct guard_order *guard_order_of(const struct recording *recording,
                                                  const struct build_guard *guard)
 {
-    return (void *)(recording->chunks[guard->order.chunk]->bytes + guard->order.offset);
+    return (void *)snapshot_bytes(recording, &guard->order);
 }
 
 /* The size in bytes of a list of ranges with structures that have no handle, with room for later
@@ -34,10 +35,10 @@ uint64_t guard_places_size(const struct layer_device *device);
 
 /* Writes the orders of a recording that is about to be submitted. `has_limits`: its builds have
  * limits; else each live structure counts as built. `is_pending`: the device still executes an
- * earlier submission, which reads the same orders: they stay as they are, but a higher limit counts
- * for both from now on, structures without a handle may be anywhere, and if the memory has changed
- * that is readable, anything behind a pointer may be. Secondaries are not
- * included. The lock of executions is held. */
+ * earlier submission, which reads the same orders. They stay as they are, but for three members,
+ * which count for both submissions from now on: a higher limit; structures without a handle may be
+ * anywhere; and all memory is readable, if the list of readable memory has changed. Does not
+ * include secondaries. Call with the lock of executions. */
 void guard_renew(const struct layer_device *device, const struct recording *recording,
                  const struct execution_clock *seen, bool is_pending, bool has_limits);
 
