@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Compiles the shaders of paths.cases, and the assembly in *.spvasm, to a header with a table of struct
-path_case (tests/shaders/paths_test.c). Each line of an assembly file that begins with "; certain" or
-"; possible" is an expectation as in paths.cases."""
+"""Compiles the shaders of paths.cases, and those of assembly.cases, to a header with a table of struct
+path_case (tests/shaders/paths_test.c)."""
 
 import argparse
 import pathlib
@@ -58,6 +57,58 @@ void main()
 {
 """
 
+ASSEMBLY = """               OpCapability Shader
+               OpCapability RayQueryKHR
+               OpExtension "SPV_KHR_ray_query"
+               OpMemoryModel Logical GLSL450
+               {entry}
+               OpDecorate %top DescriptorSet 0
+               OpDecorate %top Binding 0
+               OpDecorate %block Block
+               OpMemberDecorate %block 0 Offset 0
+               OpDecorate %unknowns DescriptorSet 0
+               OpDecorate %unknowns Binding 1
+       %void = OpTypeVoid
+   %function = OpTypeFunction %void
+       %bool = OpTypeBool
+       %uint = OpTypeInt 32 0
+      %float = OpTypeFloat 32
+      %uvec3 = OpTypeVector %uint 3
+       %vec3 = OpTypeVector %float 3
+  %structure = OpTypeAccelerationStructureKHR
+      %query = OpTypeRayQueryKHR
+      %block = OpTypeStruct %uint
+  %p_uniform = OpTypePointer Uniform %block
+     %p_uint = OpTypePointer Uniform %uint
+      %p_top = OpTypePointer UniformConstant %structure
+    %p_query = OpTypePointer Function %query
+    %p_index = OpTypePointer Input %uvec3
+      %index = OpVariable %p_index Input
+        %top = OpVariable %p_top UniformConstant
+   %unknowns = OpVariable %p_uniform Uniform
+     %uint_0 = OpConstant %uint 0
+     %uint_1 = OpConstant %uint 1
+     %uint_2 = OpConstant %uint 2
+    %float_0 = OpConstant %float 0
+    %float_1 = OpConstant %float 1
+     %vec3_0 = OpConstantComposite %vec3 %float_0 %float_0 %float_0
+       %true = OpConstantTrue %bool
+       %main = OpFunction %void None %function
+      %start = OpLabel
+          %q = OpVariable %p_query Function
+    %pointer = OpAccessChain %p_uint %unknowns %uint_0
+    %unknown = OpLoad %uint %pointer
+  %condition = OpIEqual %bool %unknown %uint_1
+         %as = OpLoad %structure %top
+"""
+COMPUTE = """OpEntryPoint GLCompute %main "main" %index %top %unknowns
+               OpExecutionMode %main LocalSize 1 1 1
+               OpDecorate %index BuiltIn GlobalInvocationId"""
+FRAGMENT = """OpEntryPoint Fragment %main "main" %index %top %unknowns
+               OpExecutionMode %main OriginUpperLeft
+               OpDecorate %index Location 0
+               OpDecorate %index Flat"""
+
 
 def expectation(line, where):
     """(certain, push constants or None) of a line, or None if it is none."""
@@ -71,19 +122,22 @@ def expectation(line, where):
 
 
 def read_cases(path):
-    cases = []
+    """[(name, expectations, lines of main())], and the names of fragment shaders."""
+    cases, fragments = [], set()
     for number, line in enumerate(path.read_text().splitlines(), 1):
         where = f"{path}:{number}"
         if line.startswith("case "):
             cases.append((line[5:], [], []))
         elif line.startswith("    "):
             cases[-1][2].append(line)
+        elif line == "fragment":
+            fragments.add(cases[-1][0])
         elif line and not line.startswith("#"):
             expected = expectation(line, where)
             if not expected:
                 sys.exit(f"{where}: expected case, certain, possible or a body: {line}")
             cases[-1][1].append(expected)
-    return cases
+    return cases, fragments
 
 
 def run(*command):
@@ -100,18 +154,19 @@ def words_of(path):
 def modules(arguments, folder):
     """(name, expectations, words) of each module."""
     source, plain, optimized = (folder / name for name in ("a.comp", "a.spv", "o.spv"))
-    for name, expected, body in read_cases(arguments.cases):
+    for name, expected, body in read_cases(arguments.cases)[0]:
         source.write_text(HEAD + "\n".join(body) + "\n}\n")
         run(arguments.glslang, "--quiet", "--target-env", "vulkan1.2", "-o", plain, source)
         run(arguments.tools / "spirv-opt", "-O", plain, "-o", optimized)
         yield name, expected, words_of(plain)
         yield name + ", optimized", expected, words_of(optimized)
-    for path in arguments.assembly:
-        run(arguments.tools / "spirv-as", "--target-env", "vulkan1.2", path, "-o", plain)
+    cases, fragments = read_cases(arguments.assembly)
+    for name, expected, body in cases:
+        entry = FRAGMENT if name in fragments else COMPUTE
+        source.write_text(ASSEMBLY.format(entry=entry) + "\n".join(body) + "\nOpFunctionEnd\n")
+        run(arguments.tools / "spirv-as", "--target-env", "vulkan1.2", source, "-o", plain)
         run(arguments.tools / "spirv-val", "--target-env", "vulkan1.2", plain)
-        expected = [expectation(line[1:], path) for line in path.read_text().splitlines()
-                    if line.startswith(";")]
-        yield path.stem.replace("_", " "), [found for found in expected if found], words_of(plain)
+        yield name, expected, words_of(plain)
 
 
 def main():
@@ -120,7 +175,7 @@ def main():
     parser.add_argument("--tools", type=pathlib.Path, required=True, help="the folder of SPIRV-Tools")
     parser.add_argument("--out", type=pathlib.Path, required=True)
     parser.add_argument("cases", type=pathlib.Path)
-    parser.add_argument("assembly", type=pathlib.Path, nargs="*")
+    parser.add_argument("assembly", type=pathlib.Path)
     arguments = parser.parse_args()
     arrays, rows = [], []
     with tempfile.TemporaryDirectory() as folder:
