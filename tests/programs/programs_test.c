@@ -113,9 +113,9 @@ static void print_messages(const struct messages *messages)
         printf("-");
 }
 
-static void compare(const struct source *source, bool is_repaired)
+static void compare(const struct source *source, unsigned variant, bool is_repaired)
 {
-    program_make(&program, source, 0, is_repaired);
+    program_make(&program, source, variant, is_repaired);
     play_program(choose_play(), &program);
     if (assay->report.outcome == OUTCOME_SKIPPED)
         return;
@@ -143,11 +143,12 @@ static int compare_all(const char *name)
     }
     plays[0].platform = &tally.platform;
     printf("group\tprogram\texpected\tAssay\tKhronos\n");
-    for (unsigned i = 0; i < sources.count; i++) {
-        if (sources.items[i].has_twin)
-            compare(&sources.items[i], false);
-        compare(&sources.items[i], true);
-    }
+    for (unsigned i = 0; i < sources.count; i++)
+        for (unsigned j = 0; j < source_variants(&sources.items[i]); j++) {
+            if (sources.items[i].has_twin)
+                compare(&sources.items[i], j, false);
+            compare(&sources.items[i], j, true);
+        }
     play_close(&khronos);
     for (unsigned i = 0; i < PLAYS; i++)
         play_close(&plays[i]);
