@@ -13,7 +13,7 @@ enum {
     PROGRAM_LINES = 256,
     PROGRAM_EXPECTATIONS = 256,
     PROGRAM_STORAGE = 96 * 1024,
-    SOURCE_TABLES = 2, /* of one case */
+    SOURCE_TABLES = 3, /* of one case */
     TABLE_COLUMNS = 10,
 };
 

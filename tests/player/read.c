@@ -199,28 +199,37 @@ static char *read_text(const struct reader *reader, const char *path)
     return text;
 }
 
-/* Broken and repaired program must differ. */
-static void check_twins(const struct reader *reader, unsigned first)
+/* Whether the broken program of a source differs from the repaired one, which it does if and only
+ * if it has a mistake. */
+static bool has_twin(const struct reader *reader, const struct source *source, unsigned variant)
 {
     static struct program broken, repaired;
+    bool is_other = false, has_mistake = false;
+    program_make(&broken, source, variant, false);
+    program_make(&repaired, source, variant, true);
+    is_other = broken.line_count != repaired.line_count;
+    for (unsigned i = 0; i < broken.line_count && !is_other; i++)
+        is_other = strcmp(broken.lines[i].text, repaired.lines[i].text) != 0;
+    for (unsigned i = 0; i < broken.expected_count; i++)
+        has_mistake |= !broken.expected[i].is_plain;
+    if (is_other != has_mistake) {
+        char what[256];
+        snprintf(what, sizeof(what), "%s: %s", repaired.name,
+                 has_mistake ? "`expect` needs +, - or {WRONG / RIGHT}"
+                             : "+, - or {WRONG / RIGHT} needs `expect`");
+        require(reader, false, what);
+    }
+    return has_mistake;
+}
+
+static void check_twins(const struct reader *reader, unsigned first)
+{
     for (unsigned i = first; i < reader->sources->count; i++) {
         struct source *source = &reader->sources->items[i];
-        bool is_other = false, has_mistake = false;
-        program_make(&broken, source, 0, false);
-        program_make(&repaired, source, 0, true);
-        is_other = broken.line_count != repaired.line_count;
-        for (unsigned j = 0; j < broken.line_count && !is_other; j++)
-            is_other = strcmp(broken.lines[j].text, repaired.lines[j].text) != 0;
-        for (unsigned j = 0; j < broken.expected_count; j++)
-            has_mistake |= !broken.expected[j].is_plain;
-        if (is_other != has_mistake) {
-            char what[256];
-            snprintf(what, sizeof(what), "%s: %s", source->name,
-                     has_mistake ? "`expect` needs +, - or {WRONG / RIGHT}"
-                                 : "+, - or {WRONG / RIGHT} needs `expect`");
-            require(reader, false, what);
-        }
-        source->has_twin = has_mistake;
+        source->has_twin = has_twin(reader, source, 0);
+        for (unsigned j = 1; j < source_variants(source); j++)
+            require(reader, has_twin(reader, source, j) == source->has_twin,
+                    "a table has rows with mistakes, and rows without");
     }
 }
 
