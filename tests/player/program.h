@@ -56,7 +56,7 @@ struct source {
 struct sources {
     struct source *items;
     unsigned count;
-    /* The definitions of common.cases, for the other files of the folder. */
+    /* The definitions of common.cases, for the other files of the folder, or for all folders. */
     struct definition *definitions;
     struct table *tables;
 };

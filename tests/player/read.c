@@ -306,10 +306,13 @@ void sources_read_all(struct sources *sources, const char *chosen)
 {
     char *folders[FILES_MAX], *files[FILES_MAX], path[1024];
     const unsigned folder_count = list_folder(root(), folders);
+    snprintf(path, sizeof(path), "%s/common.cases", root());
+    sources_read(sources, path, "./common");
+    struct definition *const definitions = sources->definitions;
     for (unsigned i = 0; i < folder_count; i++) {
         snprintf(path, sizeof(path), "%s/%s", root(), folders[i]);
         const unsigned file_count = list_folder(path, files);
-        sources->definitions = NULL;
+        sources->definitions = definitions;
         sources->tables = NULL;
         for (unsigned j = 0; j < file_count; j++)
             read_file(sources, folders[i], files[j], chosen, true);
