@@ -56,7 +56,7 @@ static void *make(void *context)
     while (atomic_load(&recording)) {
         struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
         for (int i = 0; i < MAKER_OBJECTS; i++) {
-            const struct test_buffer buffer = scene_buffer(scene, 65536, PLACE_USAGE);
+            const struct device_buffer buffer = scene_buffer(scene, 65536, PLACE_USAGE);
             const VkAccelerationStructureKHR accel = scene_accel_in(
                 scene, &buffer, 0, 4096, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
             scene_destroy(scene, (uint64_t)accel);

@@ -18,7 +18,7 @@
 #define DESTROY(member) scene_destroy(scene, (uint64_t)(member))
 /* Writes a value at an offset of what a buffer of the scene holds. */
 #define WRITE(buffer, at, type, value)                                                             \
-    memcpy((buffer).host + (at), &(type){(type)(value)}, sizeof(type))
+    memcpy((buffer).bytes + (at), &(type){(type)(value)}, sizeof(type))
 
 static inline void case_set(void *member, size_t size, uint64_t value)
 {

@@ -53,7 +53,7 @@ static struct scene *open_scene(bool in_secondary)
 static void prepare(struct scene *scene)
 {
     if (strcmp(mistake, "content") == 0)
-        ((float *)(void *)(scene->boxes.host + BOX_SIZE))[0] = 2.5f; /* minX of the second box */
+        ((float *)(void *)(scene->boxes.bytes + BOX_SIZE))[0] = 2.5f; /* minX of the second box */
     if (strcmp(mistake, "execution") == 0 && command == COMMAND_HOST)
         scene->ranges[UPDATE][0].primitiveCount--;
     if (is_deferred)

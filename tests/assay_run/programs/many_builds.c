@@ -17,7 +17,7 @@ enum {
 
 static struct fixture fixture;
 static struct scene *scene;
-static struct test_buffer structures_buffer;
+static struct device_buffer structures_buffer;
 static VkDeviceSize structure_size;
 static uint32_t families[QUEUES];
 static VkCommandBuffer command_buffers[QUEUES];

@@ -10,7 +10,7 @@ static const VkBaseInStructure unknown = {.sType = (VkStructureType)2000000123};
 /* On the host it has been built, and lost its memory since. */
 static void leave_update_src_unbound(struct scene *scene)
 {
-    struct test_buffer buffer;
+    struct device_buffer buffer;
     if (scene->command == COMMAND_HOST) {
         buffer = place_buffer(scene);
         place_src(scene, UPDATE, &buffer, 0);
@@ -37,13 +37,13 @@ static void give_many_geometries(struct scene *scene)
     scene->infos[INDEXED].geometryCount = MANY_GEOMETRIES;
     scene->infos[INDEXED].pGeometries = geometries;
     scene->range_pointers[INDEXED] = ranges;
-    const struct test_buffer scratch = scene_buffer(scene, 1 << 20, SCRATCH_USAGE);
+    const struct device_buffer scratch = scene_buffer(scene, 1 << 20, SCRATCH_USAGE);
     scene->infos[INDEXED].scratchData.deviceAddress = scene_address(scene, &scratch, 0);
 }
 
 static void give_many_geometries_and_room(struct scene *scene)
 {
-    const struct test_buffer buffer = scene_buffer(scene, 1 << 20, ACCEL_USAGE);
+    const struct device_buffer buffer = scene_buffer(scene, 1 << 20, ACCEL_USAGE);
     give_many_geometries(scene);
     scene->infos[INDEXED].dstAccelerationStructure = scene_accel_in(
         scene, &buffer, 0, buffer.size, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
@@ -62,7 +62,7 @@ static void give_exact_size(struct scene *scene, uint32_t build, VkDeviceSize le
         scene_skip(scene, "the driver wants no scratch");
         return;
     }
-    const struct test_buffer buffer = scene_buffer(scene, size - less, SCRATCH_USAGE);
+    const struct device_buffer buffer = scene_buffer(scene, size - less, SCRATCH_USAGE);
     scene->infos[build].scratchData.deviceAddress = scene_address(scene, &buffer, 0);
 }
 
@@ -70,8 +70,8 @@ static void give_exact_size(struct scene *scene, uint32_t build, VkDeviceSize le
 static void cross_within_aliasing_buffer(struct scene *scene)
 {
     const VkDeviceSize half = 65536;
-    struct test_buffer whole = scene_create_buffer(scene, 2 * half, SCRATCH_USAGE);
-    struct test_buffer first = scene_create_buffer(scene, half, SCRATCH_USAGE);
+    struct device_buffer whole = scene_create_buffer(scene, 2 * half, SCRATCH_USAGE);
+    struct device_buffer first = scene_create_buffer(scene, half, SCRATCH_USAGE);
     const struct test_memory memory = scene_allocate(scene, 2 * half);
 
     scene_bind(scene, &whole, &memory, 0);
@@ -88,7 +88,7 @@ static void cross_within_aliasing_buffer(struct scene *scene)
 /* What counts is the last build of the source, which has room for either. */
 static void build_source_twice(struct scene *scene)
 {
-    const struct test_buffer buffer = place_buffer(scene);
+    const struct device_buffer buffer = place_buffer(scene);
     const VkAccelerationStructureKHR source = scene_accel_in(
         scene, &buffer, 0, PLACE_SIZE, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 

@@ -11,7 +11,7 @@ enum { SHORTS = SCENE_BUFFER_SIZE / 2 };
 
 static uint16_t *short_indices(struct scene *scene)
 {
-    return (uint16_t *)(void *)(scene->indices.host + SHORTS);
+    return (uint16_t *)(void *)(scene->indices.bytes + SHORTS);
 }
 
 static void wide_indices(struct scene *scene, uint32_t last)
@@ -38,7 +38,7 @@ static void few_vertices_far_apart(struct scene *scene)
 static void use_transform(struct scene *scene, const float matrix[3][4])
 {
     scene->ranges[INDEXED][0].transformOffset = SCENE_TRANSFORM_OFFSET;
-    memcpy(scene->transforms.host + SCENE_TRANSFORM_OFFSET, matrix, 12 * sizeof(float));
+    memcpy(scene->transforms.bytes + SCENE_TRANSFORM_OFFSET, matrix, 12 * sizeof(float));
 }
 
 #define TRANSFORM(name, ...)                                                                       \
@@ -93,7 +93,7 @@ static void use_a_format_without_nan(struct scene *scene)
             scene_address(scene, &scene->vertices, SCENE_BUFFER_SIZE / 2);
     }
     update_of_itself(scene, UNINDEXED);
-    memset(scene->vertices.host + SCENE_BUFFER_SIZE / 2, 0xff, 24);
+    memset(scene->vertices.bytes + SCENE_BUFFER_SIZE / 2, 0xff, 24);
 }
 #include "content_update.inc"
 
@@ -134,7 +134,7 @@ static VkAccelerationStructureKHR accel_in_external_memory(struct scene *scene)
                  .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT);
     const STRUCT(VkBufferCreateInfo, create_info, .pNext = &external,
                  .size = scene->dst_buffers[INDEXED].size, .usage = ACCEL_USAGE);
-    struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
+    struct device_buffer buffer = scene_create_buffer_with(scene, &create_info);
     const struct test_memory memory =
         scene_allocate(scene, scene_buffer_memory_size(scene, &buffer));
     scene_bind(scene, &buffer, &memory, 0);
@@ -142,7 +142,7 @@ static VkAccelerationStructureKHR accel_in_external_memory(struct scene *scene)
 }
 #include "instance_addresses.inc"
 
-static void refer_to_blas_in(struct scene *scene, const struct test_buffer *buffer)
+static void refer_to_blas_in(struct scene *scene, const struct device_buffer *buffer)
 {
     scene_refer(
         scene, 1,

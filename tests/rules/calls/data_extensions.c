@@ -10,7 +10,7 @@ enum { STILL, MATRIX, SRT, INSTANCES_MADE };
 
 static VkAccelerationStructureMotionInstanceNV *motion_instance(struct scene *scene, uint32_t index)
 {
-    return (void *)(scene->instances.host + 160 * (size_t)index);
+    return (void *)(scene->instances.bytes + 160 * (size_t)index);
 }
 
 /* One of each type. */
@@ -18,7 +18,7 @@ static void moving_instances(struct scene *scene)
 {
     scene_give_motion_dst(scene, TLAS);
     scene->infos[TLAS].flags = MOTION;
-    memset(scene->instances.host, 0, SCENE_BUFFER_SIZE);
+    memset(scene->instances.bytes, 0, SCENE_BUFFER_SIZE);
     for (uint32_t i = 0; i < INSTANCES_MADE; i++)
         motion_instance(scene, i)->type = (VkAccelerationStructureMotionInstanceTypeNV)i;
     for (uint32_t i = 0; i < 3; i++) {
@@ -34,10 +34,10 @@ static void moving_instances(struct scene *scene)
 /* Their data alone, by pointers that have the types. */
 static void pack(struct scene *scene)
 {
-    uint64_t *pointers = (void *)(scene->instances.host + SCENE_BUFFER_SIZE / 2);
+    uint64_t *pointers = (void *)(scene->instances.bytes + SCENE_BUFFER_SIZE / 2);
     for (uint32_t i = 0; i < INSTANCES_MADE; i++) {
         const size_t offset = 1024 + 256 * (size_t)i;
-        memcpy(scene->instances.host + offset, &motion_instance(scene, i)->data,
+        memcpy(scene->instances.bytes + offset, &motion_instance(scene, i)->data,
                sizeof(motion_instance(scene, i)->data));
         pointers[i] = scene_address(scene, &scene->instances, offset) + i;
     }
@@ -51,13 +51,13 @@ enum { RADII = SCENE_BUFFER_SIZE / 2, RADIUS_INDICES = SCENE_BUFFER_SIZE / 4 };
 
 static void set_radius(struct scene *scene, uint32_t index, float radius)
 {
-    memcpy(scene->boxes.host + RADII + index * sizeof(radius), &radius, sizeof(radius));
+    memcpy(scene->boxes.bytes + RADII + index * sizeof(radius), &radius, sizeof(radius));
 }
 
 static void set_radii(struct scene *scene)
 {
     static const uint32_t indices[4] = {1, 3, 5, 7};
-    memcpy(scene->indices.host + RADIUS_INDICES, indices, sizeof(indices));
+    memcpy(scene->indices.bytes + RADIUS_INDICES, indices, sizeof(indices));
     for (uint32_t i = 0; i < 16; i++)
         set_radius(scene, i, (float)i);
 }
@@ -74,14 +74,14 @@ static void add_spheres_with_radii(struct scene *scene)
 static void use_short_indices(struct scene *scene)
 {
     static const uint16_t indices[4] = {1, 3, 6, 7};
-    memcpy(scene->indices.host + RADIUS_INDICES, indices, sizeof(indices));
+    memcpy(scene->indices.bytes + RADIUS_INDICES, indices, sizeof(indices));
 }
 
 static void half_radius(struct scene *scene, uint32_t value)
 {
     const uint16_t bits = (uint16_t)value;
     add_spheres_with_radii(scene);
-    memcpy(scene->boxes.host + RADII + 3 * sizeof(bits), &bits, sizeof(bits));
+    memcpy(scene->boxes.bytes + RADII + 3 * sizeof(bits), &bits, sizeof(bits));
     scene->spheres.radiusFormat = VK_FORMAT_R16_SFLOAT;
     scene->spheres.radiusStride = sizeof(bits);
 }
@@ -98,7 +98,7 @@ enum { SECOND_BOXES = 1024, VERTEX_5 = 60 };
 
 static VkAccelerationStructureInstanceKHR *nv_instance(struct scene *scene, uint32_t index)
 {
-    return (VkAccelerationStructureInstanceKHR *)(void *)scene->nv.instances.host + index;
+    return (VkAccelerationStructureInstanceKHR *)(void *)scene->nv.instances.bytes + index;
 }
 
 static uint64_t reference_of(struct scene *scene, VkAccelerationStructureNV accel)

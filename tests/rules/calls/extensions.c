@@ -6,7 +6,7 @@
 /* The build that the functions below add. */
 enum { DENSE = SCENE_BASE_BUILDS };
 
-static void add_build(struct scene *scene, const struct test_buffer *buffer)
+static void add_build(struct scene *scene, const struct device_buffer *buffer)
 {
     scene_add_build(scene, UNINDEXED);
     scene->infos[DENSE].geometryCount = 1;
@@ -27,7 +27,7 @@ static void add_build(struct scene *scene, const struct test_buffer *buffer)
 
 static void add_dense_without_usage(struct scene *scene)
 {
-    const struct test_buffer buffer = scene_dense_buffer(
+    const struct device_buffer buffer = scene_dense_buffer(
         scene, VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
     add_build(scene, &buffer);
 }
@@ -59,7 +59,7 @@ static void chain_motion(struct scene *scene, uint64_t address)
 
 static void give_motion_dst_by_address(struct scene *scene)
 {
-    const struct test_buffer *buffer = &scene->dst_buffers[INDEXED];
+    const struct device_buffer *buffer = &scene->dst_buffers[INDEXED];
     scene->infos[INDEXED].dstAccelerationStructure = scene_accel_at(
         scene, &MAKE(VkAccelerationStructureCreateInfo2KHR,
                      .createFlags = VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV,

@@ -51,9 +51,9 @@ static void triangles_motion_filled(struct scene *scene)
 #include "chain.inc"
 
 /* In the middle of an allocation of which only the first bytes are a buffer's. */
-static struct test_buffer buffer_with_nothing_behind(struct scene *scene)
+static struct device_buffer buffer_with_nothing_behind(struct scene *scene)
 {
-    struct test_buffer buffer = scene_create_buffer(scene, 4096, INPUT_USAGE);
+    struct device_buffer buffer = scene_create_buffer(scene, 4096, INPUT_USAGE);
     const struct test_memory memory = scene_allocate(scene, 65536);
     scene_bind(scene, &buffer, &memory, 0);
     return buffer;
@@ -62,8 +62,8 @@ static struct test_buffer buffer_with_nothing_behind(struct scene *scene)
 /* Eight bytes, behind which there is another buffer. */
 static VkDeviceAddress of_bytes_before_another_buffer(struct scene *scene)
 {
-    struct test_buffer buffer = scene_create_buffer(scene, 4096, INPUT_USAGE);
-    struct test_buffer next = scene_create_buffer(scene, 4096, INPUT_USAGE);
+    struct device_buffer buffer = scene_create_buffer(scene, 4096, INPUT_USAGE);
+    struct device_buffer next = scene_create_buffer(scene, 4096, INPUT_USAGE);
     const struct test_memory memory = scene_allocate(scene, 65536);
     scene_bind(scene, &buffer, &memory, 0);
     scene_bind(scene, &next, &memory, 4096);
@@ -73,8 +73,8 @@ static VkDeviceAddress of_bytes_before_another_buffer(struct scene *scene)
 /* Two buffers at one address, of which one may be read by builds. */
 static VkDeviceAddress of_aliasing_buffers(struct scene *scene)
 {
-    struct test_buffer input = scene_create_buffer(scene, 4096, INPUT_USAGE);
-    struct test_buffer storage = scene_create_buffer(scene, 8192, SCRATCH_USAGE);
+    struct device_buffer input = scene_create_buffer(scene, 4096, INPUT_USAGE);
+    struct device_buffer storage = scene_create_buffer(scene, 8192, SCRATCH_USAGE);
     const struct test_memory memory = scene_allocate(scene, 65536);
     scene_bind(scene, &input, &memory, 0);
     scene_bind(scene, &storage, &memory, 0);
@@ -84,8 +84,8 @@ static VkDeviceAddress of_aliasing_buffers(struct scene *scene)
 /* The buffer that was there is gone, another one is bound to the same memory. */
 static VkDeviceAddress recycled(struct scene *scene)
 {
-    struct test_buffer first = scene_create_buffer(scene, 4096, SCRATCH_USAGE);
-    struct test_buffer second = scene_create_buffer(scene, 4096, INPUT_USAGE);
+    struct device_buffer first = scene_create_buffer(scene, 4096, SCRATCH_USAGE);
+    struct device_buffer second = scene_create_buffer(scene, 4096, INPUT_USAGE);
     const struct test_memory memory = scene_allocate(scene, 65536);
     scene_bind(scene, &first, &memory, 0);
     scene_destroy(scene, (uint64_t)first.handle);
@@ -115,7 +115,7 @@ enum { STEP = sizeof(VkAccelerationStructureBuildRangeInfoKHR) };
 
 static void set_dst_size(struct scene *scene, uint32_t build, VkDeviceSize less)
 {
-    const struct test_buffer buffer = place_buffer(scene);
+    const struct device_buffer buffer = place_buffer(scene);
     scene->infos[build].dstAccelerationStructure = scene_accel_in(
         scene, &buffer, 0, place_size(scene, build) - less, scene->infos[build].type);
 }

@@ -33,7 +33,7 @@ static void complete_the_operation(struct scene *scene)
     join(scene, scene->fixture->device, scene->deferred_operation);
 }
 
-static VkAccelerationStructureKHR accel_in(struct scene *scene, struct test_buffer buffer,
+static VkAccelerationStructureKHR accel_in(struct scene *scene, struct device_buffer buffer,
                                            uint32_t build)
 {
     return scene_accel_in(scene, &buffer, 0, place_size(scene, build), scene->infos[build].type);
@@ -74,7 +74,7 @@ static void point_to_instances(struct scene *scene, size_t missing)
 {
     const void *pointers[3];
     for (size_t i = 0; i < 3; i++)
-        pointers[i] = scene->instances.host + i * 64;
+        pointers[i] = scene->instances.bytes + i * 64;
     scene->INSTANCES(TLAS, 0).arrayOfPointers = VK_TRUE;
     char *copy = bytes_before_unreadable_page(sizeof(pointers) - missing);
     scene->INSTANCES(TLAS, 0).data.hostAddress = memcpy(copy, pointers, sizeof(pointers) - missing);

@@ -83,7 +83,7 @@ static void deserialize_with(struct scene *scene, VkAccelerationStructureKHR dst
         uint64_t size, deserialized_size, blocks;
         uint32_t type, reserved;
         uint64_t count, micromap;
-    } *data = (void *)place_buffer(scene).host;
+    } *data = (void *)place_buffer(scene).bytes;
     STRUCT(VkPhysicalDeviceIDProperties, ids);
     STRUCT(VkPhysicalDeviceProperties2, properties, .pNext = &ids);
     scene->fixture->instance.vk.GetPhysicalDeviceProperties2(scene->fixture->instance.physical,
@@ -109,8 +109,8 @@ static void use_source_with_micromap(struct scene *scene, enum micromap_state st
         scene_skip(scene, "backend cpu writes no blocks");
         return;
     }
-    const struct test_buffer buffer = place_buffer(scene),
-                             visible = place_buffer_of_instances(scene, 1);
+    const struct device_buffer buffer = place_buffer(scene),
+                               visible = place_buffer_of_instances(scene, 1);
     const VkAccelerationStructureKHR micromap = scene_accel_in(
         scene, &buffer, 0, PLACE_FAR, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
     const VkAccelerationStructureKHR structure = scene_accel_in(
@@ -128,7 +128,7 @@ static void use_source_with_micromap(struct scene *scene, enum micromap_state st
 
 static VkAccelerationStructureKHR generic_structure(struct scene *scene)
 {
-    const struct test_buffer buffer = place_buffer(scene);
+    const struct device_buffer buffer = place_buffer(scene);
     return scene_accel_in(scene, &buffer, 0, 1024, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
 }
 
@@ -224,9 +224,9 @@ static void submit_build(struct scene *scene, int waits)
 }
 
 /* Builds a structure in a buffer and memory of its own. */
-static struct test_buffer buffer_of_a_build(struct scene *scene)
+static struct device_buffer buffer_of_a_build(struct scene *scene)
 {
-    const struct test_buffer buffer = place_buffer(scene);
+    const struct device_buffer buffer = place_buffer(scene);
     scene->infos[INDEXED].dstAccelerationStructure =
         scene_accel_in(scene, &buffer, 0, place_size(scene, INDEXED), scene->infos[INDEXED].type);
     scene_build_before(scene, INDEXED, 1);
@@ -319,7 +319,7 @@ static void use_queried_source(struct scene *scene, int dst_size)
     if (!command_is_on_host(scene->command))
         source = scene_accel_for(scene, INDEXED);
     const VkDeviceSize size = compacted_size_of(scene, source);
-    const struct test_buffer buffer = place_buffer(scene);
+    const struct device_buffer buffer = place_buffer(scene);
     scene->life.copy.src = source;
     if (dst_size != FULL)
         scene->life.copy.dst = scene_accel_in(scene, &buffer, 0, size - (dst_size == SMALL),
@@ -330,7 +330,7 @@ static void use_queried_source(struct scene *scene, int dst_size)
 static void clone_to_less(struct scene *scene, uint32_t missing)
 {
     const VkDeviceSize size = scene_sizes(scene, INDEXED).accelerationStructureSize;
-    const struct test_buffer buffer = place_buffer(scene);
+    const struct device_buffer buffer = place_buffer(scene);
     if (command_is_on_host(scene->command))
         scene_build_before(scene, INDEXED, 1);
     scene->life.copy.dst =
@@ -367,7 +367,7 @@ static void serialize_queried_source(struct scene *scene, uint32_t missing)
         scene, command_is_of_micromaps(scene->command)
                    ? VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT
                    : VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR);
-    const struct test_buffer buffer =
+    const struct device_buffer buffer =
         scene_buffer(scene, ALIGNMENT + size - missing, SCRATCH_USAGE);
     scene->life.to_memory.dst.deviceAddress = scene_address(scene, &buffer, ALIGNMENT);
 }

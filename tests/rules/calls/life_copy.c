@@ -5,7 +5,7 @@
 
 SCENE_CREATES(create_micromap, MicromapEXT, VkMicromapEXT, VkMicromapCreateInfoEXT)
 
-static VkMicromapEXT micromap_in(struct scene *scene, const struct test_buffer *buffer,
+static VkMicromapEXT micromap_in(struct scene *scene, const struct device_buffer *buffer,
                                  VkDeviceSize offset, VkDeviceSize size)
 {
     const STRUCT(VkMicromapCreateInfoEXT, info, .buffer = buffer->handle, .offset = offset,
@@ -14,7 +14,7 @@ static VkMicromapEXT micromap_in(struct scene *scene, const struct test_buffer *
 }
 
 /* A structure or micromap of the command's kind that is like src, in a buffer. */
-static uint64_t object_in(struct scene *scene, struct test_buffer buffer)
+static uint64_t object_in(struct scene *scene, struct device_buffer buffer)
 {
     if (command_is_of_micromaps(scene->command))
         return (uint64_t)micromap_in(scene, &buffer, 0, PLACE_FAR);
@@ -38,7 +38,7 @@ static uint64_t in_visible_memory(struct scene *scene)
 
 static VkAccelerationStructureKHR micromap_in_memory(struct scene *scene)
 {
-    const struct test_buffer buffer = place_buffer_of_instances(scene, 1);
+    const struct device_buffer buffer = place_buffer_of_instances(scene, 1);
     return scene_accel_in(scene, &buffer, 0, PLACE_FAR,
                           VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
 }
@@ -87,7 +87,7 @@ static void need_scratch(struct scene *scene)
 
 static VkMicromapEXT micromap_smaller_by(struct scene *scene, VkDeviceSize bytes)
 {
-    const struct test_buffer buffer = place_buffer(scene);
+    const struct device_buffer buffer = place_buffer(scene);
     return micromap_in(scene, &buffer, 0, micromap_size(scene) - bytes);
 }
 
@@ -135,7 +135,7 @@ static void *triangle_at_edge(struct scene *scene)
 static void add_build(struct scene *scene)
 {
     struct scene_life *life = &scene->life;
-    const struct test_buffer scratch = scene_buffer(scene, PLACE_FAR, SCRATCH_USAGE);
+    const struct device_buffer scratch = scene_buffer(scene, PLACE_FAR, SCRATCH_USAGE);
     life->builds[1] = life->builds[0];
     life->builds[1].dstMicromap = scene_micromap_ext(scene, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
     life->builds[1].scratchData.deviceAddress = scene_address(scene, &scratch, 0);
@@ -145,7 +145,7 @@ static void add_build(struct scene *scene)
 static void place_micromaps(struct scene *scene, enum place place)
 {
     struct scene_life *life = &scene->life;
-    const struct test_buffer buffer = place_buffer(scene);
+    const struct device_buffer buffer = place_buffer(scene);
     const VkDeviceSize size = micromap_size(scene);
     life->builds[0].dstMicromap = micromap_in(scene, &buffer, 0, size);
     life->builds[1].dstMicromap = micromap_in(scene, &buffer, place_offset(size, place), size);
@@ -155,7 +155,7 @@ static void place_micromaps(struct scene *scene, enum place place)
 static void place_micromaps_in_unused_bytes(struct scene *scene)
 {
     struct scene_life *life = &scene->life;
-    const struct test_buffer buffer = place_buffer(scene);
+    const struct device_buffer buffer = place_buffer(scene);
     const VkDeviceSize size = micromap_size(scene);
     life->builds[0].dstMicromap = micromap_in(scene, &buffer, 0, PLACE_FAR);
     life->builds[1].dstMicromap = micromap_in(scene, &buffer, place_offset(size, BEHIND), size);
@@ -165,7 +165,7 @@ static void place_micromaps_in_unused_bytes(struct scene *scene)
 static void place_micromap_and_scratch(struct scene *scene, uint32_t build, enum place place)
 {
     struct scene_life *life = &scene->life;
-    const struct test_buffer buffer = place_buffer(scene);
+    const struct device_buffer buffer = place_buffer(scene);
     const VkDeviceSize size = micromap_size(scene);
     life->builds[0].dstMicromap = micromap_in(scene, &buffer, 0, size);
     life->builds[build].scratchData.deviceAddress =

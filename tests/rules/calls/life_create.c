@@ -4,7 +4,7 @@
 #include "tests/rules/case.h"
 
 /* Creates the object of the call in another buffer. */
-static void create_in(struct scene *scene, const struct test_buffer *buffer)
+static void create_in(struct scene *scene, const struct device_buffer *buffer)
 {
     scene->life.create.buffer = scene->life.create_micromap.buffer = buffer->handle;
     scene->life.create_at.addressRange.address = buffer->address;
@@ -12,14 +12,14 @@ static void create_in(struct scene *scene, const struct test_buffer *buffer)
 
 static void create_with_usage(struct scene *scene, VkBufferUsageFlags usage)
 {
-    const struct test_buffer buffer =
+    const struct device_buffer buffer =
         scene_buffer(scene, 4096, usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     create_in(scene, &buffer);
 }
 
 static void create_in_sparse_buffer(struct scene *scene, VkBufferCreateFlags flags)
 {
-    const struct test_buffer buffer = scene_sparse_buffer(
+    const struct device_buffer buffer = scene_sparse_buffer(
         scene, 1 << 16, place_usage(scene) & ~(VkFlags)VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, flags);
     create_in(scene, &buffer);
 }
@@ -29,7 +29,7 @@ static void create_in_protected_buffer(struct scene *scene)
     const STRUCT(VkBufferCreateInfo, info, .flags = VK_BUFFER_CREATE_PROTECTED_BIT, .size = 4096,
                  .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
                           VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
-    struct test_buffer buffer = scene_create_buffer_with(scene, &info);
+    struct device_buffer buffer = scene_create_buffer_with(scene, &info);
     const struct test_memory memory =
         scene_allocate_with(scene, 4096, VK_MEMORY_PROPERTY_PROTECTED_BIT, NULL);
     scene_bind(scene, &buffer, &memory, 0);

@@ -90,7 +90,7 @@ static VkMicromapBuildInfoEXT build_info(struct scene *scene, bool is_on_host)
 
 static void place_micromap(struct scene *scene, enum place place)
 {
-    const struct test_buffer buffer = place_buffer(scene);
+    const struct device_buffer buffer = place_buffer(scene);
     const VkDeviceSize offset = place_offset(place_size(scene, UNINDEXED), place);
     scene_use_micromap(scene);
     place_dst(scene, UNINDEXED, &buffer, 0);

@@ -34,7 +34,7 @@ static void reverse_many_dsts(struct scene *scene)
 #include "pairs.inc"
 
 /* Two buffers of the scene that is played, in one memory, the second at an offset of it. */
-static struct test_buffer buffers[2];
+static struct device_buffer buffers[2];
 static void make_two_buffers(struct scene *scene, VkDeviceSize offset)
 {
     const struct test_memory memory = scene_allocate(scene, 2 * PLACE_SIZE);
@@ -113,13 +113,13 @@ enum { PAGES = 4, FIRST = 0, SECOND = PAGES };
 static struct test_memory memory; /* of 2 * PAGES pages */
 static VkDeviceSize page_size;
 
-static struct test_buffer aliased_buffer(struct scene *scene, VkBufferUsageFlags usage)
+static struct device_buffer aliased_buffer(struct scene *scene, VkBufferUsageFlags usage)
 {
     return scene_sparse_buffer(scene, PAGES * page_size, usage,
                                VK_BUFFER_CREATE_SPARSE_ALIASED_BIT);
 }
 static VkAccelerationStructureKHR
-place_bound_accel(struct scene *scene, const struct test_buffer *buffer, VkDeviceSize offset)
+place_bound_accel(struct scene *scene, const struct device_buffer *buffer, VkDeviceSize offset)
 {
     const VkDeviceAddressRangeKHR range = {.address = buffer->address + offset,
                                            .size = place_size(scene, INDEXED)};

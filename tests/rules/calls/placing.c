@@ -13,7 +13,7 @@ VkBufferUsageFlags place_usage(const struct scene *scene)
                : PLACE_USAGE;
 }
 
-struct test_buffer place_buffer(struct scene *scene)
+struct device_buffer place_buffer(struct scene *scene)
 {
     return scene_buffer(scene, PLACE_SIZE, place_usage(scene));
 }
@@ -42,19 +42,19 @@ VkDeviceSize place_scratch_offset(const struct scene *scene, VkDeviceSize size, 
 }
 
 static VkAccelerationStructureKHR place(struct scene *scene, uint32_t build,
-                                        const struct test_buffer *buffer, VkDeviceSize offset)
+                                        const struct device_buffer *buffer, VkDeviceSize offset)
 {
     return scene_accel_in(scene, buffer, offset, place_size(scene, build),
                           scene->infos[build].type);
 }
 
-void place_dst(struct scene *scene, uint32_t build, const struct test_buffer *buffer,
+void place_dst(struct scene *scene, uint32_t build, const struct device_buffer *buffer,
                VkDeviceSize offset)
 {
     scene->infos[build].dstAccelerationStructure = place(scene, build, buffer, offset);
 }
 
-void place_src(struct scene *scene, uint32_t build, const struct test_buffer *buffer,
+void place_src(struct scene *scene, uint32_t build, const struct device_buffer *buffer,
                VkDeviceSize offset)
 {
     scene->infos[build].srcAccelerationStructure = place(scene, build, buffer, offset);
@@ -62,7 +62,7 @@ void place_src(struct scene *scene, uint32_t build, const struct test_buffer *bu
         scene_build_source(scene, build);
 }
 
-void place_scratch(struct scene *scene, uint32_t build, const struct test_buffer *buffer,
+void place_scratch(struct scene *scene, uint32_t build, const struct device_buffer *buffer,
                    VkDeviceSize offset)
 {
     scene->infos[build].scratchData.deviceAddress = scene_address(scene, buffer, offset);
@@ -73,8 +73,8 @@ static void grow_input(struct scene *scene, uint32_t build)
 {
     VkAccelerationStructureGeometryKHR *geometry = &scene->geometries[build][0];
     const VkDeviceSize size = (VkDeviceSize)scene->ranges[build][0].primitiveCount * 32;
-    const struct test_buffer input = scene_buffer(scene, size, INPUT_USAGE);
-    memset(input.host, 0, size);
+    const struct device_buffer input = scene_buffer(scene, size, INPUT_USAGE);
+    memset(input.bytes, 0, size);
     if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR)
         geometry->geometry.aabbs.data.deviceAddress = scene_address(scene, &input, 0);
     else
@@ -89,7 +89,7 @@ void place_grow(struct scene *scene, uint32_t build, VkDeviceSize size)
         scene->ranges[build][0].primitiveCount *= 2;
     grow_input(scene, build);
     const VkDeviceSize scratch_size = scene_scratch_size(scene, build);
-    const struct test_buffer scratch = scene_buffer(scene, scratch_size, SCRATCH_USAGE);
+    const struct device_buffer scratch = scene_buffer(scene, scratch_size, SCRATCH_USAGE);
     place_scratch(scene, build, &scratch, 0);
 }
 
@@ -121,21 +121,21 @@ static struct test_memory allocate(struct scene *scene, VkMemoryPropertyFlags wi
     return memory;
 }
 
-static struct test_buffer buffer_in(struct scene *scene, const struct test_memory *memory)
+static struct device_buffer buffer_in(struct scene *scene, const struct test_memory *memory)
 {
-    struct test_buffer buffer = scene_create_buffer(scene, PLACE_SIZE, place_usage(scene));
+    struct device_buffer buffer = scene_create_buffer(scene, PLACE_SIZE, place_usage(scene));
     scene_bind(scene, &buffer, memory, 0);
     return buffer;
 }
 
-struct test_buffer place_device_local_buffer(struct scene *scene)
+struct device_buffer place_device_local_buffer(struct scene *scene)
 {
     const struct test_memory memory = allocate(scene, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT,
                                                VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT, 1);
     return buffer_in(scene, &memory);
 }
 
-struct test_buffer place_buffer_of_instances(struct scene *scene, uint32_t device_mask)
+struct device_buffer place_buffer_of_instances(struct scene *scene, uint32_t device_mask)
 {
     const struct test_memory memory =
         allocate(scene, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT, 0, device_mask);
@@ -144,7 +144,7 @@ struct test_buffer place_buffer_of_instances(struct scene *scene, uint32_t devic
 
 VkAccelerationStructureKHR place_accel_by_address(struct scene *scene, uint32_t build)
 {
-    const struct test_buffer buffer = place_buffer(scene);
+    const struct device_buffer buffer = place_buffer(scene);
     const STRUCT(VkAccelerationStructureCreateInfo2KHR, info,
                  .addressRange = {.address = buffer.address, .size = place_size(scene, build)},
                  .addressFlags = VK_ADDRESS_COMMAND_STORAGE_BUFFER_USAGE_BIT_KHR,

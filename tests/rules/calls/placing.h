@@ -14,7 +14,7 @@ enum { PLACE_SIZE = 1 << 20, PLACE_FAR = 1 << 16 };
 VkBufferUsageFlags place_usage(const struct scene *scene); /* with micromaps, too */
 
 /* PLACE_SIZE bytes for anything. */
-struct test_buffer place_buffer(struct scene *scene);
+struct device_buffer place_buffer(struct scene *scene);
 
 /* The size of a structure for the build: what the build uses of a larger one, too. */
 VkDeviceSize place_size(const struct scene *scene, uint32_t build);
@@ -27,19 +27,19 @@ VkDeviceSize place_offset(VkDeviceSize size, enum place place);
 VkDeviceSize place_scratch_offset(const struct scene *scene, VkDeviceSize size, enum place place);
 
 /* Gives a build a new dst, src or scratch at an offset of a buffer. */
-void place_dst(struct scene *scene, uint32_t build, const struct test_buffer *buffer,
+void place_dst(struct scene *scene, uint32_t build, const struct device_buffer *buffer,
                VkDeviceSize offset);
-void place_src(struct scene *scene, uint32_t build, const struct test_buffer *buffer,
+void place_src(struct scene *scene, uint32_t build, const struct device_buffer *buffer,
                VkDeviceSize offset);
-void place_scratch(struct scene *scene, uint32_t build, const struct test_buffer *buffer,
+void place_scratch(struct scene *scene, uint32_t build, const struct device_buffer *buffer,
                    VkDeviceSize offset);
 
 /* Gives a build primitives until its structure is larger than that, and scratch to match. */
 void place_grow(struct scene *scene, uint32_t build, VkDeviceSize size);
 
 /* A buffer in memory that the host can't see; or in memory that it can, of so many instances. */
-struct test_buffer place_device_local_buffer(struct scene *scene);
-struct test_buffer place_buffer_of_instances(struct scene *scene, uint32_t device_mask);
+struct device_buffer place_device_local_buffer(struct scene *scene);
+struct device_buffer place_buffer_of_instances(struct scene *scene, uint32_t device_mask);
 
 /* A structure for the build by vkCreateAccelerationStructure2KHR. */
 VkAccelerationStructureKHR place_accel_by_address(struct scene *scene, uint32_t build);

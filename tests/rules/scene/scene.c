@@ -10,10 +10,10 @@ enum { SECOND_BOXES = 1024 /* of AABBS, in bytes */ };
 
 #define GEOMETRY(scene, build, index) (&(scene)->geometries[build][index])
 
-uint64_t scene_address(const struct scene *scene, const struct test_buffer *buffer,
+uint64_t scene_address(const struct scene *scene, const struct device_buffer *buffer,
                        VkDeviceSize offset)
 {
-    return command_is_on_host(scene->command) ? (uint64_t)(uintptr_t)(buffer->host + offset)
+    return command_is_on_host(scene->command) ? (uint64_t)(uintptr_t)(buffer->bytes + offset)
                                               : buffer->address + offset;
 }
 
@@ -37,14 +37,14 @@ static const float identity[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
 static void fill_transforms(struct scene *scene)
 {
     for (uint32_t i = 0; i < 4; i++)
-        memcpy(scene->transforms.host + i * SCENE_TRANSFORM_OFFSET, identity, sizeof(identity));
+        memcpy(scene->transforms.bytes + i * SCENE_TRANSFORM_OFFSET, identity, sizeof(identity));
 }
 
 static void fill_vertices(struct scene *scene)
 {
-    float *vertex = (float *)(void *)scene->vertices.host;
-    uint32_t *index = (uint32_t *)(void *)scene->indices.host;
-    uint16_t *short_index = (uint16_t *)(void *)(scene->indices.host + SCENE_BUFFER_SIZE / 2);
+    float *vertex = (float *)(void *)scene->vertices.bytes;
+    uint32_t *index = (uint32_t *)(void *)scene->indices.bytes;
+    uint16_t *short_index = (uint16_t *)(void *)(scene->indices.bytes + SCENE_BUFFER_SIZE / 2);
 
     for (uint32_t i = 0; i < 64; i++, vertex += 3) {
         vertex[0] = (float)(i % 2);
@@ -60,7 +60,7 @@ static void fill_vertices(struct scene *scene)
 /* The first at a stride of 24, then at one of 32. */
 static void fill_boxes(struct scene *scene)
 {
-    float *box = (float *)(void *)scene->boxes.host;
+    float *box = (float *)(void *)scene->boxes.bytes;
     for (uint32_t i = 0; i < SCENE_BUFFER_SIZE / sizeof(float); i++) {
         const uint32_t number = i < SECOND_BOXES / sizeof(float) ? i % 6 : i % 8;
         box[i] = number < 3 ? 0.0f : 1.0f;
@@ -69,7 +69,7 @@ static void fill_boxes(struct scene *scene)
 
 static void fill_instances(struct scene *scene)
 {
-    VkAccelerationStructureInstanceKHR *instances = (void *)scene->instances.host;
+    VkAccelerationStructureInstanceKHR *instances = (void *)scene->instances.bytes;
     for (uint32_t i = 0; i < SCENE_BUFFER_SIZE / sizeof(*instances); i++) {
         memcpy(&instances[i].transform, identity, sizeof(identity));
         instances[i].mask = 0xff;
@@ -78,11 +78,11 @@ static void fill_instances(struct scene *scene)
 
 static void make_inputs(struct scene *scene)
 {
-    struct test_buffer *const buffers[] = {&scene->vertices, &scene->indices, &scene->transforms,
-                                           &scene->boxes, &scene->instances};
+    struct device_buffer *const buffers[] = {&scene->vertices, &scene->indices, &scene->transforms,
+                                             &scene->boxes, &scene->instances};
     for (size_t i = 0; i < sizeof(buffers) / sizeof(buffers[0]); i++) {
         *buffers[i] = scene_input(scene, SCENE_BUFFER_SIZE, INPUT_USAGE, true);
-        memset(buffers[i]->host, 0, SCENE_BUFFER_SIZE);
+        memset(buffers[i]->bytes, 0, SCENE_BUFFER_SIZE);
     }
     fill_vertices(scene);
     fill_transforms(scene);
@@ -325,7 +325,7 @@ void scene_use_geometry_pointers(struct scene *scene)
 
 static void call_indirect(struct scene *scene)
 {
-    memcpy(scene->indirect.host, scene->ranges, sizeof(scene->ranges));
+    memcpy(scene->indirect.bytes, scene->ranges, sizeof(scene->ranges));
     for (uint32_t build = 0; build < SCENE_BUILDS; build++) {
         for (uint32_t i = 0; i < SCENE_GEOMETRIES; i++)
             scene->counts[build][i] = scene->ranges[build][i].primitiveCount;

@@ -43,7 +43,7 @@ enum {
 struct test_memory {
     VkDeviceMemory handle;
     VkDeviceSize size;
-    uint8_t *host; /* NULL: not mapped */
+    uint8_t *bytes; /* NULL: not mapped */
 };
 
 struct scene;
@@ -67,7 +67,7 @@ struct scene_nv {
     VkAccelerationStructureNV dst, src;
     VkBuffer scratch;
     VkDeviceSize scratch_offset;
-    struct test_buffer vertices, indices, transforms, boxes, instances, scratch_buffer;
+    struct device_buffer vertices, indices, transforms, boxes, instances, scratch_buffer;
 };
 
 union life_arguments; /* of the generated life_arguments.h */
@@ -80,7 +80,7 @@ struct scene_life {
     VkCopyAccelerationStructureInfoKHR copy;
     VkCopyAccelerationStructureToMemoryInfoKHR to_memory;
     VkCopyMemoryToAccelerationStructureInfoKHR from_memory;
-    struct test_buffer memory; /* of these two */
+    struct device_buffer memory; /* of these two */
 
     uint64_t objects[4]; /* that are queried */
     uint32_t object_count;
@@ -96,9 +96,9 @@ struct scene_life {
     const VkMicromapUsageEXT *usage_pointers[SCENE_USAGES];
     VkMicromapBuildInfoEXT builds[2];
     uint32_t build_count;
-    struct test_buffer micromap_input, micromap_scratch; /* of the first build */
+    struct device_buffer micromap_input, micromap_scratch; /* of the first build */
 
-    struct test_buffer storage; /* in which a structure is created */
+    struct device_buffer storage; /* in which a structure is created */
     VkAccelerationStructureCreateInfoKHR create;
     VkAccelerationStructureCreateInfo2KHR create_at;
     VkMicromapCreateInfoEXT create_micromap;
@@ -140,7 +140,7 @@ struct scene_life {
     VkClusterAccelerationStructureMoveObjectsInputNV cluster_moves;
     VkBuildPartitionedAccelerationStructureInfoNV partition;
     VkPartitionedAccelerationStructureFlagsNV partition_flags;
-    struct test_buffer cluster_input, cluster_dst, cluster_arrays, cluster_scratch;
+    struct device_buffer cluster_input, cluster_dst, cluster_arrays, cluster_scratch;
 
     /* Changes the arguments just before the call; or NULL. */
     void (*edit)(struct scene *scene, union life_arguments *arguments);
@@ -151,7 +151,7 @@ struct scene_micromaps {
     /* For scene_build_micromap(). */
     VkAccelerationStructureGeometryMicromapDataKHR data;
     VkMicromapTriangleKHR *triangles; /* what it leads to, as the host writes it */
-    struct test_buffer triangle_buffer;
+    struct device_buffer triangle_buffer;
     VkMicromapUsageKHR usages[SCENE_USAGES];
     const VkMicromapUsageKHR *usage_pointers[SCENE_USAGES];
     /* For the other functions. */
@@ -195,16 +195,16 @@ struct scene {
     const uint32_t *count_pointers[SCENE_BUILDS];
     VkDeviceAddress indirect_addresses[SCENE_BUILDS];
     uint32_t indirect_strides[SCENE_BUILDS];
-    struct test_buffer indirect;
+    struct device_buffer indirect;
 
     struct scene_nv nv;     /* COMMAND_NV */
     struct scene_life life; /* commands that build no structures */
 
     /* What the builds use. */
-    struct test_buffer vertices, indices, transforms, boxes, instances;
+    struct device_buffer vertices, indices, transforms, boxes, instances;
     struct scene_inputs inputs;
     struct scene_micromaps micromaps;
-    struct test_buffer dst_buffers[SCENE_BUILDS], scratch_buffers[SCENE_BUILDS];
+    struct device_buffer dst_buffers[SCENE_BUILDS], scratch_buffers[SCENE_BUILDS];
     VkDevice other_device; /* made by scene_enter_other_device */
     VkuDeviceDispatchTable other_vk;
     VkDevice own_device; /* while the scene is in the other one */
@@ -276,7 +276,7 @@ VkDeviceSize scene_scratch_size(const struct scene *scene, uint32_t build);
 uint64_t scene_reference(const struct scene *scene, VkAccelerationStructureKHR accel);
 
 /* An address in a buffer, as the command of the scene wants it: of the device or the host. */
-uint64_t scene_address(const struct scene *scene, const struct test_buffer *buffer,
+uint64_t scene_address(const struct scene *scene, const struct device_buffer *buffer,
                        VkDeviceSize offset);
 
 /* ---- builds at addresses (scene_clusters.c) ---- */
@@ -321,17 +321,17 @@ void scene_forget(struct scene *scene, uint64_t handle);
 struct test_memory scene_allocate(struct scene *scene, VkDeviceSize size);
 struct test_memory scene_allocate_with(struct scene *scene, VkDeviceSize size,
                                        VkMemoryPropertyFlags properties, const void *chain);
-struct test_buffer scene_create_buffer(struct scene *scene, VkDeviceSize size,
-                                       VkBufferUsageFlags usage);
-struct test_buffer scene_create_buffer_with(struct scene *scene,
-                                            const VkBufferCreateInfo *create_info);
-void scene_bind(struct scene *scene, struct test_buffer *buffer, const struct test_memory *memory,
+struct device_buffer scene_create_buffer(struct scene *scene, VkDeviceSize size,
+                                         VkBufferUsageFlags usage);
+struct device_buffer scene_create_buffer_with(struct scene *scene,
+                                              const VkBufferCreateInfo *create_info);
+void scene_bind(struct scene *scene, struct device_buffer *buffer, const struct test_memory *memory,
                 VkDeviceSize offset);
-/* Fills in address and host after a binding made by other means. */
-void scene_note_binding(struct scene *scene, struct test_buffer *buffer,
+/* Fills in address and bytes after a binding made by other means. */
+void scene_note_binding(struct scene *scene, struct device_buffer *buffer,
                         const struct test_memory *memory, VkDeviceSize offset);
 VkDeviceAddress scene_buffer_address(struct scene *scene, VkBuffer buffer);
-VkDeviceSize scene_buffer_memory_size(struct scene *scene, const struct test_buffer *buffer);
+VkDeviceSize scene_buffer_memory_size(struct scene *scene, const struct device_buffer *buffer);
 
 /* Allocates memory of the first type that the bits allow. */
 struct test_memory scene_allocate_of_type(struct scene *scene, VkDeviceSize size,
@@ -344,13 +344,13 @@ VkDeviceAddress scene_destroyed_address(struct scene *scene);
 VkDeviceAddress scene_address_without_usage(struct scene *scene);
 
 /* A bound buffer with memory of its own. */
-struct test_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage);
+struct device_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage);
 
 /* The same, with VkBufferUsageFlags2CreateInfo, which replaces VkBufferCreateInfo::usage. */
-struct test_buffer scene_buffer_of_flags2(struct scene *scene, VkDeviceSize size,
-                                          VkBufferUsageFlags usage, VkBufferUsageFlags2 usage2);
+struct device_buffer scene_buffer_of_flags2(struct scene *scene, VkDeviceSize size,
+                                            VkBufferUsageFlags usage, VkBufferUsageFlags2 usage2);
 /* One of SCENE_BUFFER_SIZE bytes, with usage that wants VK_KHR_maintenance5. */
-struct test_buffer scene_dense_buffer(struct scene *scene, VkBufferUsageFlags2 usage);
+struct device_buffer scene_dense_buffer(struct scene *scene, VkBufferUsageFlags2 usage);
 #define DENSE_USAGE VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX
 
 VkAccelerationStructureKHR
@@ -358,17 +358,17 @@ scene_create_accel(struct scene *scene, const VkAccelerationStructureCreateInfoK
 VkAccelerationStructureKHR scene_accel_at(struct scene *scene,
                                           const VkAccelerationStructureCreateInfo2KHR *create_info);
 /* An opacity micromap is created by its address. */
-VkAccelerationStructureKHR scene_accel_in(struct scene *scene, const struct test_buffer *buffer,
+VkAccelerationStructureKHR scene_accel_in(struct scene *scene, const struct device_buffer *buffer,
                                           VkDeviceSize offset, VkDeviceSize size,
                                           VkAccelerationStructureTypeKHR type);
 
 /* A sparse buffer, no page bound; and binding pages of it, in units of bytes. */
-struct test_buffer scene_sparse_buffer(struct scene *scene, VkDeviceSize size,
-                                       VkBufferUsageFlags usage, VkBufferCreateFlags flags);
-void scene_bind_sparse(struct scene *scene, const struct test_buffer *buffer,
+struct device_buffer scene_sparse_buffer(struct scene *scene, VkDeviceSize size,
+                                         VkBufferUsageFlags usage, VkBufferCreateFlags flags);
+void scene_bind_sparse(struct scene *scene, const struct device_buffer *buffer,
                        VkDeviceSize resource_offset, VkDeviceSize size, VkDeviceMemory memory,
                        VkDeviceSize memory_offset);
-VkDeviceSize scene_sparse_page(struct scene *scene, const struct test_buffer *buffer);
+VkDeviceSize scene_sparse_page(struct scene *scene, const struct device_buffer *buffer);
 
 /* Between these what the scene creates is of another VkDevice. */
 void scene_enter_other_device(struct scene *scene);
@@ -398,7 +398,7 @@ VkMicromapEXT scene_micromap_ext(struct scene *scene, VkMicromapTypeEXT type);
 /* A build of a micromap by one usage, which it leads to. The second half of the input is full of
  * triangles of its format; the first half is their data. */
 struct scene_micromap_build {
-    struct test_buffer input, scratch;
+    struct device_buffer input, scratch;
     VkMicromapBuildInfoEXT info;
 };
 struct scene_micromap_build scene_build_of_micromap(struct scene *scene, VkMicromapTypeEXT type,

@@ -45,7 +45,7 @@ static void open_cluster(struct scene *scene)
     life->cluster_moves = MAKE(VkClusterAccelerationStructureMoveObjectsInputNV,
                                .type = VK_CLUSTER_ACCELERATION_STRUCTURE_TYPE_TRIANGLE_CLUSTER_NV,
                                .maxMovedBytes = 4096);
-    const struct test_buffer *arrays = &life->cluster_arrays, *input = &life->cluster_input;
+    const struct device_buffer *arrays = &life->cluster_arrays, *input = &life->cluster_input;
     life->cluster = MAKE(
         VkClusterAccelerationStructureCommandsInfoNV,
         .input =
@@ -67,8 +67,8 @@ void scene_open_clusters(struct scene *scene)
     life->cluster_dst = scene_buffer(scene, DST_SIZE, ACCEL_USAGE);
     life->cluster_arrays = scene_buffer(scene, ARRAYS_SIZE, SCRATCH_USAGE);
     life->cluster_scratch = scene_buffer(scene, SCRATCH_SIZE, SCRATCH_USAGE);
-    memset(life->cluster_input.host, 0, SCENE_BUFFER_SIZE);
-    memset(life->cluster_arrays.host, 0, ARRAYS_SIZE);
+    memset(life->cluster_input.bytes, 0, SCENE_BUFFER_SIZE);
+    memset(life->cluster_arrays.bytes, 0, ARRAYS_SIZE);
     open_cluster(scene);
     life->partition_flags = MAKE(VkPartitionedAccelerationStructureFlagsNV);
     life->partition =
@@ -85,7 +85,7 @@ void scene_open_clusters(struct scene *scene)
 void scene_use_partition_descriptor(struct scene *scene)
 {
     struct scene_life *life = &scene->life;
-    const struct test_buffer buffer = scene_buffer(scene, DST_SIZE, ACCEL_USAGE);
+    const struct device_buffer buffer = scene_buffer(scene, DST_SIZE, ACCEL_USAGE);
     life->objects[0] = life->objects[1] = buffer.address;
     life->partition_descriptor =
         MAKE(VkWriteDescriptorSetPartitionedAccelerationStructureNV,

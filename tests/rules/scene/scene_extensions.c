@@ -71,7 +71,7 @@ void scene_give_motion_dst(struct scene *scene, uint32_t build)
 
 VkAccelerationStructureInstanceKHR *scene_instance(struct scene *scene, uint32_t index)
 {
-    return (VkAccelerationStructureInstanceKHR *)(void *)scene->instances.host + index;
+    return (VkAccelerationStructureInstanceKHR *)(void *)scene->instances.bytes + index;
 }
 
 void scene_refer(struct scene *scene, uint32_t index, VkAccelerationStructureKHR accel)
@@ -88,7 +88,7 @@ VkAccelerationStructureKHR scene_built(struct scene *scene, uint32_t model)
 
 void scene_use_instance_pointers(struct scene *scene)
 {
-    uint64_t *pointers = (void *)(scene->instances.host + SCENE_BUFFER_SIZE / 2);
+    uint64_t *pointers = (void *)(scene->instances.bytes + SCENE_BUFFER_SIZE / 2);
     memset(pointers, 0, SCENE_BUFFER_SIZE / 2);
     for (uint32_t i = 0; i < 8; i++)
         pointers[i] =

@@ -31,8 +31,8 @@ static uint8_t *allocate_bytes(struct scene *scene, VkDeviceSize size)
 }
 
 /* Queues of several families may use it. */
-static struct test_buffer shared_buffer(struct scene *scene, VkDeviceSize size,
-                                        VkBufferUsageFlags usage)
+static struct device_buffer shared_buffer(struct scene *scene, VkDeviceSize size,
+                                          VkBufferUsageFlags usage)
 {
     static const uint32_t families[] = {0, 1};
     const bool is_shared = scene->fixture->uses_two_queues;
@@ -42,10 +42,10 @@ static struct test_buffer shared_buffer(struct scene *scene, VkDeviceSize size,
     return scene_create_buffer_with(scene, &create_info);
 }
 
-static struct test_buffer device_local_buffer(struct scene *scene, VkDeviceSize size,
-                                              VkBufferUsageFlags usage)
+static struct device_buffer device_local_buffer(struct scene *scene, VkDeviceSize size,
+                                                VkBufferUsageFlags usage)
 {
-    struct test_buffer buffer =
+    struct device_buffer buffer =
         shared_buffer(scene, size, usage | VK_BUFFER_USAGE_TRANSFER_DST_BIT);
     const struct test_memory memory = scene_allocate_with(
         scene, scene_buffer_memory_size(scene, &buffer), VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, NULL);
@@ -53,12 +53,12 @@ static struct test_buffer device_local_buffer(struct scene *scene, VkDeviceSize 
     return buffer;
 }
 
-struct test_buffer scene_input(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage,
-                               bool exchanged)
+struct device_buffer scene_input(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage,
+                                 bool exchanged)
 {
     const enum input_route route = route_of(scene);
     struct staged_input item = {.size = size};
-    struct test_buffer buffer;
+    struct device_buffer buffer;
 
     if (route == INPUTS_IN_PLACE)
         return scene_buffer(scene, size, usage);
@@ -67,16 +67,16 @@ struct test_buffer scene_input(struct scene *scene, VkDeviceSize size, VkBufferU
     } else {
         buffer = device_local_buffer(scene, size, usage);
         if (route == INPUTS_INLINE) {
-            buffer.host = allocate_bytes(scene, size);
+            buffer.bytes = allocate_bytes(scene, size);
         } else {
-            const struct test_buffer source =
+            const struct device_buffer source =
                 scene_buffer(scene, size, VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
             item.source = source.handle;
-            buffer.host = source.host;
+            buffer.bytes = source.bytes;
         }
     }
     item.buffer = buffer.handle;
-    item.host = buffer.host;
+    item.bytes = buffer.bytes;
     item.other = exchanged ? allocate_bytes(scene, size) : NULL;
     if (scene->inputs.count == SCENE_STAGED_MAX)
         abort();
@@ -110,7 +110,7 @@ static void record_copies(struct scene *scene, VkCommandBuffer command_buffer)
         if (item->source != VK_NULL_HANDLE)
             scene->vk->CmdCopyBuffer(command_buffer, item->source, item->buffer, 1, &region);
         else
-            scene->vk->CmdUpdateBuffer(command_buffer, item->buffer, 0, item->size, item->host);
+            scene->vk->CmdUpdateBuffer(command_buffer, item->buffer, 0, item->size, item->bytes);
     }
     barrier(scene, command_buffer, true);
 }
@@ -203,7 +203,7 @@ void scene_inputs_remember(struct scene *scene)
     for (uint32_t i = 0; i < scene->inputs.count; i++) {
         const struct staged_input *item = &scene->inputs.items[i];
         if (item->other != NULL)
-            memcpy(item->other, item->host, item->size);
+            memcpy(item->other, item->bytes, item->size);
     }
 }
 
@@ -211,7 +211,7 @@ bool scene_inputs_differ(const struct scene *scene)
 {
     for (uint32_t i = 0; i < scene->inputs.count; i++) {
         const struct staged_input *item = &scene->inputs.items[i];
-        if (item->other != NULL && memcmp(item->other, item->host, item->size) != 0)
+        if (item->other != NULL && memcmp(item->other, item->bytes, item->size) != 0)
             return true;
     }
     return false;
@@ -222,8 +222,8 @@ void scene_inputs_exchange(struct scene *scene)
     for (uint32_t i = 0; i < scene->inputs.count; i++) {
         const struct staged_input *item = &scene->inputs.items[i];
         for (VkDeviceSize j = 0; item->other != NULL && j < item->size; j++) {
-            const uint8_t byte = item->host[j];
-            item->host[j] = item->other[j];
+            const uint8_t byte = item->bytes[j];
+            item->bytes[j] = item->other[j];
             item->other[j] = byte;
         }
     }

@@ -4,7 +4,8 @@
 #define ASSAY_TESTS_RULES_SCENE_INPUTS_H
 
 #include <stdbool.h>
-#include <vulkan/vulkan.h>
+
+#include "tests/fixture/objects.h"
 
 /* The route of what device builds read. Builds that come before the call are in its command buffer
  * in the cases of rules_test, which submits few of them; INPUTS_VISIBLE, _COPIED and _UPLOADED
@@ -21,21 +22,12 @@ enum { SCENE_STAGED_MAX = 24, SCENE_SEMAPHORES_MAX = 32 };
 
 struct scene;
 
-struct test_buffer {
-    VkBuffer handle;
-    VkDeviceSize size;
-    VkBufferUsageFlags usage;
-    VkDeviceMemory memory;   /* null: unbound */
-    VkDeviceAddress address; /* 0 until bound, or without the usage for it */
-    uint8_t *host;
-};
-
-/* A buffer that the cases write by its `host`. */
+/* A buffer that the cases write by its `bytes`. */
 struct staged_input {
     VkBuffer buffer;
-    VkBuffer source; /* null: inline, or `host` is the buffer's own memory */
+    VkBuffer source; /* null: inline, or `bytes` are the buffer's own memory */
     VkDeviceSize size;
-    uint8_t *host;
+    uint8_t *bytes;
     uint8_t *other; /* see scene_inputs_exchange(); NULL: its bytes stay */
 };
 
@@ -49,8 +41,8 @@ struct scene_inputs {
 
 /* A bound buffer of inputs, by the world's route. Without `exchanged` its bytes stay at exchanges.
  */
-struct test_buffer scene_input(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage,
-                               bool exchanged);
+struct device_buffer scene_input(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage,
+                                 bool exchanged);
 
 /* Records what brings the inputs of the build that is recorded next. */
 void scene_inputs_stage(struct scene *scene, VkCommandBuffer command_buffer);

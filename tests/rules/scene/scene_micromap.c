@@ -11,7 +11,7 @@ enum { MICROMAP_SIZE = 16 * 1024 }; /* suffices for harsh limits, too */
 VkAccelerationStructureKHR scene_micromap_structure(struct scene *scene,
                                                     VkAccelerationStructureTypeKHR type)
 {
-    const struct test_buffer buffer = scene_buffer(scene, 4 * MICROMAP_SIZE, ACCEL_USAGE);
+    const struct device_buffer buffer = scene_buffer(scene, 4 * MICROMAP_SIZE, ACCEL_USAGE);
     /* Without the feature, a micromap cannot be created. */
     if (scene->fixture->setup.disable & DISABLE_MICROMAP_KHR)
         type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR;
@@ -29,12 +29,12 @@ void scene_build_micromap(struct scene *scene)
 {
     struct scene_micromaps *micromaps = &scene->micromaps;
     VkAccelerationStructureBuildGeometryInfoKHR *info = &scene->infos[AABBS];
-    const struct test_buffer data =
+    const struct device_buffer data =
         scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE, true);
-    const struct test_buffer triangles =
+    const struct device_buffer triangles =
         scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE, true);
 
-    micromaps->triangles = (VkMicromapTriangleKHR *)(void *)triangles.host;
+    micromaps->triangles = (VkMicromapTriangleKHR *)(void *)triangles.bytes;
     micromaps->triangle_buffer = triangles;
     fill_triangles(micromaps->triangles);
     for (uint32_t i = 0; i < SCENE_USAGES; i++) {
@@ -64,10 +64,10 @@ void scene_build_micromap(struct scene *scene)
 void scene_record_micromap_in(struct scene *scene, VkAccelerationStructureKHR micromap,
                               uint32_t triangle_count)
 {
-    const struct test_buffer input =
+    const struct device_buffer input =
         scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE, true);
-    const struct test_buffer scratch = scene_buffer(scene, MICROMAP_SIZE, SCRATCH_USAGE);
-    fill_triangles((VkMicromapTriangleKHR *)(void *)input.host);
+    const struct device_buffer scratch = scene_buffer(scene, MICROMAP_SIZE, SCRATCH_USAGE);
+    fill_triangles((VkMicromapTriangleKHR *)(void *)input.bytes);
     const VkMicromapUsageKHR usage = {.count = triangle_count,
                                       .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR};
     const STRUCT(VkAccelerationStructureGeometryMicromapDataKHR, data, .usageCountsCount = 1,
@@ -96,17 +96,17 @@ VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t t
 /* Returns what the source of an update is serialized to. */
 static const void *serialized_on_host(struct scene *scene)
 {
-    const struct test_buffer buffer = scene_buffer(scene, SERIALIZED_SIZE, SCRATCH_USAGE);
+    const struct device_buffer buffer = scene_buffer(scene, SERIALIZED_SIZE, SCRATCH_USAGE);
     const VkCopyAccelerationStructureToMemoryInfoKHR info =
-        serialize_info(scene->infos[REFIT].srcAccelerationStructure, (uintptr_t)buffer.host);
+        serialize_info(scene->infos[REFIT].srcAccelerationStructure, (uintptr_t)buffer.bytes);
     scene->vk->CopyAccelerationStructureToMemoryKHR(scene->fixture->device, VK_NULL_HANDLE, &info);
-    return buffer.host;
+    return buffer.bytes;
 }
 
 VkDeviceAddress scene_serialized(struct scene *scene)
 {
-    const struct test_buffer buffer = scene_buffer(scene, SERIALIZED_SIZE, SCRATCH_USAGE);
-    memcpy(buffer.host, &NULL_DRIVER_SERIALIZED, sizeof(NULL_DRIVER_SERIALIZED));
+    const struct device_buffer buffer = scene_buffer(scene, SERIALIZED_SIZE, SCRATCH_USAGE);
+    memcpy(buffer.bytes, &NULL_DRIVER_SERIALIZED, sizeof(NULL_DRIVER_SERIALIZED));
     return buffer.address;
 }
 
@@ -143,9 +143,9 @@ SCENE_CREATES(create, MicromapEXT, VkMicromapEXT, VkMicromapCreateInfoEXT)
 
 VkMicromapEXT scene_micromap_ext(struct scene *scene, VkMicromapTypeEXT type)
 {
-    const struct test_buffer buffer = scene_buffer(scene, MICROMAP_SIZE,
-                                                   VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT |
-                                                       VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    const struct device_buffer buffer = scene_buffer(scene, MICROMAP_SIZE,
+                                                     VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT |
+                                                         VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     const STRUCT(VkMicromapCreateInfoEXT, create_info, .buffer = buffer.handle, .size = buffer.size,
                  .type = type);
     return create(scene, &create_info);
@@ -173,11 +173,11 @@ void scene_use_micromap_ext(struct scene *scene)
     scene_fit(scene, INDEXED);
 }
 
-static VkDeviceOrHostAddressKHR address_of(const struct test_buffer *buffer, VkDeviceSize offset,
+static VkDeviceOrHostAddressKHR address_of(const struct device_buffer *buffer, VkDeviceSize offset,
                                            bool is_on_host)
 {
     if (is_on_host)
-        return (VkDeviceOrHostAddressKHR){.hostAddress = buffer->host + offset};
+        return (VkDeviceOrHostAddressKHR){.hostAddress = buffer->bytes + offset};
     return (VkDeviceOrHostAddressKHR){.deviceAddress = buffer->address + offset};
 }
 
@@ -186,16 +186,16 @@ struct scene_micromap_build scene_build_of_micromap(struct scene *scene, VkMicro
                                                     const VkMicromapUsageEXT *usage,
                                                     bool is_on_host)
 {
-    const struct test_buffer input =
+    const struct device_buffer input =
         scene_buffer(scene, SCENE_MICROMAP_INPUT_SIZE,
                      VK_BUFFER_USAGE_MICROMAP_BUILD_INPUT_READ_ONLY_BIT_EXT |
                          VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
-    const struct test_buffer scratch = scene_buffer(scene, MICROMAP_SIZE, SCRATCH_USAGE);
+    const struct device_buffer scratch = scene_buffer(scene, MICROMAP_SIZE, SCRATCH_USAGE);
     const VkMicromapTriangleEXT triangle = {.format = (uint16_t)usage->format};
     const VkDeviceSize at = input.size / 2;
-    memset(input.host, 0, input.size);
+    memset(input.bytes, 0, input.size);
     for (VkDeviceSize i = at; i < input.size; i += sizeof(triangle))
-        memcpy(input.host + i, &triangle, sizeof(triangle));
+        memcpy(input.bytes + i, &triangle, sizeof(triangle));
     return (struct scene_micromap_build){
         .input = input,
         .scratch = scratch,

@@ -93,7 +93,7 @@ void scene_nv_give_large_scratch(struct scene *scene)
 uint64_t scene_nv_foreign_buffer(struct scene *scene)
 {
     scene_enter_other_device(scene);
-    const struct test_buffer buffer =
+    const struct device_buffer buffer =
         scene_buffer(scene, SCENE_BUFFER_SIZE, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
     scene_leave_other_device(scene);
     return (uint64_t)buffer.handle;
@@ -101,11 +101,11 @@ uint64_t scene_nv_foreign_buffer(struct scene *scene)
 
 /* ---- geometries ---- */
 
-static struct test_buffer copy_of(struct scene *scene, const struct test_buffer *input)
+static struct device_buffer copy_of(struct scene *scene, const struct device_buffer *input)
 {
-    const struct test_buffer copy =
+    const struct device_buffer copy =
         scene_input(scene, input->size, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV, true);
-    memcpy(copy.host, input->host, input->size);
+    memcpy(copy.bytes, input->bytes, input->size);
     return copy;
 }
 

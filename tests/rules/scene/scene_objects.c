@@ -99,7 +99,7 @@ struct test_memory scene_allocate_with(struct scene *scene, VkDeviceSize size,
     struct test_memory memory = allocate(scene, size, type, chain);
     if ((properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) != 0)
         GET(scene->vk->MapMemory(scene->fixture->device, memory.handle, 0, size, 0,
-                                 (void **)&memory.host));
+                                 (void **)&memory.bytes));
     return memory;
 }
 
@@ -118,16 +118,16 @@ struct test_memory scene_allocate(struct scene *scene, VkDeviceSize size)
 
 /* ---- buffers ---- */
 
-struct test_buffer scene_create_buffer_with(struct scene *scene,
-                                            const VkBufferCreateInfo *create_info)
+struct device_buffer scene_create_buffer_with(struct scene *scene,
+                                              const VkBufferCreateInfo *create_info)
 {
-    return (struct test_buffer){.handle = create_buffer(scene, create_info),
-                                .size = create_info->size,
-                                .usage = create_info->usage};
+    return (struct device_buffer){.handle = create_buffer(scene, create_info),
+                                  .size = create_info->size,
+                                  .usage = create_info->usage};
 }
 
-struct test_buffer scene_create_buffer(struct scene *scene, VkDeviceSize size,
-                                       VkBufferUsageFlags usage)
+struct device_buffer scene_create_buffer(struct scene *scene, VkDeviceSize size,
+                                         VkBufferUsageFlags usage)
 {
     const STRUCT(VkBufferCreateInfo, create_info, .size = size, .usage = usage);
     return scene_create_buffer_with(scene, &create_info);
@@ -150,23 +150,23 @@ VkDeviceAddress scene_buffer_address(struct scene *scene, VkBuffer buffer)
     return scene->vk->GetBufferDeviceAddress(device, &info);
 }
 
-VkDeviceSize scene_buffer_memory_size(struct scene *scene, const struct test_buffer *buffer)
+VkDeviceSize scene_buffer_memory_size(struct scene *scene, const struct device_buffer *buffer)
 {
     VkMemoryRequirements requirements;
     scene->vk->GetBufferMemoryRequirements(scene->fixture->device, buffer->handle, &requirements);
     return requirements.size;
 }
 
-void scene_note_binding(struct scene *scene, struct test_buffer *buffer,
+void scene_note_binding(struct scene *scene, struct device_buffer *buffer,
                         const struct test_memory *memory, VkDeviceSize offset)
 {
     buffer->memory = memory->handle;
-    buffer->host = memory->host != NULL ? memory->host + offset : NULL;
+    buffer->bytes = memory->bytes != NULL ? memory->bytes + offset : NULL;
     if ((buffer->usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT) != 0)
         buffer->address = scene_buffer_address(scene, buffer->handle);
 }
 
-void scene_bind(struct scene *scene, struct test_buffer *buffer, const struct test_memory *memory,
+void scene_bind(struct scene *scene, struct device_buffer *buffer, const struct test_memory *memory,
                 VkDeviceSize offset)
 {
     if (memory->handle == VK_NULL_HANDLE)
@@ -176,7 +176,7 @@ void scene_bind(struct scene *scene, struct test_buffer *buffer, const struct te
     scene_note_binding(scene, buffer, memory, offset);
 }
 
-static struct test_buffer bind_own(struct scene *scene, struct test_buffer buffer)
+static struct device_buffer bind_own(struct scene *scene, struct device_buffer buffer)
 {
     const struct test_memory memory =
         scene_allocate(scene, scene_buffer_memory_size(scene, &buffer));
@@ -184,17 +184,17 @@ static struct test_buffer bind_own(struct scene *scene, struct test_buffer buffe
     return buffer;
 }
 
-struct test_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage)
+struct device_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage)
 {
     return bind_own(scene, scene_create_buffer(scene, size, usage));
 }
 
-struct test_buffer scene_buffer_of_flags2(struct scene *scene, VkDeviceSize size,
-                                          VkBufferUsageFlags usage, VkBufferUsageFlags2 usage2)
+struct device_buffer scene_buffer_of_flags2(struct scene *scene, VkDeviceSize size,
+                                            VkBufferUsageFlags usage, VkBufferUsageFlags2 usage2)
 {
     const STRUCT(VkBufferUsageFlags2CreateInfo, flags2, .usage = usage2);
     const STRUCT(VkBufferCreateInfo, create_info, .pNext = &flags2, .size = size, .usage = usage);
-    struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
+    struct device_buffer buffer = scene_create_buffer_with(scene, &create_info);
     buffer.usage |=
         VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT; /* so that its address is asked for */
     return bind_own(scene, buffer);
@@ -202,14 +202,14 @@ struct test_buffer scene_buffer_of_flags2(struct scene *scene, VkDeviceSize size
 
 VkDeviceAddress scene_freed_address(struct scene *scene)
 {
-    const struct test_buffer buffer = scene_buffer(scene, SCENE_BUFFER_SIZE, INPUT_USAGE);
+    const struct device_buffer buffer = scene_buffer(scene, SCENE_BUFFER_SIZE, INPUT_USAGE);
     scene_destroy(scene, (uint64_t)buffer.memory);
     return buffer.address;
 }
 
 VkDeviceAddress scene_destroyed_address(struct scene *scene)
 {
-    const struct test_buffer buffer = scene_buffer(scene, SCENE_BUFFER_SIZE, INPUT_USAGE);
+    const struct device_buffer buffer = scene_buffer(scene, SCENE_BUFFER_SIZE, INPUT_USAGE);
     scene_destroy(scene, (uint64_t)buffer.handle);
     return buffer.address;
 }
@@ -219,11 +219,11 @@ VkDeviceAddress scene_address_without_usage(struct scene *scene)
     return scene_buffer(scene, SCENE_MICROMAP_INPUT_SIZE, SCRATCH_USAGE).address;
 }
 
-struct test_buffer scene_dense_buffer(struct scene *scene, VkBufferUsageFlags2 usage)
+struct device_buffer scene_dense_buffer(struct scene *scene, VkBufferUsageFlags2 usage)
 {
-    const struct test_buffer buffer = scene_buffer_of_flags2(
+    const struct device_buffer buffer = scene_buffer_of_flags2(
         scene, SCENE_BUFFER_SIZE, INPUT_USAGE, usage | VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT);
-    dense_blocks_write(buffer.host, SCENE_BUFFER_SIZE / DENSE_BLOCK);
+    dense_blocks_write(buffer.bytes, SCENE_BUFFER_SIZE / DENSE_BLOCK);
     return buffer;
 }
 
@@ -242,7 +242,7 @@ VkAccelerationStructureKHR scene_accel_at(struct scene *scene,
 }
 
 static VkAccelerationStructureKHR opacity_micromap_in(struct scene *scene,
-                                                      const struct test_buffer *buffer,
+                                                      const struct device_buffer *buffer,
                                                       VkDeviceSize offset, VkDeviceSize size)
 {
     const VkDeviceAddressRangeKHR range = {.address = buffer->address + offset, .size = size};
@@ -252,7 +252,7 @@ static VkAccelerationStructureKHR opacity_micromap_in(struct scene *scene,
                      .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR));
 }
 
-VkAccelerationStructureKHR scene_accel_in(struct scene *scene, const struct test_buffer *buffer,
+VkAccelerationStructureKHR scene_accel_in(struct scene *scene, const struct device_buffer *buffer,
                                           VkDeviceSize offset, VkDeviceSize size,
                                           VkAccelerationStructureTypeKHR type)
 {
@@ -287,7 +287,7 @@ void scene_leave_other_device(struct scene *scene)
 
 VkAccelerationStructureKHR scene_accel_of_other_device(struct scene *scene, uint32_t build)
 {
-    const struct test_buffer dst_buffer = scene->dst_buffers[build];
+    const struct device_buffer dst_buffer = scene->dst_buffers[build];
 
     scene_enter_other_device(scene);
     const VkAccelerationStructureKHR accel = scene_accel_for(scene, build);
@@ -298,25 +298,25 @@ VkAccelerationStructureKHR scene_accel_of_other_device(struct scene *scene, uint
 
 /* ---- sparse ---- */
 
-struct test_buffer scene_sparse_buffer(struct scene *scene, VkDeviceSize size,
-                                       VkBufferUsageFlags usage, VkBufferCreateFlags flags)
+struct device_buffer scene_sparse_buffer(struct scene *scene, VkDeviceSize size,
+                                         VkBufferUsageFlags usage, VkBufferCreateFlags flags)
 {
     const STRUCT(VkBufferCreateInfo, create_info,
                  .flags = VK_BUFFER_CREATE_SPARSE_BINDING_BIT | flags, .size = size,
                  .usage = usage);
-    struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
+    struct device_buffer buffer = scene_create_buffer_with(scene, &create_info);
     buffer.address = scene_buffer_address(scene, buffer.handle);
     return buffer;
 }
 
-VkDeviceSize scene_sparse_page(struct scene *scene, const struct test_buffer *buffer)
+VkDeviceSize scene_sparse_page(struct scene *scene, const struct device_buffer *buffer)
 {
     VkMemoryRequirements requirements;
     scene->vk->GetBufferMemoryRequirements(scene->fixture->device, buffer->handle, &requirements);
     return requirements.alignment;
 }
 
-void scene_bind_sparse(struct scene *scene, const struct test_buffer *buffer,
+void scene_bind_sparse(struct scene *scene, const struct device_buffer *buffer,
                        VkDeviceSize resource_offset, VkDeviceSize size, VkDeviceMemory memory,
                        VkDeviceSize memory_offset)
 {

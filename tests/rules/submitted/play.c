@@ -130,7 +130,7 @@ static void use_instance_pointers(struct scene *scene)
         &scene->geometries[TLAS][0].geometry.instances;
     VkAccelerationStructureBuildRangeInfoKHR *range = &scene->ranges[TLAS][0];
     const VkDeviceSize half = SCENE_BUFFER_SIZE / 2;
-    uint64_t *pointers = (uint64_t *)(void *)(scene->instances.host + half);
+    uint64_t *pointers = (uint64_t *)(void *)(scene->instances.bytes + half);
 
     if (instances->arrayOfPointers)
         return;
@@ -155,7 +155,7 @@ static bool has_null_pointers(const struct scene *scene)
     if (!instances->arrayOfPointers || end > SCENE_BUFFER_SIZE)
         return false;
     for (uint64_t at = offset; at < end; at += sizeof(uint64_t))
-        if (*(const uint64_t *)(const void *)(scene->instances.host + at) == 0)
+        if (*(const uint64_t *)(const void *)(scene->instances.bytes + at) == 0)
             return true;
     return false;
 }
