@@ -22,7 +22,8 @@ TYPES = ("float", "uint8_t", "uint16_t", "uint32_t", "uint64_t")
 # Calls in edits that take no scene.
 PLAIN_CALLS = ("sizeof", "offsetof", "unreadable_page", "memcpy", "memset", "for",
                "if", "place_offset", "messages_clear", "fixture_find_family",
-               "bytes_before_unreadable_page")
+               "bytes_before_unreadable_page", "deserialize_info", "command_is_on_host",
+               "command_is_of_micromaps", "command_is_of_nv")
 # Where messages say that members of the scene are. {0} and so on: what stands in brackets.
 PATHS = [(re.compile(pattern + r"(?!\w)(.*)"), path) for pattern, path in (
     (r"infos\[(\w+)\]", "pInfos[{0}]"),

@@ -70,17 +70,6 @@ static VkCommandBuffer record_secondary(struct scene *scene)
     return secondary;
 }
 
-static void continue_render_pass(struct scene *scene)
-{
-    const STRUCT(VkCommandBufferInheritanceInfo, inheritance,
-                 .renderPass = scene_render_pass(scene));
-    const STRUCT(VkCommandBufferBeginInfo, begin_info,
-                 .flags = VK_COMMAND_BUFFER_USAGE_RENDER_PASS_CONTINUE_BIT,
-                 .pInheritanceInfo = &inheritance);
-    scene->command_buffer = scene_allocate_command_buffer(
-        scene, scene_pool(scene, compute_family(scene), 0), VK_COMMAND_BUFFER_LEVEL_SECONDARY);
-    GET(scene->vk->BeginCommandBuffer(scene->command_buffer, &begin_info));
-}
 #include "pointers.inc"
 #include "recording.inc"
 
@@ -93,26 +82,6 @@ static void repeat_first_geometry(struct scene *scene, uint32_t build, VkDeviceS
     scene->infos[build].geometryCount = (uint32_t)count;
 }
 
-/* Each build stays within a limit that all of them together exceed. */
-static void add_builds_of_many_primitives(struct scene *scene)
-{
-    for (int i = 0; i < 6; i++) {
-        scene->ranges[scene_add_build(scene, INDEXED)][0].primitiveCount = 10;
-        scene->ranges[scene_add_build(scene, AABBS)][0].primitiveCount = 7;
-    }
-}
 #include "limits.inc"
 
-/* A dst that is a byte too small. */
-static void make_dst_small(struct scene *scene)
-{
-    const VkDeviceSize size = scene_sizes(scene, INDEXED).accelerationStructureSize;
-    if (size < 2) {
-        scene_skip(scene, "structures are too small to make one smaller");
-        return;
-    }
-    scene->infos[INDEXED].dstAccelerationStructure =
-        scene_accel_in(scene, &scene->dst_buffers[INDEXED], 0, size - 1,
-                       VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-}
 #include "two_mistakes.inc"

@@ -83,18 +83,6 @@ static uint32_t update_of_itself(struct scene *scene, uint32_t model)
  * BOX_2 is the last box of the second geometry. */
 enum { BOX_2 = 1024 + 64 };
 
-/* No number of this format is NaN. */
-static void use_a_format_without_nan(struct scene *scene)
-{
-    for (uint32_t i = 0; i < 2; i++) {
-        scene->TRIANGLES(UNINDEXED, i).vertexFormat = VK_FORMAT_R16G16_SNORM;
-        scene->TRIANGLES(UNINDEXED, i).vertexStride = 4;
-        scene->TRIANGLES(UNINDEXED, i).vertexData.deviceAddress =
-            scene_address(scene, &scene->vertices, SCENE_BUFFER_SIZE / 2);
-    }
-    update_of_itself(scene, UNINDEXED);
-    memset(scene->vertices.bytes + SCENE_BUFFER_SIZE / 2, 0xff, 24);
-}
 #include "content_update.inc"
 
 /* One primitive less than the second geometry has. */
@@ -128,18 +116,6 @@ READS(read_7_triangles, UNINDEXED, 5)
 READS(read_7_boxes, AABBS, 4)
 #include "indirect_contents.inc"
 
-static VkAccelerationStructureKHR accel_in_external_memory(struct scene *scene)
-{
-    const STRUCT(VkExternalMemoryBufferCreateInfo, external,
-                 .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT);
-    const STRUCT(VkBufferCreateInfo, create_info, .pNext = &external,
-                 .size = scene->dst_buffers[INDEXED].size, .usage = ACCEL_USAGE);
-    struct device_buffer buffer = scene_create_buffer_with(scene, &create_info);
-    const struct test_memory memory =
-        scene_allocate(scene, scene_buffer_memory_size(scene, &buffer));
-    scene_bind(scene, &buffer, &memory, 0);
-    return scene_accel_in(scene, &buffer, 0, buffer.size, scene->infos[INDEXED].type);
-}
 #include "instance_addresses.inc"
 
 static void refer_to_blas_in(struct scene *scene, const struct device_buffer *buffer)
@@ -177,16 +153,6 @@ static void use_instances(struct scene *scene)
     scene_refer(scene, 0, plain);
     scene_refer(scene, 2, allowing);
     scene_instance(scene, 2)->flags = VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR;
-}
-
-/* What comes after doesn't count. */
-static void rebuild_what_allowed(struct scene *scene)
-{
-    const uint32_t build = scene->info_count; /* the last of use_instances() */
-    scene->infos[build].flags = 0;
-    scene_barrier(scene, scene->command_buffer);
-    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[build],
-                                                 &scene->range_pointers[build]);
 }
 
 /* A build of the host's, from the same data by device addresses. */

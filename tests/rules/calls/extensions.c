@@ -25,25 +25,6 @@ static void add_build(struct scene *scene, const struct device_buffer *buffer)
         scene->range_pointers[DENSE] = NULL;
 }
 
-static void add_dense_without_usage(struct scene *scene)
-{
-    const struct device_buffer buffer = scene_dense_buffer(
-        scene, VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
-    add_build(scene, &buffer);
-}
-
-/* A host build of the source is reported, too, but that is not what the case is about. */
-static void build_then_update(struct scene *scene)
-{
-    if (scene->fixture->fails && scene->command == COMMAND_HOST) {
-        scene->skip = "debug_action = fail lets no such call pass";
-        return;
-    }
-    scene_build_before(scene, DENSE, 1);
-    messages_clear(&scene->fixture->instance.messages);
-    scene->infos[DENSE].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
-    scene->infos[DENSE].srcAccelerationStructure = scene->infos[DENSE].dstAccelerationStructure;
-}
 #include "dense.inc"
 
 #define MOTION VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV
@@ -55,16 +36,6 @@ static void chain_motion(struct scene *scene, uint64_t address)
     scene->geometries[INDEXED][0].geometry.triangles.pNext = &scene->motion;
     scene_give_motion_dst(scene, INDEXED);
     scene->infos[INDEXED].flags = MOTION;
-}
-
-static void give_motion_dst_by_address(struct scene *scene)
-{
-    const struct device_buffer *buffer = &scene->dst_buffers[INDEXED];
-    scene->infos[INDEXED].dstAccelerationStructure = scene_accel_at(
-        scene, &MAKE(VkAccelerationStructureCreateInfo2KHR,
-                     .createFlags = VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV,
-                     .addressRange = {.address = buffer->address, .size = buffer->size},
-                     .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR));
 }
 
 static const VkBaseInStructure info_for_creation = {

@@ -59,40 +59,6 @@ static struct device_buffer buffer_with_nothing_behind(struct scene *scene)
     return buffer;
 }
 
-/* Eight bytes, behind which there is another buffer. */
-static VkDeviceAddress of_bytes_before_another_buffer(struct scene *scene)
-{
-    struct device_buffer buffer = scene_create_buffer(scene, 4096, INPUT_USAGE);
-    struct device_buffer next = scene_create_buffer(scene, 4096, INPUT_USAGE);
-    const struct test_memory memory = scene_allocate(scene, 65536);
-    scene_bind(scene, &buffer, &memory, 0);
-    scene_bind(scene, &next, &memory, 4096);
-    return buffer.address + 4096 - 8;
-}
-
-/* Two buffers at one address, of which one may be read by builds. */
-static VkDeviceAddress of_aliasing_buffers(struct scene *scene)
-{
-    struct device_buffer input = scene_create_buffer(scene, 4096, INPUT_USAGE);
-    struct device_buffer storage = scene_create_buffer(scene, 8192, SCRATCH_USAGE);
-    const struct test_memory memory = scene_allocate(scene, 65536);
-    scene_bind(scene, &input, &memory, 0);
-    scene_bind(scene, &storage, &memory, 0);
-    return input.address;
-}
-
-/* The buffer that was there is gone, another one is bound to the same memory. */
-static VkDeviceAddress recycled(struct scene *scene)
-{
-    struct device_buffer first = scene_create_buffer(scene, 4096, SCRATCH_USAGE);
-    struct device_buffer second = scene_create_buffer(scene, 4096, INPUT_USAGE);
-    const struct test_memory memory = scene_allocate(scene, 65536);
-    scene_bind(scene, &first, &memory, 0);
-    scene_destroy(scene, (uint64_t)first.handle);
-    scene_bind(scene, &second, &memory, 0);
-    return second.address;
-}
-
 #include "address.inc"
 #include "alignment.inc"
 
@@ -113,10 +79,4 @@ static void lose_vertices_below_a_maximum(struct scene *scene)
 
 enum { STEP = sizeof(VkAccelerationStructureBuildRangeInfoKHR) };
 
-static void set_dst_size(struct scene *scene, uint32_t build, VkDeviceSize less)
-{
-    const struct device_buffer buffer = place_buffer(scene);
-    scene->infos[build].dstAccelerationStructure = scene_accel_in(
-        scene, &buffer, 0, place_size(scene, build) - less, scene->infos[build].type);
-}
 #include "indirect.inc"

@@ -59,15 +59,6 @@ static VkAccelerationStructureKHR of_two_instances(struct scene *scene, uint32_t
     return accel_in(scene, place_buffer_of_instances(scene, 3), build);
 }
 
-/* What the host could not have built itself is deserialized on the device. */
-static void deserialize_src(struct scene *scene)
-{
-    const VkCommandBuffer command_buffer = scene_begin_own(scene);
-    const VkCopyMemoryToAccelerationStructureInfoKHR info =
-        deserialize_info(scene_serialized(scene), scene->infos[UPDATE].srcAccelerationStructure);
-    scene->vk->CmdCopyMemoryToAccelerationStructureKHR(command_buffer, &info);
-    scene_run(scene, command_buffer);
-}
 #include "host.inc"
 
 static void point_to_instances(struct scene *scene, size_t missing)
@@ -80,15 +71,6 @@ static void point_to_instances(struct scene *scene, size_t missing)
     scene->INSTANCES(TLAS, 0).data.hostAddress = memcpy(copy, pointers, sizeof(pointers) - missing);
 }
 
-/* Scratch that is no VkDeviceMemory at all. */
-static void put_scratch_in_own_memory(struct scene *scene, uint32_t shared_bytes)
-{
-    const size_t first = (size_t)scene_scratch_size(scene, INDEXED);
-    const size_t second = (size_t)scene_scratch_size(scene, AABBS);
-    char *bytes = bytes_before_unreadable_page(first + second);
-    scene->infos[INDEXED].scratchData.hostAddress = bytes;
-    scene->infos[AABBS].scratchData.hostAddress = bytes + first - shared_bytes;
-}
 /* Returns the last `size` bytes of a mapping whose pages are protected, as tools that trace writes
  * protect them. */
 static void *bytes_of_protected_mapping(struct scene *scene, size_t size)

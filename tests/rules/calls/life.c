@@ -326,17 +326,6 @@ static void use_queried_source(struct scene *scene, int dst_size)
                                               scene->infos[INDEXED].type);
 }
 
-/* Dst of a clone is created with so many bytes less than the build of src needs. */
-static void clone_to_less(struct scene *scene, uint32_t missing)
-{
-    const VkDeviceSize size = scene_sizes(scene, INDEXED).accelerationStructureSize;
-    const struct device_buffer buffer = place_buffer(scene);
-    if (command_is_on_host(scene->command))
-        scene_build_before(scene, INDEXED, 1);
-    scene->life.copy.dst =
-        scene_accel_in(scene, &buffer, 0, size - missing, scene->infos[INDEXED].type);
-}
-
 /* Queries the structure that the scene has built, and returns what the host reads. */
 static VkDeviceSize queried_size_of_source(struct scene *scene, VkQueryType type)
 {
@@ -348,37 +337,7 @@ static VkDeviceSize queried_size_of_source(struct scene *scene, VkQueryType type
     return read_size(scene, pool);
 }
 
-enum { NV_ALIGNMENT = 256 };
-
-static void use_queried_nv_source(struct scene *scene, int dst_size)
-{
-    const VkDeviceSize size =
-        queried_size_of_source(scene, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV);
-    if (dst_size != FULL)
-        scene->life.copy.dst = (VkAccelerationStructureKHR)(uint64_t)scene_nv_accel_of_size(
-            scene, size - (dst_size == SMALL ? NV_ALIGNMENT : 0));
-}
-
-/* Lets src be serialized to the end of a buffer, which is `missing` bytes too short. */
-static void serialize_queried_source(struct scene *scene, uint32_t missing)
-{
-    enum { ALIGNMENT = 256 };
-    const VkDeviceSize size = queried_size_of_source(
-        scene, command_is_of_micromaps(scene->command)
-                   ? VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT
-                   : VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR);
-    const struct device_buffer buffer =
-        scene_buffer(scene, ALIGNMENT + size - missing, SCRATCH_USAGE);
-    scene->life.to_memory.dst.deviceAddress = scene_address(scene, &buffer, ALIGNMENT);
-}
-
-static void rebuild_source(struct scene *scene)
-{
-    if (command_is_of_micromaps(scene->command))
-        build_uncompactable_micromap(scene, scene->life.src);
-    else
-        scene_build_before(scene, INDEXED, 1);
-}
+enum { ALIGNMENT = 256 };
 
 #include "copies.inc"
 #include "copy_sizes.inc"

@@ -53,19 +53,6 @@ static uint64_t of_two_instances(struct scene *scene)
     return object_in(scene, place_buffer_of_instances(scene, 3));
 }
 
-/* A copy of VK_NV_ray_tracing has a dst of its own. */
-static uint64_t in_the_memory_of_dst(struct scene *scene)
-{
-    if (!command_is_of_nv(scene->command))
-        return object_in(scene, scene->dst_buffers[INDEXED]);
-    const VkAccelerationStructureNV src = scene_nv_create(scene), dst = scene_nv_create(scene);
-    const VkDeviceMemory memory = scene_nv_allocate(scene, src, 0).handle;
-    scene_nv_bind(scene, src, memory, 0);
-    scene_nv_bind(scene, dst, memory, 0);
-    scene->life.copy.dst = (VkAccelerationStructureKHR)(uint64_t)dst;
-    return (uint64_t)src;
-}
-
 /* ---- builds of micromaps */
 
 static VkDeviceSize micromap_size(const struct scene *scene)
@@ -89,14 +76,6 @@ static VkMicromapEXT micromap_smaller_by(struct scene *scene, VkDeviceSize bytes
 {
     const struct device_buffer buffer = place_buffer(scene);
     return micromap_in(scene, &buffer, 0, micromap_size(scene) - bytes);
-}
-
-static VkMicromapEXT micromap_of_another_device(struct scene *scene)
-{
-    scene_enter_other_device(scene);
-    const VkMicromapEXT micromap = scene_micromap_ext(scene, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
-    scene_leave_other_device(scene);
-    return micromap;
 }
 
 static void offer_levels(struct null_driver_config *config)
@@ -140,36 +119,6 @@ static void add_build(struct scene *scene)
     life->builds[1].dstMicromap = scene_micromap_ext(scene, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
     life->builds[1].scratchData.deviceAddress = scene_address(scene, &scratch, 0);
     life->build_count = 2;
-}
-
-static void place_micromaps(struct scene *scene, enum place place)
-{
-    struct scene_life *life = &scene->life;
-    const struct device_buffer buffer = place_buffer(scene);
-    const VkDeviceSize size = micromap_size(scene);
-    life->builds[0].dstMicromap = micromap_in(scene, &buffer, 0, size);
-    life->builds[1].dstMicromap = micromap_in(scene, &buffer, place_offset(size, place), size);
-}
-
-/* The first micromap is larger than its build needs. */
-static void place_micromaps_in_unused_bytes(struct scene *scene)
-{
-    struct scene_life *life = &scene->life;
-    const struct device_buffer buffer = place_buffer(scene);
-    const VkDeviceSize size = micromap_size(scene);
-    life->builds[0].dstMicromap = micromap_in(scene, &buffer, 0, PLACE_FAR);
-    life->builds[1].dstMicromap = micromap_in(scene, &buffer, place_offset(size, BEHIND), size);
-}
-
-/* The micromap of the first build, and the scratch of one. */
-static void place_micromap_and_scratch(struct scene *scene, uint32_t build, enum place place)
-{
-    struct scene_life *life = &scene->life;
-    const struct device_buffer buffer = place_buffer(scene);
-    const VkDeviceSize size = micromap_size(scene);
-    life->builds[0].dstMicromap = micromap_in(scene, &buffer, 0, size);
-    life->builds[build].scratchData.deviceAddress =
-        scene_address(scene, &buffer, place_scratch_offset(scene, size, place));
 }
 
 #include "built_micromaps.inc"

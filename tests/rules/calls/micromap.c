@@ -34,15 +34,6 @@ static void offer_limits(struct null_driver_config *config)
     config->micromap_properties.maxOpacity4StateSubdivisionLevel = LIMIT_4_STATE;
 }
 
-/* Two of them are there. */
-static void cut_usages(struct scene *scene)
-{
-    VkMicromapUsageKHR *usages = bytes_before_unreadable_page(2 * sizeof(*usages));
-    scene_build_micromap(scene);
-    usages[0] = usages[1] = scene->micromaps.usages[0];
-    scene->micromaps.data.pUsageCounts = usages;
-}
-
 #include "micromap_data.inc"
 #include "micromap_use.inc"
 
@@ -88,15 +79,6 @@ static VkMicromapBuildInfoEXT build_info(struct scene *scene, bool is_on_host)
         .info;
 }
 
-static void place_micromap(struct scene *scene, enum place place)
-{
-    const struct device_buffer buffer = place_buffer(scene);
-    const VkDeviceSize offset = place_offset(place_size(scene, UNINDEXED), place);
-    scene_use_micromap(scene);
-    place_dst(scene, UNINDEXED, &buffer, 0);
-    scene->micromaps.opacity.micromap = scene_accel_in(
-        scene, &buffer, offset, 4096, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
-}
 #include "micromap_state.inc"
 
 enum micromap_choice { NONE, NULL_MICROMAP, FIRST, SECOND };

@@ -16,23 +16,6 @@ static VkMemoryRequirements of_object(const struct scene *scene, VkAccelerationS
                                  VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV);
 }
 
-/* An update whose dst begins `alignments` alignments behind its source, which ends as many behind
- * that. */
-static void update_behind(struct scene *scene, VkDeviceSize alignments)
-{
-    struct scene_nv *nv = &scene->nv;
-    nv->src = scene_nv_create(scene);
-    nv->dst = scene_nv_create(scene);
-    const VkMemoryRequirements needs = of_object(scene, nv->dst);
-    const VkDeviceSize size =
-        (needs.size + needs.alignment - 1) / needs.alignment * needs.alignment;
-    const struct test_memory memory = scene_nv_allocate(scene, nv->dst, 2 * size);
-    scene_nv_bind(scene, nv->src, memory.handle, 0);
-    scene_nv_bind(scene, nv->dst, memory.handle, size - alignments * needs.alignment);
-    scene_nv_build(scene, nv->src);
-    nv->update = VK_TRUE;
-}
-
 static VkDeviceSize scratch_size(const struct scene *scene)
 {
     const VkDeviceSize size =

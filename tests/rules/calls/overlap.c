@@ -19,18 +19,6 @@ static void share_dst_in_groups(struct scene *scene, uint32_t groups)
     }
 }
 
-/* Each has its own, in the opposite order of creation. */
-static void reverse_many_dsts(struct scene *scene)
-{
-    share_dst_in_groups(scene, MANY);
-    for (uint32_t first = SCENE_BASE_BUILDS, last = first + MANY - 1; first < last;
-         first++, last--) {
-        const VkAccelerationStructureKHR dst = scene->infos[first].dstAccelerationStructure;
-        scene->infos[first].dstAccelerationStructure = scene->infos[last].dstAccelerationStructure;
-        scene->infos[last].dstAccelerationStructure = dst;
-    }
-}
-
 #include "pairs.inc"
 
 /* Two buffers of the scene that is played, in one memory, the second at an offset of it. */
