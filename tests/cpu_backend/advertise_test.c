@@ -5,9 +5,99 @@
 #include "src/bvh/input/displacement.h"
 #include "src/bvh/input/formats.h"
 #include "src/bvh/micromap.h"
-#include "tests/cpu_backend/instance_fixture.h"
+#include "tests/fixture/instance.h"
+#include "tests/fixture/make.h"
 #include "tests/unit/unit_test.h"
 #include "vuid-tables/registry.h"
+
+/* ---- instances and devices with the layer over one driver */
+
+struct instance_fixture_setup {
+    const char *backend;  /* assay_validation.backend; NULL: cpu */
+    uint32_t api_version; /* that the application asks for; 0: 1.3 */
+    bool driver_traces;   /* the null driver keeps its ray tracing; lavapipe always does */
+    void (*configure)(struct null_driver_config *config); /* NULL: as it is */
+};
+
+static void configure(const struct platform *platform, const struct instance_fixture_setup *setup)
+{
+    struct null_driver_config config = platform->null_driver.default_config();
+    for (size_t i = 0; !setup->driver_traces && i < registry_ray_tracing_count; i++)
+        null_driver_hide_extension(&config, registry_ray_tracing[i]);
+    if (setup->configure != NULL)
+        setup->configure(&config);
+    platform->null_driver.configure(&config);
+}
+
+static void instance_fixture_open(struct instance_fixture *fixture, const struct platform *platform,
+                                  const struct instance_fixture_setup *setup)
+{
+    const struct instance_settings settings = {
+        .backend = setup->backend ? setup->backend : "cpu",
+        .api_version = setup->api_version,
+    };
+    if (platform->is_null)
+        configure(platform, setup);
+    instance_fixture_create(fixture, platform, &settings);
+}
+
+/* All that the backend offers. The first two are those of acceleration structures. */
+enum { BACKEND_EXTENSIONS = 9 };
+static const char *const backend_extensions[BACKEND_EXTENSIONS] = {
+    VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+    VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+    VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME,
+    VK_NV_RAY_TRACING_EXTENSION_NAME,
+    VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME,
+    VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME,
+    VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
+    VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
+    VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME,
+};
+
+/* A chain of the features of all that, with VK_TRUE for those that the backend doesn't offer. There
+ * is one. */
+struct backend_features {
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures; /* the first of the chain */
+    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion;
+    VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres;
+    VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense;
+    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext;
+    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap_khr;
+    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement;
+};
+
+static struct backend_features *backend_features_chain(void)
+{
+    static struct backend_features all;
+    all = (struct backend_features){
+        .displacement = MAKE(VkPhysicalDeviceDisplacementMicromapFeaturesNV),
+        .micromap_khr =
+            MAKE(VkPhysicalDeviceOpacityMicromapFeaturesKHR, .pNext = &all.displacement),
+        .micromap_ext = MAKE(VkPhysicalDeviceOpacityMicromapFeaturesEXT, .pNext = &all.micromap_khr,
+                             .micromapCaptureReplay = VK_TRUE),
+        .dense = MAKE(VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX, .pNext = &all.micromap_ext),
+        .spheres =
+            MAKE(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV, .pNext = &all.dense),
+        .motion = MAKE(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, .pNext = &all.spheres,
+                       .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE),
+        .structures = MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .pNext = &all.motion,
+                           .accelerationStructureCaptureReplay = VK_TRUE,
+                           .descriptorBindingAccelerationStructureUpdateAfterBind = VK_TRUE)};
+    return &all;
+}
+
+/* A device with the backend's extensions and all of its features. */
+static VkDevice instance_fixture_open_device(const struct instance_fixture *fixture,
+                                             VkuDeviceDispatchTable *vk)
+{
+    VkDevice device;
+    STRUCT(VkPhysicalDeviceFeatures2, features, .pNext = backend_features_chain());
+    fixture->vk.GetPhysicalDeviceFeatures2(fixture->physical, &features);
+    GET(instance_fixture_create_device(fixture, features.pNext, backend_extensions,
+                                       BACKEND_EXTENSIONS, &device, vk));
+    return device;
+}
 
 static struct platform platform;
 static struct instance_fixture fixture; /* of an OFFER_TEST */
@@ -290,6 +380,30 @@ OFFER_TEST(test_nv_commands_by_name)
     assert_null(fixture.get_device_proc_addr(device, "vkCreateAccelerationStructureNV"));
     assert_null(fixture.get_device_proc_addr(device, "vkCreateRayTracingPipelinesNV"));
     vk.DestroyDevice(device, NULL);
+}
+
+/* The layer's own commands are those of backend cpu, where acceleration structures are enabled. */
+static void expect_own_commands(const struct instance_fixture_setup *setup, bool has_extensions,
+                                bool expected)
+{
+    static const char *const names[] = {"vkTraceRaysASSAY", "vkGetCountersASSAY"};
+    VkDevice device;
+    VkuDeviceDispatchTable vk;
+    instance_fixture_open(&other, &platform, setup);
+    GET(instance_fixture_create_device(&other, NULL, backend_extensions, has_extensions ? 2 : 0,
+                                       &device, &vk));
+    for (int i = 0; i < 2; i++)
+        assert_int_equal(other.get_device_proc_addr(device, names[i]) != NULL, expected);
+    vk.DestroyDevice(device, NULL);
+    instance_fixture_close(&other);
+}
+
+TEST(test_own_commands)
+{
+    expect_own_commands(&(struct instance_fixture_setup){0}, true, true);
+    expect_own_commands(&(struct instance_fixture_setup){0}, false, false);
+    expect_own_commands(&on_driver, true, false);
+    expect_own_commands(&(struct instance_fixture_setup){.backend = "driver"}, false, false);
 }
 
 /* What a driver has of the same extension isn't asked. */

@@ -13,6 +13,7 @@
 #include "src/cpu/structures.h"
 #include "src/snapshots/memory.h"
 #include "tests/fixture/objects.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/unit/unit_test.h"
 
 #define FIRST_HANDLE (1ull << 62)
@@ -317,4 +318,32 @@ TEST(test_scratch)
     cpu_scratch_return(&scratch[0]);
     cpu_scratch_claims_release(&claims);
     munmap(pages, PAGES * page);
+}
+
+/* ---- private data; tests/programs/backend has what applications see of it */
+
+TEST(test_private_data_without_memory)
+{
+    enum { OBJECTS = 100, SLOT = 7 };
+    static const uint8_t uuid[VK_UUID_SIZE];
+    struct cpu_device *device;
+    GET(cpu_device_create(uuid, &device));
+    struct cpu_private_data *data = &device->private_data;
+    for (uint64_t object = 1; object <= OBJECTS; object++) {
+        VkResult result = VK_ERROR_OUT_OF_HOST_MEMORY;
+        for (int failing = 0; result != VK_SUCCESS; failing++) {
+            memory_fail_after(failing);
+            result = cpu_private_data_set(data, object, SLOT, 2 * object);
+            assert_int_equal(result,
+                             memory_fail_no_more() ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS);
+        }
+    }
+    for (uint64_t object = OBJECTS; object > 0; object--) {
+        assert_int_equal(cpu_private_data_get(data, object, SLOT), 2 * object);
+        memory_fail_after(0);
+        cpu_private_data_forget_object(data, object);
+        memory_fail_no_more();
+        assert_int_equal(cpu_private_data_get(data, object, SLOT), 0);
+    }
+    cpu_device_destroy(device);
 }

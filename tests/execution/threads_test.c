@@ -1,17 +1,32 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Several threads submit, build on the host, and join what it deferred; run under the thread
- * sanitizer, too. Each has structures of its own, and plants a mistake now and then. */
+ * sanitizer, too. Over the driver, each has structures of its own, and plants a mistake now and
+ * then. On backend cpu they share structures, and rays meet them. */
 #include <pthread.h>
 #include <sched.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 
+#include "src/platform/clock.h"
+#include "tests/fixture/messenger.h"
 #include "tests/player/play.h"
 #include "tests/unit/unit_test.h"
 
-enum { ROUNDS = 400, MISTAKES = 5 /* one in so many rounds */, JOINERS = 2, RUNNERS = 3 };
+enum {
+    ROUNDS = 400,
+    CPU_ROUNDS = 40,
+    MISTAKES = 5, /* one in so many rounds */
+    JOINERS = 2,
+    RUNNERS = 3
+};
 
 static struct platform platform;
+
+const char *unit_test_open(const char *name)
+{
+    return platform_open(&platform, name ? name : "null");
+}
+
 /* The device, which the runners share. Each plays lines of its own. */
 static struct play shared;
 static struct program setup;
@@ -110,8 +125,6 @@ static pthread_t start(void *(*run)(void *argument), void *argument)
 static void open_runners(void)
 {
     setenv("VK_ASSAY_VALIDATION_ENABLE_MESSAGE_LIMIT", "false", 1);
-    if (platform.name == NULL)
-        assert_null(platform_open(&platform, "null"));
     shared = (struct play){.platform = &platform};
     assert_true(play_begin(&shared, &setup));
     for (unsigned i = 0; i < RUNNERS; i++) {
@@ -146,7 +159,7 @@ static uint32_t count_messages(void)
     return count;
 }
 
-TEST(threads_submit_and_build_at_once)
+TEST_IF(threads_submit_and_build_at_once, !platform.is_cpu)
 {
     open_runners();
     const VkDeferredOperationKHR deferred = operation();
@@ -160,7 +173,7 @@ TEST(threads_submit_and_build_at_once)
 }
 
 /* Where calls under way may release others, the layer rather says nothing. */
-TEST(threads_wait_for_each_other)
+TEST_IF(threads_wait_for_each_other, !platform.is_cpu)
 {
     open_runners();
     struct play_object *timeline = play_object(&runners[1].play, "t0");
@@ -173,4 +186,164 @@ TEST(threads_wait_for_each_other)
     const uint32_t count = count_messages();
     print_message("%u of %u mistakes told\n", count, 2 * ROUNDS / MISTAKES);
     assert_in_range(count, 1, 2 * ROUNDS / MISTAKES);
+}
+
+/* ---- on backend cpu */
+
+static void join_threads(const pthread_t *threads, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++)
+        pthread_join(threads[i], NULL);
+}
+
+/* The host rebuilds the BLAS that all TLASes refer to, and rays meet it meanwhile. */
+static void *build_query_and_trace(void *number)
+{
+    static pthread_mutex_t rebuilding = PTHREAD_MUTEX_INITIALIZER;
+    const unsigned i = (unsigned)(uintptr_t)number;
+    for (uint32_t round = 0; round < CPU_ROUNDS; round++) {
+        RUN(i,
+            "c0 for q%u: build B0; barrier all:memory_write > all:memory_read|memory_write; "
+            "top T0 instances N0 primitives 2; reset P0; query B0 > P0; results P0 > G0",
+            i);
+        for (int again = 0; again < 2; again++)
+            RUN(i, "submit q%u c0; host wait q%u", i, i);
+        pthread_mutex_lock(&rebuilding);
+        RUN(i, "host build B1");
+        pthread_mutex_unlock(&rebuilding);
+        RUN(i, "probe T0; host read P0 64; reset c0");
+    }
+    return NULL;
+}
+
+TEST_IF(threads_build_query_and_trace, platform.is_cpu)
+{
+    pthread_t threads[RUNNERS];
+    struct play_object *blas[RUNNERS];
+    open_runners();
+    for (unsigned i = 0; i < RUNNERS; i++) {
+        blas[i] = play_object(&runners[i].play, "B1");
+        if (i) {
+            play_destroy_object(&runners[i].play, blas[i]);
+            blas[i]->structure = blas[0]->structure;
+        }
+        RUN(i, "init N0 instances B0 B1");
+    }
+    for (uintptr_t i = 0; i < RUNNERS; i++)
+        threads[i] = start(build_query_and_trace, (void *)i);
+    join_threads(threads, RUNNERS);
+    for (unsigned i = 1; i < RUNNERS; i++)
+        blas[i]->structure = VK_NULL_HANDLE;
+    assert_int_equal(count_messages(), 0);
+}
+
+static void *complete(void *deferred)
+{
+    while (shared.vk.DeferredOperationJoinKHR(shared.device, deferred) == VK_THREAD_IDLE_KHR)
+        continue;
+    return NULL;
+}
+
+/* The parameters of the call that has deferred the work may be gone by then. */
+static void complete_together(void)
+{
+    pthread_t threads[JOINERS];
+    play_free_blocks(&runners[2].play);
+    for (uint32_t i = 0; i < JOINERS; i++)
+        threads[i] = start(complete, operation());
+    join_threads(threads, JOINERS);
+    RUN(2, "host result d1");
+}
+
+/* The bytes are the same, whoever built them. */
+TEST_IF(threads_share_what_is_deferred, platform.is_cpu)
+{
+    static const char *const qualities[] = {"none", "fast_build", "fast_trace"};
+    open_runners();
+    RUN(2, "init W0 soup 5000; init V0 floats 0 0 0 0 1 0 0 0 1");
+    for (size_t i = 0; i < ARRAY_COUNT(qualities); i++) {
+        char shape[128];
+        snprintf(shape, sizeof(shape), "vertices W0 primitives 5000 flags update|%s", qualities[i]);
+        RUN(2, "create B0 fitting %s; create B1 fitting %s", shape, shape);
+        RUN(2, "host build B0 %s; host build B1 %s deferred d1", shape, shape);
+        complete_together();
+        RUN(2, "host serialize B0 > W1; host serialize B1 > W2; same W1 W2 200000");
+        RUN(2, "host build B1 update %s deferred d1", shape);
+        complete_together();
+        RUN(2, "host serialize B1 > W2; same W1 W2 200000");
+    }
+    RUN(2, "host build B2 and B3 and B4 and B5 and B6 and B7 and B8 and B9 deferred d1");
+    complete_together();
+    RUN(2, "host top T0 B2 B3 B4 B5 B6 B7 B8 B9 deferred d1");
+    complete_together();
+    RUN(2, "probe B2 hits t 1; probe B9 hits t 1; probe T0 hits t 1");
+    RUN(2, "host serialize T0 > W1 deferred d1");
+    complete_together();
+    RUN(2, "host deserialize W1 > T1 deferred d1");
+    complete_together();
+    RUN(2, "probe T1 hits t 1");
+    assert_int_equal(count_messages(), 0);
+}
+
+static atomic_bool is_checking, is_waiting;
+
+MESSENGER_CALLBACK(pause_in_message)
+{
+    atomic_store(&is_checking, true);
+    while (!atomic_load(&is_waiting))
+        clock_yield();
+    clock_sleep(20000000);
+    return VK_FALSE;
+}
+
+static void *submit_mistake(void *unused)
+{
+    RUN(0, "submit q0 c0");
+    return NULL;
+}
+
+/* The batch of the other thread is still being checked when the host waits for one behind it. */
+TEST_IF(results_behind_work_of_another_thread, platform.is_cpu)
+{
+    const STRUCT(VkDebugUtilsMessengerCreateInfoEXT, info,
+                 .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+                 .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+                 .pfnUserCallback = pause_in_message);
+    VkDebugUtilsMessengerEXT messenger;
+    open_runners();
+    const struct instance_fixture *instance = &shared.fixture;
+    RUN(1, "host build B0");
+    RUN(1, "c0 for q1: reset P0; query B0 > P0");
+    RUN(0, "c0: build B0 update src B1"); /* never built */
+    GET(instance->vk.CreateDebugUtilsMessengerEXT(instance->instance, &info, NULL, &messenger));
+    const pthread_t thread = start(submit_mistake, NULL);
+    while (!atomic_load(&is_checking))
+        clock_yield();
+    RUN(1, "submit q1 c0 fence");
+    atomic_store(&is_waiting, true);
+    RUN(1, "host wait fence; host query B0; host read P0 64 gives size");
+    pthread_join(thread, NULL);
+    instance->vk.DestroyDebugUtilsMessengerEXT(instance->instance, messenger, NULL);
+    messages_clear(&shared.fixture.messages);
+    count_messages();
+}
+
+static void *signal_later(void *timeline)
+{
+    clock_sleep(20000000);
+    GET(shared.vk.SignalSemaphore(shared.device,
+                                  &MAKE(VkSemaphoreSignalInfo, .semaphore = timeline, .value = 1)));
+    return NULL;
+}
+
+TEST_IF(a_query_that_waits_for_another_thread, platform.is_cpu)
+{
+    open_runners();
+    RUN(0, "host build B0; host query B0");
+    RUN(0, "c0: reset P0; query B0 > P0");
+    RUN(0, "submit1 c0 wait t0=1");
+    const pthread_t thread = start(signal_later, play_object(&runners[0].play, "t0")->semaphore);
+    RUN(0, "host read P0 64 wait gives size");
+    pthread_join(thread, NULL);
+    assert_int_equal(count_messages(), 0);
 }

@@ -1,17 +1,92 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the driver sees of descriptors and shaders, of which those of structures and those that
- * trace rays are refused. */
+ * trace rays are refused, and of buffers' usage: commands of backend cpu are called directly, and
+ * their next layer is the test. tests/programs/backend/masks.cases has the stages and accesses. */
 #include <string.h>
 
 #include "backend.h"
-#include "below.h"
+#include "layer/cpu/overlay.h"
+#include "tests/fixture/make.h"
 #include "tests/fixture/objects.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/unit/unit_test.h"
+#include "vulkan_commands.h"
+
+/* ---- the device, in place of the registry and of the reporter */
+
+static struct cpu_overlay overlay;
+static struct layer_instance own_instance;
+static struct layer_device own_device = {.instance = &own_instance, .cpu = &overlay};
+static struct cpu_overlay *const below = &overlay;
+/* The last command that cpu_report_unsupported() got, and the number of calls. */
+static const char *refused_command;
+static unsigned calls, refusals;
+
+static void below_clear(void)
+{
+    calls = refusals = 0;
+    refused_command = "";
+}
+
+struct layer_device *layer_find_device(const void *dispatchable)
+{
+    return &own_device;
+}
+
+struct layer_device *layer_find_recording_device(VkCommandBuffer handle)
+{
+    return &own_device;
+}
+
+struct layer_instance *layer_find_instance(const void *dispatchable)
+{
+    return &own_instance;
+}
+
+bool cpu_advertises(struct layer_instance *of, VkPhysicalDevice physical_device)
+{
+    return true;
+}
+
+void cpu_report_unsupported(const struct layer_instance *of_instance, const char *command,
+                            const char *what)
+{
+    refused_command = command;
+    refusals++;
+}
+
+/* A command of the driver, as the test plays it: PLAYED(CmdSetEvent) { ... }. The parameters have
+ * their names of the registry. */
+#define PLAYED(name) PLAY_##name
+#define PLAY(result, name, ...)                                                                    \
+    static VKAPI_ATTR result VKAPI_CALL play_##name(__VA_ARGS__);                                  \
+    __attribute__((constructor)) static void add_##name(void)                                      \
+    {                                                                                              \
+        below->down.name = play_##name;                                                            \
+    }                                                                                              \
+    static VKAPI_ATTR result VKAPI_CALL play_##name(__VA_ARGS__)
+
+/* One that is only counted, and succeeds. */
+#define COUNTED(name)                                                                              \
+    PLAYED(name)                                                                                   \
+    {                                                                                              \
+        calls++;                                                                                   \
+        return VK_SUCCESS;                                                                         \
+    }
+
+/* Any dispatchable handle of the device. */
+#define DEVICE ((VkDevice)(uintptr_t)1)
+#define COMMAND_BUFFER ((VkCommandBuffer)(uintptr_t)3)
+
+enum { MANY = 500 }; /* more than fit on the stack */
+
+/* A call that the backend refuses. */
+#define REFUSED(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED_EXT)
 
 #define STRUCTURE VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR
 #define OTHER VK_DESCRIPTOR_TYPE_STORAGE_BUFFER
 
-/* ---- the driver */
+/* ---- descriptors: the driver */
 
 static struct {
     unsigned writes, copies;
@@ -58,13 +133,13 @@ PLAYED(GetDescriptorEXT)
     calls++;
 }
 
-static void clear(void)
+static void clear_descriptors(void)
 {
     memset(&seen, 0, sizeof(seen));
     below_clear();
 }
 
-/* ---- tests */
+/* ---- descriptors: tests */
 
 static VkResult try_layout(VkDescriptorType type, const void *chain)
 {
@@ -82,7 +157,7 @@ static VkResult try_layout(VkDescriptorType type, const void *chain)
     return result;
 }
 
-TEST_OPENED(test_layouts, clear)
+TEST_OPENED(test_layouts, clear_descriptors)
 {
     static const VkDescriptorType types[] = {OTHER, STRUCTURE};
     const VkMutableDescriptorTypeListEXT list = {2, types};
@@ -97,7 +172,7 @@ TEST_OPENED(test_layouts, clear)
     assert_int_equal(calls, 1);
 }
 
-TEST_OPENED(test_pools_and_templates, clear)
+TEST_OPENED(test_pools_and_templates, clear_descriptors)
 {
     VkDescriptorPoolSize size = {OTHER, 1};
     const VkDescriptorPoolCreateInfo info = {.poolSizeCount = 1, .pPoolSizes = &size};
@@ -131,7 +206,7 @@ static void check_writes(unsigned structures)
     const VkPushDescriptorSetInfo info = {
         .set = 5, .descriptorWriteCount = 4, .pDescriptorWrites = writes};
     for (int command = 0; command < 3; command++) {
-        clear();
+        clear_descriptors();
         if (command == 0)
             cpu_UpdateDescriptorSets(DEVICE, 4, writes, 1, &copy);
         else if (command == 1)
@@ -148,13 +223,13 @@ static void check_writes(unsigned structures)
     }
 }
 
-TEST_OPENED(test_writes, clear)
+TEST_OPENED(test_writes, clear_descriptors)
 {
     for (unsigned structures = 0; structures < 16; structures++)
         check_writes(structures);
 }
 
-TEST_OPENED(test_descriptors_in_memory, clear)
+TEST_OPENED(test_descriptors_in_memory, clear_descriptors)
 {
     VkDescriptorGetInfoEXT info = {.type = OTHER};
     char data[16];
@@ -168,16 +243,14 @@ TEST_OPENED(test_descriptors_in_memory, clear)
     assert_int_equal(refusals, 2);
 }
 
-/* ---- shaders */
-
-/* ---- the driver */
+/* ---- shaders: the driver */
 
 COUNTED(CreateShaderModule)
 COUNTED(CreateShadersEXT)
 COUNTED(CreateComputePipelines)
 COUNTED(CreateGraphicsPipelines)
 
-/* ---- tests */
+/* ---- shaders: tests */
 
 #define HEADER 0x07230203, 0x00010400, 0, 1, 0
 #define CAPABILITY(number) 2 << 16 | 17, number
@@ -245,4 +318,144 @@ TEST_OPENED(test_pipelines_of_nv, below_clear)
     assert_string_equal(refused_command, "vkCmdTraceRaysNV");
     assert_int_equal(refusals, 4);
     assert_int_equal(calls, 0);
+}
+
+/* ---- usage */
+
+enum {
+    STORAGE = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR,
+    BUILD_INPUT = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR,
+    ADDRESS = VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
+    VERTEX = VK_BUFFER_USAGE_VERTEX_BUFFER_BIT,
+    COPIES = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+};
+
+/* ---- usage: the driver */
+
+static struct {
+    VkBufferUsageFlags usage;
+    VkBufferUsageFlags2 usage2; /* of a structure in the chain */
+    const void *array;          /* only to compare */
+    struct {
+        VkBufferUsageFlags usage;
+        VkBufferUsageFlags2 usage2;
+    } bound[MANY];
+} used;
+
+static void see_usage(VkBufferUsageFlags usage, const void *chain)
+{
+    calls++;
+    used.usage = usage;
+    used.usage2 = 0;
+    for (const VkBaseInStructure *in = chain; in; in = in->pNext)
+        if (in->sType == VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO)
+            used.usage2 = ((const VkBufferUsageFlags2CreateInfo *)in)->usage;
+}
+
+PLAYED(CreateBuffer)
+{
+    see_usage(pCreateInfo->usage, pCreateInfo->pNext);
+    return VK_SUCCESS;
+}
+
+PLAYED(GetDeviceBufferMemoryRequirements)
+{
+    see_usage(pInfo->pCreateInfo->usage, pInfo->pCreateInfo->pNext);
+}
+
+static VKAPI_ATTR void VKAPI_CALL get_external(VkPhysicalDevice device,
+                                               const VkPhysicalDeviceExternalBufferInfo *info,
+                                               VkExternalBufferProperties *properties)
+{
+    see_usage(info->usage, info->pNext);
+}
+
+PLAYED(CmdBindDescriptorBuffersEXT)
+{
+    used.array = pBindingInfos;
+    for (uint32_t i = 0; i < bufferCount; i++) {
+        see_usage(pBindingInfos[i].usage, pBindingInfos[i].pNext);
+        used.bound[i].usage = used.usage;
+        used.bound[i].usage2 = used.usage2;
+    }
+}
+
+static void clear_usage(void)
+{
+    memset(&used, 0, sizeof(used));
+    below_clear();
+}
+
+/* ---- usage: tests */
+
+static VkBufferUsageFlags create(VkBufferUsageFlags usage, const void *chain)
+{
+    const VkBufferCreateInfo info = {.pNext = chain, .usage = usage};
+    VkBuffer buffer;
+    GET(cpu_CreateBuffer(DEVICE, &info, NULL, &buffer));
+    return used.usage;
+}
+
+TEST_OPENED(test_usage, clear_usage)
+{
+    assert_int_equal(create(VERTEX, NULL), VERTEX);
+    assert_int_equal(create(STORAGE, NULL), COPIES);
+    assert_int_equal(create(BUILD_INPUT | VERTEX | ADDRESS, NULL), VERTEX | ADDRESS | COPIES);
+    assert_int_equal(create(ADDRESS, NULL), ADDRESS | COPIES);
+    assert_int_equal(create(VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR, NULL), COPIES);
+}
+
+TEST_OPENED(test_usage_in_the_chain, clear_usage)
+{
+    const STRUCT(VkExternalMemoryBufferCreateInfo, last);
+    const STRUCT(VkBufferUsageFlags2CreateInfo, flags2, .pNext = &last,
+                 .usage = STORAGE | VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT);
+    const STRUCT(VkBufferOpaqueCaptureAddressCreateInfo, first, .pNext = &flags2);
+    const VkBufferCreateInfo info = {.pNext = &first};
+    VkBuffer buffer;
+    VkResult result = VK_ERROR_OUT_OF_HOST_MEMORY;
+    for (int failing = 0; result != VK_SUCCESS; failing++) {
+        memory_fail_after(failing);
+        result = cpu_CreateBuffer(DEVICE, &info, NULL, &buffer);
+        assert_int_equal(result, memory_fail_no_more() ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS);
+    }
+    assert_int_equal(calls, 1);
+    assert_int_equal(used.usage2, VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT | COPIES);
+    assert_int_equal(flags2.usage, STORAGE | VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT);
+
+    const VkDeviceBufferMemoryRequirements asked = {.pCreateInfo = &info};
+    VkMemoryRequirements2 requirements;
+    cpu_GetDeviceBufferMemoryRequirements(DEVICE, &asked, &requirements);
+    assert_int_equal(used.usage2, VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT | COPIES);
+
+    const VkPhysicalDeviceExternalBufferInfo external = {.pNext = &flags2, .usage = STORAGE};
+    VkExternalBufferProperties properties;
+    layer_find_instance(NULL)->down.GetPhysicalDeviceExternalBufferProperties = get_external;
+    cpu_GetPhysicalDeviceExternalBufferProperties(VK_NULL_HANDLE, &external, &properties);
+    assert_int_equal(used.usage, COPIES);
+    assert_int_equal(used.usage2, VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT | COPIES);
+}
+
+/* The usage that the driver knows the buffer by. */
+TEST_OPENED(test_descriptor_buffers, clear_usage)
+{
+    enum { SAMPLERS = VK_BUFFER_USAGE_SAMPLER_DESCRIPTOR_BUFFER_BIT_EXT };
+    const STRUCT(VkBufferUsageFlags2CreateInfo, flags2, .usage = SAMPLERS | STORAGE | ADDRESS);
+    static VkDescriptorBufferBindingInfoEXT infos[MANY];
+    infos[0].usage = SAMPLERS;
+    infos[1].usage = SAMPLERS | BUILD_INPUT | ADDRESS;
+    infos[MANY - 1].pNext = infos[2].pNext = &flags2;
+    cpu_CmdBindDescriptorBuffersEXT(COMMAND_BUFFER, 3, infos);
+    assert_int_equal(calls, 3);
+    assert_int_equal(used.bound[0].usage, SAMPLERS);
+    assert_int_equal(used.bound[1].usage, SAMPLERS | ADDRESS | COPIES);
+    assert_int_equal(used.bound[2].usage2, SAMPLERS | ADDRESS | COPIES);
+    assert_int_equal(infos[1].usage, SAMPLERS | BUILD_INPUT | ADDRESS);
+
+    cpu_CmdBindDescriptorBuffersEXT(COMMAND_BUFFER, MANY, infos);
+    assert_int_equal(used.bound[MANY - 1].usage2, SAMPLERS | ADDRESS | COPIES);
+    memory_fail_after(0);
+    cpu_CmdBindDescriptorBuffersEXT(COMMAND_BUFFER, MANY, infos);
+    assert_true(memory_fail_no_more());
+    assert_ptr_equal(used.array, infos);
 }
