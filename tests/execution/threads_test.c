@@ -1,11 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Several threads submit, build on the host, and join what it deferred; run under the thread
  * sanitizer, too. Over the driver, each has structures of its own, and plants a mistake now and
- * then. On backend cpu they share structures, and rays meet them. */
+ * then; at level content, they share what is copied. On backend cpu they share structures, and rays
+ * meet them. */
 #include <pthread.h>
 #include <sched.h>
 #include <stdatomic.h>
 #include <stdlib.h>
+#include <string.h>
+#ifndef _WIN32
+#include <sys/wait.h>
+#include <unistd.h>
+#endif
 
 #include "src/platform/clock.h"
 #include "tests/fixture/messenger.h"
@@ -14,7 +20,7 @@
 
 enum {
     ROUNDS = 400,
-    CPU_ROUNDS = 40,
+    FEW_ROUNDS = 40,
     MISTAKES = 5, /* one in so many rounds */
     JOINERS = 2,
     RUNNERS = 3
@@ -121,6 +127,12 @@ static pthread_t start(void *(*run)(void *argument), void *argument)
     return thread;
 }
 
+static void join_threads(const pthread_t *threads, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++)
+        pthread_join(threads[i], NULL);
+}
+
 /* Lines of runners are judged together, by count_messages(). */
 static void open_runners(void)
 {
@@ -167,8 +179,7 @@ TEST_IF(threads_submit_and_build_at_once, !platform.is_cpu)
                                       start(build_on_host, NULL)};
     for (uint32_t i = 0; i < JOINERS; i++)
         threads[3 + i] = start(join, deferred);
-    for (uint32_t i = 0; i < 3 + JOINERS; i++)
-        pthread_join(threads[i], NULL);
+    join_threads(threads, 3 + JOINERS);
     assert_int_equal(count_messages(), 3 * ROUNDS / MISTAKES);
 }
 
@@ -180,28 +191,200 @@ TEST_IF(threads_wait_for_each_other, !platform.is_cpu)
     play_destroy_object(&runners[1].play, timeline);
     timeline->semaphore = play_object(&runners[0].play, "t0")->semaphore;
     pthread_t threads[] = {start(submit_to_first, NULL), start(wait_for_first, NULL)};
-    for (uint32_t i = 0; i < sizeof(threads) / sizeof(threads[0]); i++)
-        pthread_join(threads[i], NULL);
+    join_threads(threads, ARRAY_COUNT(threads));
     timeline->semaphore = VK_NULL_HANDLE;
     const uint32_t count = count_messages();
     print_message("%u of %u mistakes told\n", count, 2 * ROUNDS / MISTAKES);
     assert_in_range(count, 1, 2 * ROUNDS / MISTAKES);
 }
 
-/* ---- on backend cpu */
+/* ---- at level content: what an execution copied may have to be kept while the next one copies */
 
-static void join_threads(const pthread_t *threads, uint32_t count)
+static VkResult results[RUNNERS]; /* of what each has submitted last */
+
+static void open_at_content(const char *setting)
 {
-    for (uint32_t i = 0; i < count; i++)
-        pthread_join(threads[i], NULL);
+    setup.line_count = 0;
+    setup.used = 0;
+    program_add(&setup, "setting level content", 1);
+    program_add(&setup, setting, 2);
+    open_runners();
+    setup.line_count = 0;
+    setup.used = 0;
 }
+
+static VkResult submit_c0(unsigned i)
+{
+    const VkCommandBuffer commands = play_object(&runners[i].play, "c0")->commands;
+    const VkResult result = commands_submit(&shared.vk, shared.queues[i], commands, VK_NULL_HANDLE);
+    return result == VK_SUCCESS ? shared.vk.QueueWaitIdle(shared.queues[i]) : result;
+}
+
+static void *build_boxes(void *number)
+{
+    const unsigned i = (unsigned)(uintptr_t)number;
+    results[i] = VK_SUCCESS;
+    for (uint32_t round = 0; round < FEW_ROUNDS && results[i] == VK_SUCCESS; round++) {
+        RUN(i, "c0 for q%u: build B0 boxes A0", i);
+        for (int again = 0; again < 2 && results[i] == VK_SUCCESS; again++)
+            results[i] = submit_c0(i);
+        RUN(i, "reset c0");
+    }
+    return NULL;
+}
+
+static void run_builders(void (*meanwhile)(void))
+{
+    pthread_t threads[RUNNERS];
+    open_at_content("setting hazards false");
+    for (uintptr_t i = 0; i < RUNNERS; i++)
+        threads[i] = start(build_boxes, (void *)i);
+    if (meanwhile)
+        meanwhile();
+    join_threads(threads, RUNNERS);
+}
+
+TEST_IF(threads_build_at_level_content, !platform.is_cpu)
+{
+    run_builders(NULL);
+    for (unsigned i = 0; i < RUNNERS; i++)
+        GET(results[i]);
+    assert_int_equal(count_messages(), 0);
+}
+
+/* Forgets the messages, each of which has one of the texts. */
+static void expect_only(const char *text, const char *other)
+{
+    struct messages *messages = &shared.fixture.messages;
+    for (uint32_t i = 0; i < messages_kept(messages); i++)
+        if (!strstr(messages->items[i].text, text) && !strstr(messages->items[i].text, other))
+            fail_msg("%s", messages->items[i].text);
+    messages_clear(messages);
+}
+
+static void lose_device(void)
+{
+    platform.null_driver.set_device_lost(true);
+}
+
+/* The layer reports only that these builds may not have executed, and no thread hangs. A thread
+ * that does not know of the loss yet may submit a command buffer again before the layer has seen it
+ * complete. */
+TEST_IF(a_device_is_lost_while_threads_build, !platform.is_cpu)
+{
+    run_builders(lose_device);
+    for (unsigned i = 0; i < RUNNERS; i++)
+        assert_true(results[i] == VK_SUCCESS || results[i] == VK_ERROR_DEVICE_LOST);
+    platform.null_driver.set_device_lost(false);
+    expect_only(" lost", "submitted again before");
+    count_messages();
+}
+
+static void *execute_shared(void *number)
+{
+    const unsigned i = (unsigned)(uintptr_t)number;
+    RUN(i, "c0 for q%u: execute c1", i);
+    results[i] = VK_SUCCESS;
+    for (uint32_t round = 0; round < FEW_ROUNDS && results[i] == VK_SUCCESS; round++)
+        results[i] = submit_c0(i);
+    return NULL;
+}
+
+/* Two threads submit primaries to queues of their own, which execute the same secondary, c1. */
+static void run_shared_secondary(void)
+{
+    struct play_object *c1 = play_object(&runners[1].play, "c1");
+    const VkCommandBuffer own = c1->commands;
+    c1->commands = play_object(&runners[0].play, "c1")->commands;
+    c1->is_secondary = true;
+    const pthread_t thread = start(execute_shared, (void *)(uintptr_t)1);
+    execute_shared(NULL);
+    pthread_join(thread, NULL);
+    c1->commands = own;
+    GET(results[0]);
+    GET(results[1]);
+}
+
+/* Nothing orders the two queues: the null driver builds nothing. The layer says at most that it
+ * does not validate what executes twice at once. */
+TEST_IF(threads_share_a_secondary, !platform.is_cpu)
+{
+    open_at_content("setting hazards false");
+    RUN(0, "c1 secondary simultaneous: build B0 boxes A0");
+    run_shared_secondary();
+    expect_only("submitted again before", "submitted again before");
+    count_messages();
+}
+
+/* The null driver reads the table of live structures on the thread that submits, while the other
+ * one changes it as it may for a GPU: a race for the thread sanitizer. */
+#ifdef __SANITIZE_THREAD__
+enum { IS_SANITIZED = 1 };
+#else
+enum { IS_SANITIZED = 0 };
+#endif
+
+/* If both threads submit at the same time, the order is unknown to one of them, which lets each
+ * live structure count as built for the guard. B1 is never built. */
+TEST_IF(threads_share_a_guarded_secondary, !platform.is_cpu && !IS_SANITIZED)
+{
+    uint64_t read[4 * FEW_ROUNDS], references[2];
+    open_at_content("setting guard references");
+    RUN(0, "build B0 boxes A0; submit; host wait idle; init N0 instances B0 B1");
+    references[0] = play_reference_to(&shared, play_object(&runners[0].play, "B0"));
+    references[1] = play_reference_to(&shared, play_object(&runners[0].play, "B1"));
+    platform.null_driver.set_reads_instances(true);
+    RUN(0, "c1 secondary simultaneous: top T0 instances N0 primitives 2");
+    run_shared_secondary();
+    assert_int_equal(platform.null_driver.take_references(read, 4 * FEW_ROUNDS), 4 * FEW_ROUNDS);
+    platform.null_driver.set_reads_instances(false);
+    for (int i = 0; i < 4 * FEW_ROUNDS; i += 2) {
+        assert_int_equal(read[i], references[0]);
+        assert_true(read[i + 1] == references[1] || !read[i + 1]);
+    }
+    messages_clear(&shared.fixture.messages); /* about the structure that is not built */
+    count_messages();
+}
+
+#ifndef _WIN32
+/* The loader unloads the layer with the instance. Its thread, which compares trees for setting
+ * advice, would crash then. */
+static void leave_device_behind(void)
+{
+    setenv("VK_ASSAY_VALIDATION_ADVICE_LIMITS", "submissions=1000,refit_percent=1", 1);
+    open_at_content("setting advice true");
+    RUN(0, "create B0 fitting vertices V0 primitives 3000");
+    for (unsigned i = 0; i < 64; i++) {
+        RUN(0, "init V0 soup 3000 %u", i + 1);
+        RUN(0, "build B0 %s vertices V0 primitives 3000; submit; host wait idle",
+            i ? "update" : "");
+    }
+    if (runners[0].play.report.outcome != OUTCOME_PASSED)
+        _exit(1);
+    instance_fixture_close(&shared.fixture);
+    clock_sleep(500000000);
+    _exit(0);
+}
+
+TEST_IF(a_device_is_left_behind, !platform.is_cpu)
+{
+    int status = -1;
+    const pid_t child = fork();
+    if (!child)
+        leave_device_behind();
+    assert_true(child > 0 && waitpid(child, &status, 0) == child);
+    assert_int_equal(status, 0);
+}
+#endif
+
+/* ---- on backend cpu */
 
 /* The host rebuilds the BLAS that all TLASes refer to, and rays meet it meanwhile. */
 static void *build_query_and_trace(void *number)
 {
     static pthread_mutex_t rebuilding = PTHREAD_MUTEX_INITIALIZER;
     const unsigned i = (unsigned)(uintptr_t)number;
-    for (uint32_t round = 0; round < CPU_ROUNDS; round++) {
+    for (uint32_t round = 0; round < FEW_ROUNDS; round++) {
         RUN(i,
             "c0 for q%u: build B0; barrier all:memory_write > all:memory_read|memory_write; "
             "top T0 instances N0 primitives 2; reset P0; query B0 > P0; results P0 > G0",

@@ -1,15 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What guarded builds cost the device: builds of a TLAS between two timestamps, without the layer,
  * at level content, and with setting guard. The argument is a platform. */
-#include "tests/snapshots/fixture.h"
+#include "tests/snapshots/scene.h"
 
 #include <stdio.h>
 #include <string.h>
 
 enum { ROUNDS = 15, BOX_STRUCTURE_SIZE = 1 << 16, ALIGNMENT = 256 };
-
-static struct platform platform;
-static struct fixture fixture;
 
 static struct device_buffer storage(VkDeviceSize size, VkBufferUsageFlags usage)
 {

@@ -1,10 +1,69 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The device of a test program, and a BLAS of boxes on it. */
+/* A device with acceleration structures, with the layer or without it; and the one of a test
+ * program, with a BLAS of boxes on it. What fails unexpectedly ends the test. */
 #ifndef ASSAY_TESTS_SNAPSHOTS_SCENE_H
 #define ASSAY_TESTS_SNAPSHOTS_SCENE_H
 
-#include "tests/snapshots/fixture.h"
+#include "tests/fixture/geometry.h"
+#include "tests/fixture/instance.h"
 #include "tests/unit/unit_test.h"
+
+enum { FIXTURE_OBJECTS = 32 };
+
+struct fixture {
+    struct instance_fixture instance;
+    VkDevice device;
+    VkuDeviceDispatchTable vk;
+    VkQueue queue;
+    VkCommandPool pool;
+    uint32_t memory_type; /* mapped and coherent */
+    /* What fixture_close() destroys. */
+    struct device_buffer buffers[FIXTURE_OBJECTS];
+    VkAccelerationStructureKHR structures[FIXTURE_OBJECTS];
+    uint32_t buffer_count, structure_count;
+};
+
+void fixture_open(struct fixture *own, const struct platform *on,
+                  const struct instance_settings *settings);
+/* With one more extension, and a chain of features. */
+void fixture_open_with(struct fixture *own, const struct platform *on,
+                       const struct instance_settings *settings, void *chain,
+                       const char *extension);
+void fixture_close(struct fixture *own);
+
+/* Has a device address beside its other usage. */
+struct device_buffer fixture_buffer(struct fixture *own, VkDeviceSize size,
+                                    VkBufferUsageFlags usage);
+
+VkAccelerationStructureKHR fixture_structure(struct fixture *own,
+                                             const struct device_buffer *buffer,
+                                             VkDeviceSize offset, VkDeviceSize size,
+                                             VkAccelerationStructureTypeKHR type);
+
+VkCommandBuffer fixture_begin(struct fixture *own, VkCommandBufferUsageFlags flags);
+/* Ends and submits it, and waits. */
+void fixture_finish(struct fixture *own, VkCommandBuffer commands);
+VkResult fixture_submit(struct fixture *own, VkCommandBuffer commands, VkFence fence);
+
+/* Makes all earlier writes visible to all later commands. */
+void fixture_barrier(struct fixture *own, VkCommandBuffer commands);
+
+/* A build of one geometry. */
+struct fixture_build {
+    VkAccelerationStructureGeometryKHR geometry;
+    VkAccelerationStructureBuildGeometryInfoKHR info; /* its sType and geometries are set later */
+    VkAccelerationStructureBuildRangeInfoKHR range;
+};
+void fixture_build(struct fixture *own, VkCommandBuffer commands,
+                   const struct fixture_build *build);
+/* A build of `count` AABBs, with scratch memory. */
+void fixture_build_boxes(struct fixture *own, VkCommandBuffer commands,
+                         VkAccelerationStructureKHR dst, VkDeviceAddress boxes, uint32_t count,
+                         VkDeviceAddress scratch);
+
+void fixture_expect_silence(const struct fixture *own);
+
+/* ---- the device of a test program */
 
 extern struct platform platform;
 extern struct fixture fixture;
@@ -42,10 +101,7 @@ void scene_submit(VkCommandBuffer commands);
 /* An instance of the BLAS. If it is not valid, its transform has no inverse, which level content
  * reports. */
 void scene_write_instance(const struct device_buffer *buffer, bool is_valid);
-/* A build of the TLAS with instances at an address, or with pointers to them; and one that is
- * recorded, with one instance. */
-struct fixture_build scene_describe_instances(VkDeviceAddress data, bool are_pointers,
-                                              uint32_t count);
+/* A build of the TLAS with an instance at an address, or with a pointer to it. */
 void scene_build_instance(VkCommandBuffer commands, VkDeviceAddress data, bool is_pointer);
 
 /* Turns a box upside down, which level content reports. */
