@@ -33,17 +33,6 @@ static uint64_t alignment_of(const struct scene *scene)
     return scene->fixture->limits.minAccelerationStructureScratchOffsetAlignment;
 }
 
-static void give_exact_size(struct scene *scene, uint32_t build, VkDeviceSize less)
-{
-    const VkDeviceSize size = scene_scratch_size(scene, build);
-    if (size <= less) {
-        scene_skip(scene, "the driver wants no scratch");
-        return;
-    }
-    const struct device_buffer buffer = scene_buffer(scene, size - less, SCRATCH_USAGE);
-    scene->infos[build].scratchData.deviceAddress = scene_address(scene, &buffer, 0);
-}
-
 #include "scratch.inc"
 
 #include "update.inc"

@@ -73,15 +73,6 @@ static VkCommandBuffer record_secondary(struct scene *scene)
 #include "pointers.inc"
 #include "recording.inc"
 
-static void repeat_first_geometry(struct scene *scene, uint32_t build, VkDeviceSize count)
-{
-    for (uint32_t i = 1; i < count; i++) {
-        scene->geometries[build][i] = scene->geometries[build][0];
-        scene->ranges[build][i] = scene->ranges[build][0];
-    }
-    scene->infos[build].geometryCount = (uint32_t)count;
-}
-
 #include "limits.inc"
 
 #include "two_mistakes.inc"

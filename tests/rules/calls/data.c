@@ -104,26 +104,9 @@ enum { TOO_MANY = 1 << 29 };
     }
 READS_TOO_MANY(INDEXED)
 READS_TOO_MANY(AABBS)
-
-#define READS(name, build, count)                                                                  \
-    static void name(struct scene *scene)                                                          \
-    {                                                                                              \
-        scene->ranges[build][1].primitiveCount = count;                                            \
-        scene_give_objects(scene, build);                                                          \
-    }
-READS(read_6_triangles, UNINDEXED, 4)
-READS(read_7_triangles, UNINDEXED, 5)
-READS(read_7_boxes, AABBS, 4)
 #include "indirect_contents.inc"
 
 #include "instance_addresses.inc"
-
-static void refer_to_blas_in(struct scene *scene, const struct device_buffer *buffer)
-{
-    scene_refer(
-        scene, 1,
-        scene_accel_in(scene, buffer, 0, place_size(scene, INDEXED), scene->infos[INDEXED].type));
-}
 
 static uint64_t device_address(const struct scene *scene, VkAccelerationStructureKHR accel)
 {

@@ -62,29 +62,12 @@ static void set_radii(struct scene *scene)
         set_radius(scene, i, (float)i);
 }
 
-/* Spheres 0 to 3 have vertices and radii 1, 3, 5, 7. */
-static void add_spheres_with_radii(struct scene *scene)
-{
-    scene_add_spheres(scene);
-    set_radii(scene);
-    scene->spheres.indexData.deviceAddress = scene_address(scene, &scene->indices, RADIUS_INDICES);
-    scene->spheres.radiusData.deviceAddress = scene_address(scene, &scene->boxes, RADII);
-}
-
 static void use_short_indices(struct scene *scene)
 {
     static const uint16_t indices[4] = {1, 3, 6, 7};
     memcpy(scene->indices.bytes + RADIUS_INDICES, indices, sizeof(indices));
 }
 
-static void half_radius(struct scene *scene, uint32_t value)
-{
-    const uint16_t bits = (uint16_t)value;
-    add_spheres_with_radii(scene);
-    memcpy(scene->boxes.bytes + RADII + 3 * sizeof(bits), &bits, sizeof(bits));
-    scene->spheres.radiusFormat = VK_FORMAT_R16_SFLOAT;
-    scene->spheres.radiusStride = sizeof(bits);
-}
 #include "radii.inc"
 
 enum { TRIANGLES_BUILT = 4, LEVEL_OF_NONE = 16 };

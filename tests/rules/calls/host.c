@@ -28,35 +28,10 @@ static void join_and_destroy(struct scene *scene, VkDevice device, uint64_t hand
     destroy_operation(scene, device, handle);
 }
 
-static void complete_the_operation(struct scene *scene)
-{
-    join(scene, scene->fixture->device, scene->deferred_operation);
-}
-
 static VkAccelerationStructureKHR accel_in(struct scene *scene, struct device_buffer buffer,
                                            uint32_t build)
 {
     return scene_accel_in(scene, &buffer, 0, place_size(scene, build), scene->infos[build].type);
-}
-
-static VkAccelerationStructureKHR in_a_buffer(struct scene *scene, uint32_t build)
-{
-    return accel_in(scene, place_buffer(scene), build);
-}
-
-static VkAccelerationStructureKHR in_device_memory(struct scene *scene, uint32_t build)
-{
-    return accel_in(scene, place_device_local_buffer(scene), build);
-}
-
-static VkAccelerationStructureKHR in_visible_memory(struct scene *scene, uint32_t build)
-{
-    return accel_in(scene, place_buffer_of_instances(scene, 1), build);
-}
-
-static VkAccelerationStructureKHR of_two_instances(struct scene *scene, uint32_t build)
-{
-    return accel_in(scene, place_buffer_of_instances(scene, 3), build);
 }
 
 #include "host.inc"

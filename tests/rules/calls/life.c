@@ -126,12 +126,6 @@ static void use_source_with_micromap(struct scene *scene, enum micromap_state st
 
 /* ---- descriptors */
 
-static VkAccelerationStructureKHR generic_structure(struct scene *scene)
-{
-    const struct device_buffer buffer = place_buffer(scene);
-    return scene_accel_in(scene, &buffer, 0, 1024, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
-}
-
 static VkAccelerationStructureNV nv_blas(struct scene *scene)
 {
     scene->nv.info.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV;
@@ -250,24 +244,6 @@ static void record_queries(struct scene *scene, VkCommandBuffer command_buffer, 
             command_buffer, 1, (const VkAccelerationStructureKHR *)&object, type, pool, query);
 }
 
-/* Writes queries of the pool from the first one on, which the scene has reset. */
-static void write_queries_before(struct scene *scene, uint32_t count)
-{
-    const struct scene_life *life = &scene->life;
-    for (uint32_t i = 0; i < count; i++)
-        record_queries(scene, scene->command_buffer, life->src, i, life->query_type, life->pool);
-}
-
-static void reset_queries(struct scene *scene, uint32_t first, uint32_t count)
-{
-    scene->vk->CmdResetQueryPool(scene->command_buffer, scene->life.pool, first, count);
-}
-
-static void reset_queries_on_host(struct scene *scene)
-{
-    scene->vk->ResetQueryPool(scene->fixture->device, scene->life.pool, 0, 4);
-}
-
 /* ---- sizes */
 
 static void build_and_query(struct scene *scene, VkAccelerationStructureKHR accel, VkQueryPool pool)
@@ -312,19 +288,6 @@ static VkDeviceSize compacted_size_of(struct scene *scene, VkAccelerationStructu
 }
 
 enum dst_size { SMALL, COMPACTED, FULL };
-
-static void use_queried_source(struct scene *scene, int dst_size)
-{
-    VkAccelerationStructureKHR source = (VkAccelerationStructureKHR)scene->life.src;
-    if (!command_is_on_host(scene->command))
-        source = scene_accel_for(scene, INDEXED);
-    const VkDeviceSize size = compacted_size_of(scene, source);
-    const struct device_buffer buffer = place_buffer(scene);
-    scene->life.copy.src = source;
-    if (dst_size != FULL)
-        scene->life.copy.dst = scene_accel_in(scene, &buffer, 0, size - (dst_size == SMALL),
-                                              scene->infos[INDEXED].type);
-}
 
 /* Queries the structure that the scene has built, and returns what the host reads. */
 static VkDeviceSize queried_size_of_source(struct scene *scene, VkQueryType type)
