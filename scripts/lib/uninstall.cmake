@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # The target `uninstall`. Included behind all other install rules, this file records the files of the
 # last installation; install_manifest.txt does not serve, because cpack overwrites it. As a script
-# (cmake -D RECORD=FILE -P) it removes the recorded files, and folders of the documentation that are then
-# empty.
+# (cmake -D RECORD=FILE -P) it removes the recorded files, and folders of Assay's own that are then empty.
 
 if(NOT CMAKE_SCRIPT_MODE_FILE)
     set(record ${PROJECT_BINARY_DIR}/installed_files.txt)
@@ -31,7 +30,7 @@ foreach(file IN LISTS files)
         message(FATAL_ERROR "${file} cannot be removed.")
     endif()
     cmake_path(GET file PARENT_PATH folder)
-    while(folder MATCHES "/doc/assay(/|$)")
+    while(folder MATCHES "/share/(doc/)?assay(/|$)")
         file(GLOB others "${folder}/*")
         if(others)
             break()

@@ -30,7 +30,8 @@ class Uninstall(unittest.TestCase):
         (self.folder / "CMakeLists.txt").write_text(PROJECT, encoding="utf-8")
         (self.folder / "one").touch()
         (self.folder / "inner/two").touch()
-        (self.folder / "inner/CMakeLists.txt").write_text("install(FILES two DESTINATION share/doc/assay/docs)\n",
+        (self.folder / "inner/CMakeLists.txt").write_text("install(FILES two DESTINATION share/doc/assay/docs)\n"
+                                                          "install(FILES two DESTINATION share/assay/inner)\n",
                                                           encoding="utf-8")
         self.build, self.prefix = self.folder / "build", self.folder / "a prefix"
         self.run_ok("cmake", "-G", "Ninja", "-S", self.folder, "-B", self.build)
@@ -54,9 +55,10 @@ class Uninstall(unittest.TestCase):
 
     def test_uninstalls(self):
         self.install()
-        self.assertEqual(self.files(), ["one", "two"])
+        self.assertEqual(self.files(), ["one", "two", "two"])
         self.assertEqual(self.uninstall(), 0)
         self.assertEqual(self.files(), [])
+        self.assertEqual(os.listdir(self.prefix / "share"), ["doc"])
         self.assertEqual(os.listdir(self.prefix / "share/doc"), [])
 
     def test_keeps_files_of_others(self):
@@ -74,7 +76,7 @@ class Uninstall(unittest.TestCase):
 
     def test_staged(self):
         self.install(DESTDIR=str(self.folder / "stage"))
-        self.assertEqual(self.files(), ["one", "two"])
+        self.assertEqual(self.files(), ["one", "two", "two"])
         self.assertEqual(self.uninstall(), 0)
         self.assertEqual(self.files(), [])
 
