@@ -282,7 +282,9 @@ class Arguments(Case):
         self.assertEqual(run("--version")[0], 0)
         page = (ROOT / "docs/man/assay-scene.1").read_text(encoding="utf-8").replace("\\-", "-")
         script = ROOT / "scripts/assay_run/completion.bash"
-        for command in ("info", "export", "replay", "minimize"):
+        for option in ("--help", "--version"):
+            self.assertIn(option, page)
+        for command in ("info", "export", "view", "replay", "minimize", "report"):
             options = sorted(set(re.findall(r"--[a-z][a-z-]+", out.split(f"\n{command}: ")[1].split("\n\n")[0])))
             words = subprocess.run(
                 ["bash", "-c", f"source {script}; COMP_WORDS=(assay-scene {command} --); COMP_CWORD=2; "

@@ -5,6 +5,7 @@
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import unittest
@@ -92,6 +93,18 @@ class Documents(unittest.TestCase):
                     self.assertTrue(words[1] in text)
                 self.check_options(page, words, text)
         self.assertGreater(count, 10)
+
+    def test_manuals_render(self):
+        if not shutil.which("groff"):
+            self.skipTest("groff is missing")
+        settings = subprocess.run([sys.executable, "-B", ROOT / "scripts/lib/tables.py", ROOT, "--print", "manual"],
+                                  stdout=subprocess.PIPE, check=True, text=True).stdout
+        for page in sorted((ROOT / "docs/man").iterdir()):
+            with self.subTest(page=page.name):
+                text = page.read_text(encoding="utf-8").replace("@ASSAY_SETTINGS_MANUAL@\n", settings)
+                run = subprocess.run(["groff", "-man", "-ww", "-Kutf8", "-Tutf8"], input=text, text=True, check=True,
+                                     capture_output=True)
+                self.assertEqual(run.stderr, "")
 
     def test_settings_exist(self):
         names = set(re.findall(r"^(?:SETTING|[A-Z_]+)\((\w+),",
