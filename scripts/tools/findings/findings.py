@@ -47,10 +47,14 @@ MUTED_IN_PROGRAMS = (
     "VUID-vkCmdBuildAccelerationStructuresKHR-geometry-03673",
     "VUID-vkCmdWaitEvents-srcStageMask-01158",
     "VUID-vkDestroyDeferredOperationKHR-operation-03436",
+    "VUID-vkSetEvent-event-09543",
+)
+# The same of programs, but for those about destroyed objects: their command buffers are invalid.
+DESTROYED = "execution/destroyed"
+MUTED_BUT_FOR_DESTROYED = (
     "VUID-vkQueueSubmit-pCommandBuffers-00070",
     "VUID-vkQueueSubmit-pCommandBuffers-00071",
     "VUID-vkQueueSubmit2-commandBuffer-03875",
-    "VUID-vkSetEvent-event-09543",
 )
 
 
@@ -65,7 +69,9 @@ def find_manifest():
 
 
 def settings(program):
-    muted = MUTED + (MUTED_IN_PROGRAMS if program == "execution" else ())
+    """`program` is a key of PLATFORMS, or DESTROYED."""
+    muted = MUTED + (MUTED_IN_PROGRAMS if program.startswith("execution") else ()) + (
+        MUTED_BUT_FOR_DESTROYED if program == "execution" else ())
     return (f"khronos_validation.gpuav_enable = {str(program == 'content').lower()}\n"
             "khronos_validation.enable_message_limit = false\n"
             "khronos_validation.debug_action = VK_DBG_LAYER_ACTION_CALLBACK\n"
@@ -120,8 +126,8 @@ def play_all(arguments, layers, judge, details):
             if arguments.filter not in f"{program}.{list_name}":
                 continue
             print(f"  {program}: {list_name}", file=sys.stderr, flush=True)
-            for name, expected, verdict in judge_list(judge, command, layers[program], list_name,
-                                                      names, arguments.each):
+            layer = layers[DESTROYED if list_name.startswith(DESTROYED) else program]
+            for name, expected, verdict in judge_list(judge, command, layer, list_name, names, arguments.each):
                 table.count(program, name, verdict)
                 if details:
                     details.write("\t".join((
@@ -138,7 +144,7 @@ def print_notes(table, judge):
     for reason, names in sorted(judge.not_counted.items(), key=lambda item: -len(item[1])):
         print(f"  {len(names):6,}  {reason}")
     print("\nMuted, because cases break these rules before the build:")
-    for name in sorted(MUTED + MUTED_IN_PROGRAMS):
+    for name in sorted(MUTED + MUTED_IN_PROGRAMS + MUTED_BUT_FOR_DESTROYED):
         print(f"          {name}")
 
 
@@ -168,8 +174,8 @@ def main():
               "of their ids and structures.", file=sys.stderr)
     judge = Judge(read_ids(arguments.tree / "vuid-tables" / "vuid_dump"))
     with tempfile.TemporaryDirectory() as folder:
-        layers = {program: disguise(path, manifest, pathlib.Path(folder, program), settings(program))
-                  for program in PLATFORMS}
+        layers = {program: disguise(path, manifest, pathlib.Path(folder, program.replace("/", "-")), settings(program))
+                  for program in (*PLATFORMS, DESTROYED)}
         table = play_all(arguments, layers, judge, arguments.details)
     print(f"{KHRONOS} {version}, {datetime.date.today()}\n")
     total = table.print()

@@ -9,6 +9,8 @@ HOST_DATA = ("cases_content", "cases_content_update", "cases_disabling", "cases_
 EXTENSIONS = ("cases_micromap", "cases_motion", "cases_spheres", "cases_dense",
               "cases_displacement", "execution/extensions")
 OVERLAPS = ("cases_overlap", "cases_pairs")
+# Of programs: what happened to memory and objects by the time of the execution, and how large they were.
+OBJECTS = ("execution/destroyed", "execution/size", "execution/sparse", "execution/unbuilt")
 # Pointers and handles that lead to no memory, or to other memory than they should; endless lists.
 NOWHERE = re.compile(
     r"^cases_pointers|unreadable|end_too_early|ends_too_early|off_the_page|one_short|cut_short|"
@@ -16,12 +18,15 @@ NOWHERE = re.compile(
     r"pointers_to_nowhere|arrays_none|no_structure")
 
 PARAMETERS, OVERLAP, UPDATES = "parameters and state", "overlaps", "updates in the order of execution"
+OBJECT = "destroyed objects, unbound memory, sizes, in the order of execution"
 DEVICE_CONTENT, HOST_CONTENT = "data of device builds", "data of host builds"
 HOST, INDIRECT, NV = "host builds", "indirect builds", "`VK_NV_ray_tracing`"
 EXTENSION = "micromaps, motion, spheres, dense geometry"
+CLUSTER = "builds of clusters and of partitioned structures"
+LIFE = "commands that create, copy, query, bind and destroy"
 UNREADABLE = "pointers to unreadable memory"
-GROUPS = (PARAMETERS, OVERLAP, UPDATES, DEVICE_CONTENT, HOST_CONTENT, HOST, INDIRECT, NV, EXTENSION,
-          UNREADABLE)
+GROUPS = (PARAMETERS, OVERLAP, UPDATES, OBJECT, DEVICE_CONTENT, HOST_CONTENT, HOST, INDIRECT, NV, EXTENSION,
+          CLUSTER, LIFE, UNREADABLE)
 
 
 def group_of(program, name):
@@ -32,8 +37,11 @@ def group_of(program, name):
         (program == "content", DEVICE_CONTENT),
         (NOWHERE.search(name), UNREADABLE),
         (list_name in HOST_DATA, HOST_CONTENT),
-        (list_name.startswith(EXTENSIONS), EXTENSION),
+        (re.match("vk.*(Cluster|Partitioned)", command), CLUSTER),
+        (list_name.startswith(EXTENSIONS) or re.match("vk.*Micromap", command), EXTENSION),
+        (command.startswith("vk"), LIFE),
         ("nv" in (command, list_name.split("/")[-1]), NV),
+        (list_name.startswith(OBJECTS), OBJECT),
         (program == "execution", UPDATES),
         (list_name in OVERLAPS, OVERLAP),
         (command == "host", HOST),
