@@ -103,7 +103,8 @@ def find_lavapipe(environment):
         found = sorted(glob.glob(f"{glob.escape(folder)}/lvp_icd*.json"))
         if found:
             return os.pathsep.join(found)
-    raise EnvironmentFailure("lavapipe is not installed (on Debian: mesa-vulkan-drivers)")
+    raise EnvironmentFailure("lavapipe is not installed; in the repository, scripts/setup --layer --lavapipe installs it "
+                             "(on Debian it is in mesa-vulkan-drivers, which needs version 25 to build structures)")
 
 
 def with_errors(flags):

@@ -120,8 +120,9 @@ def mistake_lines(verdict):
     lines = [f"{folder}: the layer was not loaded" for folder in record.runs_without_layer()
              if len(record.runs) > 1]
     if not record.is_loaded and not lines:
-        lines = ["the layer was not loaded: no process has created a VkInstance, or the loader has not found "
-                 "the layer (VK_LOADER_DEBUG=layer shows what it does)"]
+        lines = ["the layer was not loaded: no process has created a VkInstance, which needs a Vulkan driver "
+                 "(--lavapipe runs on Mesa's CPU driver), or the loader has not found the layer "
+                 "(VK_LOADER_DEBUG=layer shows what it does)"]
     lines += [f"{folder + ': ' if len(record.runs) > 1 else ''}the Khronos layer was not loaded, or has not "
               "written to its log" for folder in record.runs_without_khronos()]
     if len(record.runs) > 1 or not record.headers:
