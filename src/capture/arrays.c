@@ -195,7 +195,7 @@ static bool read_rows(const struct input_memory *memory, bool has_motion, bool h
                       const struct geometry_input *input, struct capture_room *room,
                       struct capture_array *array)
 {
-    const void *bytes;
+    const void *bytes = NULL;
     const uint64_t address = input_extent(input->address.deviceAddress, 1, input->offset, 0),
                    end = input_end(input), size = end > input->offset ? end - input->offset : 0;
     const uint64_t found =
