@@ -141,7 +141,8 @@ static int compare_all(const char *name)
         fprintf(stderr, "%s\n", missing);
         return 77;
     }
-    plays[0].platform = &tally.platform;
+    for (unsigned i = 0; i < PLAYS; i++)
+        plays[i].platform = &tally.platform;
     printf("group\tprogram\texpected\tAssay\tKhronos\n");
     for (unsigned i = 0; i < sources.count; i++)
         for (unsigned j = 0; j < source_variants(&sources.items[i]); j++) {
