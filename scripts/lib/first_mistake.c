@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A program for scripts/packages. It queries the sizes of a bottom-level structure of one triangle; with an argument,
-   of a top-level structure, which cannot have triangles. The exit status is 0 only if there is a device for it. */
+/* A program for scripts/packages. It queries the sizes of a bottom-level structure of one triangle;
+   with an argument, of a top-level structure, which cannot have triangles. The exit status is 0
+   only if there is a device for it. */
 #include <stdio.h>
 #include <vulkan/vulkan.h>
 
@@ -44,11 +45,12 @@ int main(int count, char **words)
     const VkAccelerationStructureGeometryKHR triangles = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
         .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles = {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-                               .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                               .vertexStride = 12,
-                               .maxVertex = 2,
-                               .indexType = VK_INDEX_TYPE_NONE_KHR}};
+        .geometry.triangles = {
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+            .vertexStride = 12,
+            .maxVertex = 2,
+            .indexType = VK_INDEX_TYPE_NONE_KHR}};
     const VkAccelerationStructureBuildGeometryInfoKHR build = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
         .type = count > 1 ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR

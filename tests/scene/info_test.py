@@ -285,7 +285,8 @@ class Arguments(Case):
         for option in ("--help", "--version"):
             self.assertIn(option, page)
         for command in ("info", "export", "view", "replay", "minimize", "report"):
-            options = sorted(set(re.findall(r"--[a-z][a-z-]+", out.split(f"\n{command}: ")[1].split("\n\n")[0])))
+            section = out.split(f"\n{command}: ")[1].split("\n\n")[0]
+            options = sorted(set(re.findall(r"--[a-z-]+", " ".join(re.findall(r"^  (--[a-z-]+(?:, --[a-z-]+)?)", section, re.M)))))
             words = subprocess.run(
                 ["bash", "-c", f"source {script}; COMP_WORDS=(assay-scene {command} --); COMP_CWORD=2; "
                  "_assay_scene; printf '%s\\n' \"${COMPREPLY[@]}\""],

@@ -42,8 +42,8 @@ static bool write_file(const struct report *report, const char *path, const char
     } else {
         fprintf(file, "%s\n", text);
     }
-    const bool is_written = !ferror(file);
-    return (fclose(file) == 0) & is_written ? true : fail_to_write(report, path);
+    const bool is_written = !ferror(file), is_closed = fclose(file) == 0;
+    return (is_written && is_closed) || fail_to_write(report, path);
 }
 
 bool write_report(const struct report *report)
