@@ -6,11 +6,13 @@ junit.xsd and sarif.py beside this file have what the specifications demand of t
 assay-run writes. The official schemas are used in addition if ASSAY_TEST_SCHEMAS names a folder
 with junit-10.xsd (Jenkins) and sarif-schema-2.1.0.json (OASIS)."""
 
+import itertools
 import os
 import pathlib
 import shutil
 import subprocess
 import sys
+import tempfile
 import unittest
 import xml.etree.ElementTree as ElementTree
 
@@ -37,16 +39,24 @@ RECORDS = {
 
 
 class Reports(Runs):
+    written = []
+
     def each(self):
-        """Writes all reports of each record, without and with a baseline."""
-        for name, lines in RECORDS.items():
-            for known in (f"{VUID}\n", "VUID-old\n"):
-                self.write_record(*lines)
+        """Yields each record's name and result, with all its reports in self.folder, without and with a
+        baseline. They are written once for all tests."""
+        if not self.written:
+            folder = tempfile.TemporaryDirectory(prefix="assay-test-")
+            self.addClassCleanup(folder.cleanup)
+            for name, known in itertools.product(RECORDS, (f"{VUID}\n", "VUID-old\n")):
+                self.folder = pathlib.Path(folder.name) / str(len(self.written))
+                self.write_record(*RECORDS[name])
                 (self.folder / "known.txt").write_text(known)
-                yield name, self.run_words(
+                self.written.append((name, self.folder, self.run_words(
                     "--merge", "7.jsonl", "--baseline", "known.txt", "--strict-baseline",
                     "--junit", "a.xml", "--sarif", "a.sarif", "--json", "a.json", "--html", "a.html",
-                    "--github")
+                    "--github")))
+        for name, self.folder, result in self.written:
+            yield name, result
 
     @unittest.skipUnless(shutil.which("xmllint"), "xmllint is not installed (libxml2-utils)")
     def test_junit_schemas(self):

@@ -7,6 +7,664 @@
 #include <stdio.h>
 #include <string.h>
 
+/* ---- shapes, and one difference for each rule about updates */
+
+enum {
+    ALLOW_UPDATE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+    ALLOW_COMPACTION = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
+    FAST_TRACE = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR,
+};
+
+/* A build of one triangle geometry, with everything. */
+static struct shape shape_plain(void)
+{
+    return (struct shape){
+        .flags = ALLOW_UPDATE | ALLOW_COMPACTION,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+        .geometry_count = 1,
+        .geometry_type = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+        .vertex_format = VK_FORMAT_R32G32B32_SFLOAT,
+        .max_vertex = 5,
+        .index_type = VK_INDEX_TYPE_UINT32,
+        .has_transform = true,
+        .primitive_count = 2,
+    };
+}
+
+enum { INPUT_SIZE = 128 };
+
+static void write_triangles(const struct shape *shape, char words[INPUT_SIZE])
+{
+    snprintf(words, INPUT_SIZE, "plain%s%s%s",
+             shape->index_type == VK_INDEX_TYPE_UINT16 ? " short-indices I1" : "",
+             shape->vertex_format == VK_FORMAT_R16G16B16A16_SFLOAT ? " format rgba16" : "",
+             shape->has_transform ? "" : " no-transform");
+}
+
+/* The geometry comes first, as it replaces what is said of one before; `max` behind `primitives`.
+ */
+static void shape_write(const struct shape *shape, char words[SHAPE_WORDS_SIZE])
+{
+    char input[INPUT_SIZE] = "boxes A0", max[16] = "";
+    if (shape->geometry_type == VK_GEOMETRY_TYPE_TRIANGLES_KHR) {
+        write_triangles(shape, input);
+        snprintf(max, sizeof(max), " max %u", shape->max_vertex);
+    } else if (shape->geometry_type == VK_GEOMETRY_TYPE_INSTANCES_KHR) {
+        snprintf(input, sizeof(input), "instances N0");
+    }
+    snprintf(words, SHAPE_WORDS_SIZE, "%s%s primitives %u%s geometries %u flags none%s%s%s", input,
+             shape->geometry_flags ? " opaque" : "", shape->primitive_count, max,
+             shape->geometry_count, shape->flags & ALLOW_UPDATE ? "|update" : "",
+             shape->flags & ALLOW_COMPACTION ? "|compaction" : "",
+             shape->flags & FAST_TRACE ? "|fast_trace" : "");
+}
+
+struct difference differences[DIFFERENCES];
+
+void differences_fill(void)
+{
+    for (uint32_t i = 0; i < DIFFERENCES; i++)
+        differences[i].built = differences[i].asked = shape_plain();
+    differences[0].built.flags = ALLOW_COMPACTION;
+    differences[1].built.geometry_count = 2;
+    differences[2].built.flags |= FAST_TRACE;
+    differences[3].asked.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
+    differences[3].asked.geometry_type = VK_GEOMETRY_TYPE_INSTANCES_KHR;
+    differences[4].built.geometry_type = VK_GEOMETRY_TYPE_AABBS_KHR;
+    differences[5].built.geometry_flags = VK_GEOMETRY_OPAQUE_BIT_KHR;
+    differences[6].built.vertex_format = VK_FORMAT_R16G16B16A16_SFLOAT;
+    differences[7].built.max_vertex = 6;
+    differences[8].built.index_type = VK_INDEX_TYPE_UINT16;
+    differences[9].built.has_transform = false;
+    differences[10].asked.has_transform = false;
+    differences[11].built.primitive_count = 1;
+}
+
+/* ---- the model. It keeps every write of every structure, and for every batch the set of batches
+ * that certainly came before. */
+
+static const struct content not_known = {.state = NOT_KNOWN};
+
+static const char *command_of(const struct operation *operation)
+{
+    switch (operation->action) {
+    case ACTION_HOST_BUILD:
+    case ACTION_HOST_UPDATE:
+        return "vkBuildAccelerationStructuresKHR()";
+    case ACTION_HOST_CLONE:
+    case ACTION_HOST_COMPACT:
+        return "vkCopyAccelerationStructureKHR()";
+    case ACTION_CLONE:
+    case ACTION_COMPACT:
+        return "vkCmdCopyAccelerationStructureKHR()";
+    default:
+        return operation->asked.counted ? "vkCmdBuildAccelerationStructuresKHR()"
+                                        : "vkCmdBuildAccelerationStructuresIndirectKHR()";
+    }
+}
+
+static void find_if(struct model *model, bool is_broken, const struct operation *operation,
+                    enum rule rule)
+{
+    if (!is_broken)
+        return;
+    model->findings[model->finding_count].rule = rule;
+    model->findings[model->finding_count++].command = command_of(operation);
+}
+
+static void judge_geometry(struct model *model, const struct operation *operation,
+                           const struct content *last)
+{
+    const struct shape *now = &operation->asked.shape, *then = &last->shape;
+    find_if(model, now->type == then->type && now->geometry_type != then->geometry_type, operation,
+            RULE_geometry_type_matches_source);
+    find_if(model, now->geometry_flags != then->geometry_flags, operation,
+            RULE_geometry_flags_match_source);
+    find_if(model,
+            operation->asked.counted && last->counted &&
+                now->primitive_count != then->primitive_count,
+            operation, RULE_primitive_count_matches_source);
+    if (now->geometry_type != VK_GEOMETRY_TYPE_TRIANGLES_KHR ||
+        then->geometry_type != VK_GEOMETRY_TYPE_TRIANGLES_KHR)
+        return;
+    find_if(model, now->vertex_format != then->vertex_format, operation,
+            RULE_vertex_format_matches_source);
+    find_if(model, now->max_vertex != then->max_vertex, operation, RULE_max_vertex_matches_source);
+    find_if(model, now->index_type != then->index_type, operation, RULE_index_type_matches_source);
+    find_if(model, now->has_transform && !then->has_transform, operation,
+            RULE_transform_is_absent_where_source_had_none);
+    find_if(model, !now->has_transform && then->has_transform, operation,
+            RULE_transform_is_given_where_source_had_one);
+}
+
+/* Geometries of a source that allows no updates are not looked at. */
+static void judge(struct model *model, const struct operation *operation,
+                  const struct content *last)
+{
+    const struct shape *now = &operation->asked.shape, *then = &last->shape;
+    const bool allows = then->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+    if (last->state == NOT_KNOWN)
+        return;
+    find_if(model, last->state == NEVER_BUILT || !allows, operation,
+            RULE_update_source_was_built_with_allow_update);
+    if (last->state == NEVER_BUILT)
+        return;
+    find_if(model, now->geometry_count != then->geometry_count, operation,
+            RULE_geometry_count_matches_source);
+    find_if(model, allows && now->flags != then->flags, operation, RULE_build_flags_match_source);
+    find_if(model, now->type != then->type, operation, RULE_build_type_matches_source);
+    for (uint32_t i = 0;
+         allows && now->geometry_count == then->geometry_count && i < now->geometry_count; i++)
+        judge_geometry(model, operation, last);
+}
+
+static bool is_copy(enum action action)
+{
+    return action == ACTION_CLONE || action == ACTION_COMPACT || action == ACTION_HOST_CLONE ||
+           action == ACTION_HOST_COMPACT;
+}
+
+static bool compacts(enum action action)
+{
+    return action == ACTION_COMPACT || action == ACTION_HOST_COMPACT;
+}
+
+static void judge_copy(struct model *model, const struct operation *operation,
+                       const struct content *last)
+{
+    const bool allows =
+        last->shape.flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
+    find_if(model, last->state == NEVER_BUILT, operation, RULE_source_was_constructed_before);
+    find_if(model,
+            compacts(operation->action) && last->state == BUILT && !last->compacted && !allows,
+            operation, RULE_source_allows_compaction);
+}
+
+static void judge_operation(struct model *model, const struct operation *operation,
+                            const struct content *last)
+{
+    if (operation->action == ACTION_UPDATE || operation->action == ACTION_HOST_UPDATE)
+        judge(model, operation, last);
+    else if (is_copy(operation->action))
+        judge_copy(model, operation, last);
+}
+
+/* ---- recording */
+
+static void model_begin(struct model *model, uint32_t command_buffer)
+{
+    memset(&model->command_buffers[command_buffer], 0, sizeof(struct recording));
+}
+
+static void learn(struct model *model, struct recording *recording,
+                  const struct operation *operation)
+{
+    const struct recording *secondary = &model->command_buffers[operation->dst];
+    switch (operation->action) {
+    case ACTION_EXECUTE:
+        for (uint32_t i = 0; i < secondary->count; i++)
+            learn(model, recording, &secondary->operations[i]);
+        return;
+    case ACTION_BUILD:
+        recording->knows[operation->dst] = true;
+        recording->known[operation->dst] = operation->asked;
+        return;
+    case ACTION_FILL:
+        recording->knows[operation->dst] = true;
+        recording->known[operation->dst] = not_known;
+        return;
+    default: /* updates and copies */
+        recording->knows[operation->dst] = recording->knows[operation->src];
+        recording->known[operation->dst] = recording->known[operation->src];
+        recording->known[operation->dst].compacted |= compacts(operation->action);
+    }
+}
+
+static void model_record(struct model *model, uint32_t command_buffer,
+                         const struct operation *operation)
+{
+    struct recording *recording = &model->command_buffers[command_buffer];
+    struct operation *added = &recording->operations[recording->count++];
+    *added = *operation;
+    added->is_judged =
+        (added->action == ACTION_UPDATE || is_copy(added->action)) && recording->knows[added->src];
+    if (added->is_judged)
+        judge_operation(model, added, &recording->known[added->src]);
+    learn(model, recording, added);
+}
+
+/* ---- running */
+
+static bool precedes(const struct model *model, uint32_t first, uint32_t second)
+{
+    return first == second || (model->batches[second].follows >> first & 1) != 0;
+}
+
+/* What a batch reads: certain only if all writes so far have an order, and it follows the last. */
+static struct content read_structure(const struct model *model, uint32_t structure, uint32_t batch)
+{
+    const uint32_t count = model->write_count[structure];
+    if (model->host_writers[structure] != 0)
+        return not_known;
+    if (count == 0)
+        return (struct content){.state = NEVER_BUILT};
+    for (uint32_t i = 1; i < count; i++)
+        if (!precedes(model, model->writes[structure][i - 1].batch,
+                      model->writes[structure][i].batch))
+            return not_known;
+    return precedes(model, model->writes[structure][count - 1].batch, batch)
+               ? model->writes[structure][count - 1].content
+               : not_known;
+}
+
+static void write_structure(struct model *model, uint32_t structure, uint32_t batch,
+                            const struct content *content)
+{
+    const uint32_t i = model->write_count[structure]++;
+    model->writes[structure][i].content = *content;
+    model->writes[structure][i].batch = batch;
+}
+
+static void run_recording(struct model *model, uint32_t batch, const struct recording *recording)
+{
+    for (uint32_t i = 0; i < recording->count; i++) {
+        const struct operation *operation = &recording->operations[i];
+        struct content content = operation->asked;
+        if (operation->action == ACTION_EXECUTE) {
+            run_recording(model, batch, &model->command_buffers[operation->dst]);
+            continue;
+        }
+        if (operation->action == ACTION_FILL)
+            content = not_known;
+        else if (operation->action != ACTION_BUILD)
+            content = read_structure(model, operation->src, batch);
+        if (!operation->is_judged)
+            judge_operation(model, operation, &content);
+        if (content.state == NEVER_BUILT)
+            content = not_known;
+        content.compacted |= compacts(operation->action);
+        write_structure(model, operation->dst, batch, &content);
+    }
+}
+
+/* The batch that signals the awaited value or more; -1: none yet. */
+static int find_signal(const struct model *model, const struct model_batch *batch)
+{
+    for (uint32_t i = 0; i < model->batch_count; i++)
+        if (model->batches[i].queue == batch->waits_for &&
+            model->batches[i].signal_value >= batch->wait_value)
+            return (int)i;
+    return -1;
+}
+
+static bool follow(const struct model *model, struct model_batch *batch, int other)
+{
+    if (other < 0 || !model->batches[other].has_run)
+        return false;
+    batch->follows |= model->batches[other].follows | (uint64_t)1 << other;
+    return true;
+}
+
+/* Whether the batch can execute; if so, `follows` is complete. */
+static bool is_ready(struct model *model, struct model_batch *batch)
+{
+    batch->follows = batch->host;
+    for (struct model_batch *other = model->batches; other < batch; other++)
+        if (other->queue == batch->queue && !follow(model, batch, (int)(other - model->batches)))
+            return false;
+    if (batch->binary_signal >= 0 && !follow(model, batch, batch->binary_signal))
+        return false;
+    return batch->wait_value == 0 || follow(model, batch, find_signal(model, batch));
+}
+
+/* The batches of one queue that nothing holds back; false if there were none. */
+static bool model_run_queue(struct model *model, uint32_t queue)
+{
+    bool any = false;
+    for (uint32_t i = 0; i < model->batch_count; i++) {
+        struct model_batch *batch = &model->batches[i];
+        if (batch->queue != queue || batch->has_run || !is_ready(model, batch))
+            continue;
+        batch->has_run = any = true;
+        for (uint32_t j = 0; j < batch->recording_count; j++)
+            run_recording(model, i, &batch->recordings[j]);
+    }
+    return any;
+}
+
+static void model_run(struct model *model)
+{
+    bool any = true;
+    while (any) {
+        any = false;
+        for (uint32_t queue = 0; queue < QUEUES; queue++)
+            any = model_run_queue(model, queue) || any;
+    }
+}
+
+/* ---- the rest */
+
+/* A batch that is being filled; then its submission, which may let others run, too. */
+static struct model_batch *model_add_batch(struct model *model, uint32_t queue)
+{
+    struct model_batch *batch = &model->batches[model->batch_count++];
+    *batch = (struct model_batch){.queue = queue, .host = model->host, .binary_signal = -1};
+    return batch;
+}
+
+/* The host has waited for all there is; nothing is held back. */
+static void model_idle(struct model *model)
+{
+    model->host =
+        model->batch_count == MODEL_BATCHES ? UINT64_MAX : ((uint64_t)1 << model->batch_count) - 1;
+}
+
+static void model_create(struct model *model, uint32_t structure)
+{
+    model->write_count[structure] = 0;
+}
+
+/* ---- work of the host */
+
+/* Work of the host, one operation: judged when it begins; then carried out, or called off; then, if
+ * it was carried out, it ends. Returns its batch. */
+static uint32_t model_judge_work(struct model *model, const struct operation *operation)
+{
+    struct model_batch *batch = model_add_batch(model, QUEUES);
+    const uint32_t number = model->batch_count - 1;
+    batch->has_run = true;
+    batch->follows = batch->host;
+    const struct content source = read_structure(model, operation->src, number);
+    judge_operation(model, operation, &source);
+    return number;
+}
+
+static void model_begin_work(struct model *model, const struct operation *operation)
+{
+    model->host_writers[operation->dst]++;
+}
+
+static void model_end_work(struct model *model, uint32_t batch, const struct operation *operation,
+                           bool fails)
+{
+    model->host_writers[operation->dst]--;
+    struct content content = not_known;
+    if (!fails && operation->action == ACTION_HOST_BUILD)
+        content = operation->asked;
+    else if (!fails && operation->action != ACTION_HOST_FILL)
+        content = read_structure(model, operation->src, batch);
+    if (content.state == NEVER_BUILT)
+        content = not_known;
+    content.compacted |= compacts(operation->action);
+    write_structure(model, operation->dst, batch, &content);
+    model->host |= (uint64_t)1 << batch;
+}
+
+/* ---- dice and lines */
+
+uint32_t below(struct random_test *test, uint32_t bound)
+{
+    return (uint32_t)(random_next(&test->random) >> 32) % bound;
+}
+
+static const char *queue_name(const struct random_test *test, uint32_t queue)
+{
+    return test->queue ? test->queue : queue ? "q2" : "q0";
+}
+
+static bool chance(struct random_test *test, uint32_t percent)
+{
+    return below(test, 100) < percent;
+}
+
+static struct shape random_shape(struct random_test *test)
+{
+    struct shape shape = shape_plain();
+    if (chance(test, 55))
+        return shape;
+    const struct difference *difference = &differences[below(test, DIFFERENCES)];
+    shape = chance(test, 50) ? difference->built : difference->asked;
+    if (chance(test, 20))
+        shape.max_vertex++;
+    if (chance(test, 20) && shape.type == VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)
+        shape.geometry_count = 1 + below(test, SHAPE_GEOMETRIES);
+    if (chance(test, 20))
+        shape.flags &= ~(VkFlags)VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
+    return shape;
+}
+
+void add_line(struct random_test *test, const char *format, ...)
+{
+    char text[512];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof(text), format, arguments);
+    va_end(arguments);
+    program_add(&test->program, text, test->program.line_count + 1);
+}
+
+bool play_lines(struct random_test *test)
+{
+    struct play *play = &test->play;
+    struct program *program = &test->program;
+    for (; test->played < program->line_count && play->report.outcome == OUTCOME_PASSED;
+         test->played++) {
+        play_line(play, test->played);
+        if (play->result != VK_SUCCESS && !program->lines[test->played].result)
+            program_note_result(program, test->played, play_name_of(play->result));
+    }
+    return play->result == VK_SUCCESS;
+}
+
+/* The last line has to report what the model has found; with `skips`, the messenger asks to skip
+ * the call if there is something. */
+static void expect_findings(struct random_test *test, bool skips)
+{
+    struct model *model = &test->now.model;
+    struct program *program = &test->program;
+    for (uint32_t i = 0; i < model->finding_count; i++) {
+        PLAY_REQUIRE(&test->play, program->expected_count < PROGRAM_EXPECTATIONS);
+        program->expected[program->expected_count++] =
+            (struct expectation){.id = rule_infos[model->findings[i].rule].name,
+                                 .text = model->findings[i].command,
+                                 .line = (int)program->line_count - 1,
+                                 .is_plain = !skips};
+    }
+    test->findings += model->finding_count;
+    model->finding_count = 0;
+}
+
+/* The last line breaks this rule, and its command buffer must not be submitted. */
+static void expect_mistake(struct random_test *test, enum rule rule)
+{
+    struct model *model = &test->now.model;
+    model->findings[0].rule = rule;
+    model->findings[0].command = "vkCmdBuildAccelerationStructuresKHR()";
+    model->finding_count = 1;
+    expect_findings(test, false);
+}
+
+/* Recording a secondary anew invalidates the primaries that execute it. */
+static void forget_recording(struct random_test *test, uint32_t cb)
+{
+    test->executable[cb] = false;
+    memset(test->uses[cb], 0, sizeof(test->uses[cb]));
+    memset(test->executes[cb], 0, sizeof(test->executes[cb]));
+    for (uint32_t i = 0; i < COMMAND_BUFFERS; i++)
+        if (test->executes[i][cb])
+            forget_recording(test, i);
+}
+
+/* ---- objects, which are created again: in faulty programs that may fail */
+
+void create_all(struct random_test *test)
+{
+    add_line(test, "have V0 I0 I1 X0 A0 N0 R1 R2 D0 G0 S0 d1 d2 s0 s1 s2 s3");
+    if (test->play.platform->is_cpu)
+        add_line(test, "host build B0; host serialize B0 > D0");
+    for (uint32_t i = 0; i <= COMMAND_BUFFERS; i++)
+        add_line(test, "begin c%u%s for %s; end", i,
+                 i >= SECONDARIES && i < COMMAND_BUFFERS ? " secondary" : "",
+                 queue_name(test, i >= OTHER_QUEUE && i < SECONDARIES));
+}
+
+/* A build of a structure whose buffer has no memory. */
+static void build_unbacked(struct random_test *test, uint32_t structure)
+{
+    add_line(test, "begin c%u for %s", COMMAND_BUFFERS, queue_name(test, 0));
+    if (!play_lines(test))
+        return;
+    add_line(test, "build B%u", structure);
+    expect_mistake(test, RULE_dst_is_backed_by_memory);
+    add_line(test, "end");
+    play_lines(test);
+}
+
+/* Creates an object again; the old one is destroyed even if that fails. */
+static void create_again(struct random_test *test, const char *command, const char *name)
+{
+    add_line(test, "%s %s", command, name);
+    if (play_lines(test))
+        return;
+    add_line(test, "%s %s", command, name);
+    test->is_over = !play_lines(test);
+}
+
+/* The buffer of a structure and its memory. If only the binding failed, the structure can be
+ * created all the same. */
+static void renew_backing(struct random_test *test, uint32_t structure, const char *name)
+{
+    if (chance(test, 50)) {
+        add_line(test, "%s %s", chance(test, 50) ? "free" : "destroy buffer", name);
+        build_unbacked(test, structure);
+    }
+    add_line(test, "renew %s", name);
+    if (play_lines(test))
+        return;
+    if (play_object(&test->play, name)->buffer.handle) {
+        add_line(test, "create %s", name);
+        if (play_lines(test))
+            build_unbacked(test, structure);
+    }
+    create_again(test, "renew", name);
+}
+
+/* When nothing is pending. */
+static void recreate(struct random_test *test, uint32_t structure)
+{
+    char name[8];
+    snprintf(name, sizeof(name), "B%u", structure);
+    if (test->is_faulty && chance(test, 50))
+        renew_backing(test, structure, name);
+    if (!test->is_over)
+        create_again(test, "create", name);
+    model_create(&test->now.model, structure);
+    for (uint32_t cb = 0; cb < COMMAND_BUFFERS; cb++)
+        if (test->uses[cb][structure])
+            forget_recording(test, cb);
+}
+
+/* Any command buffer may use it. */
+static void renew_scratch(struct random_test *test)
+{
+    if (chance(test, 50))
+        add_line(test, "free S0");
+    create_again(test, "renew", "S0");
+    for (uint32_t cb = 0; cb < COMMAND_BUFFERS; cb++)
+        forget_recording(test, cb);
+}
+
+/* ---- commands of the host, at once or deferred */
+
+static void join(struct random_test *test, uint32_t operation)
+{
+    if (!test->works[operation].is_deferred)
+        return;
+    if (test->works[operation].fails)
+        add_line(test, "fail vkGetDeferredOperationResultKHR OUT_OF_HOST_MEMORY");
+    add_line(test, "host join d%u", operation);
+    play_lines(test);
+    test->works[operation].is_deferred = false;
+    model_end_work(&test->now.model, test->works[operation].batch,
+                   &test->works[operation].operation, test->works[operation].fails);
+}
+
+static struct operation random_work(struct random_test *test, uint32_t *deferred, bool *fails)
+{
+    static const enum action actions[] = {
+        ACTION_HOST_BUILD, ACTION_HOST_BUILD,   ACTION_HOST_UPDATE, ACTION_HOST_UPDATE,
+        ACTION_HOST_CLONE, ACTION_HOST_COMPACT, ACTION_HOST_FILL};
+    struct operation work = {.action = actions[below(test, ARRAY_COUNT(actions))],
+                             .dst = below(test, STRUCTURES),
+                             .src = below(test, STRUCTURES),
+                             .asked = {.state = BUILT, .counted = true}};
+    if (test->play.platform->is_cpu) /* it refuses what the model finds mistakes in */
+        work.action = ACTION_HOST_BUILD;
+    *deferred = chance(test, 40) ? 1 + below(test, OPERATIONS) : 0;
+    *fails =
+        !test->is_faulty && !*deferred && work.action <= ACTION_HOST_UPDATE && chance(test, 10);
+    if (work.action > ACTION_HOST_UPDATE && work.src == work.dst)
+        work.src = (work.dst + 1) % STRUCTURES;
+    work.asked.shape = random_shape(test);
+    return work;
+}
+
+/* `end`: what follows the command. */
+static void add_work(struct random_test *test, const struct operation *work, const char *end)
+{
+    char words[SHAPE_WORDS_SIZE];
+    shape_write(&work->asked.shape, words);
+    switch (work->action) {
+    case ACTION_HOST_BUILD:
+        add_line(test, "host build B%u %s%s", work->dst, words, end);
+        break;
+    case ACTION_HOST_UPDATE:
+        add_line(test, "host build B%u update src B%u %s%s", work->dst, work->src, words, end);
+        break;
+    case ACTION_HOST_FILL:
+        add_line(test, "host deserialize D0 > B%u%s", work->dst, end);
+        break;
+    default:
+        add_line(test, "host %s B%u > B%u%s",
+                 work->action == ACTION_HOST_CLONE ? "clone" : "compact", work->src, work->dst,
+                 end);
+    }
+}
+
+/* Some work is to be skipped if there is a finding. */
+static void work_on_host(struct random_test *test)
+{
+    uint32_t deferred;
+    bool fails;
+    char end[64] = "";
+    const struct operation work = random_work(test, &deferred, &fails);
+    const bool may_skip = !test->is_faulty && chance(test, 20);
+    join(test, deferred);
+    const uint32_t batch = model_judge_work(&test->now.model, &work);
+    const bool is_skipped = may_skip && test->now.model.finding_count;
+    if (deferred)
+        snprintf(end, sizeof(end), " deferred d%u", deferred);
+    else if (fails && !is_skipped)
+        snprintf(end, sizeof(end), " returns OUT_OF_HOST_MEMORY");
+    if (fails && !is_skipped)
+        add_line(test, "fail vkBuildAccelerationStructuresKHR OUT_OF_HOST_MEMORY");
+    add_work(test, &work, end);
+    expect_findings(test, is_skipped);
+    const bool is_done = play_lines(test);
+    if (is_skipped)
+        return;
+    model_begin_work(&test->now.model, &work);
+    deferred = is_done ? deferred : 0;
+    test->works[deferred].operation = work;
+    test->works[deferred].batch = batch;
+    test->works[deferred].fails = deferred ? !test->is_faulty && chance(test, 10) : !is_done;
+    test->works[deferred].is_deferred = deferred != 0;
+    if (!deferred)
+        model_end_work(&test->now.model, batch, &work, !is_done);
+}
+
+/* ---- programs */
+
 static uint32_t random_queue(struct random_test *test)
 {
     return test->queue ? 0 : below(test, QUEUES);
@@ -85,16 +743,6 @@ static void record_operation(struct random_test *test, uint32_t cb)
     add_operation(test, &operation);
     model_record(&test->now.model, cb, &operation);
     expect_findings(test, false);
-}
-
-void forget_recording(struct random_test *test, uint32_t cb)
-{
-    test->executable[cb] = false;
-    memset(test->uses[cb], 0, sizeof(test->uses[cb]));
-    memset(test->executes[cb], 0, sizeof(test->executes[cb]));
-    for (uint32_t i = 0; i < COMMAND_BUFFERS; i++)
-        if (test->executes[i][cb])
-            forget_recording(test, i);
 }
 
 /* The commands of one command buffer. Returns whether it may be submitted. */

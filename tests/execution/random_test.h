@@ -5,9 +5,38 @@
 #ifndef EXECUTION_RANDOM_TEST_H
 #define EXECUTION_RANDOM_TEST_H
 
-#include "shape.h"
 #include "tests/player/play.h"
 #include "tests/unit/random.h"
+
+/* ---- builds reduced to what updates are judged by, and pairs of them that no update may join */
+
+enum { SHAPE_GEOMETRIES = 2, SHAPE_WORDS_SIZE = 256 };
+
+/* All geometries of a build are alike. */
+struct shape {
+    VkBuildAccelerationStructureFlagsKHR flags;
+    VkAccelerationStructureTypeKHR type;
+    uint32_t geometry_count; /* up to SHAPE_GEOMETRIES */
+    VkGeometryTypeKHR geometry_type;
+    VkGeometryFlagsKHR geometry_flags;
+    VkFormat vertex_format; /* these four: triangles only */
+    uint32_t max_vertex;
+    VkIndexType index_type;
+    bool has_transform;
+    uint32_t primitive_count;
+};
+
+/* An update that asks for `asked` of a source that was last built as `built` breaks a rule. */
+struct difference {
+    struct shape built, asked;
+};
+
+enum { DIFFERENCES = 12 };
+
+extern struct difference differences[DIFFERENCES];
+void differences_fill(void);
+
+/* ---- commands */
 
 /* Command buffers c0 to c3 are for queue q0, c4 and c5 for q2; c6 and c7 are secondary, for q0. */
 enum { OTHER_QUEUE = 4, SECONDARIES = 6, COMMAND_BUFFERS = 8 };
@@ -29,7 +58,7 @@ enum action {
 };
 
 /* ---- the obvious model of what is known of structures when: what the layer has to say, and no
- * more (model.c) */
+ * more */
 
 enum { MODEL_BATCHES = 64, MODEL_WRITES = 512, MODEL_OPERATIONS = 16, MODEL_FINDINGS = 256 };
 
@@ -88,26 +117,6 @@ struct model {
     uint32_t finding_count;
 };
 
-void model_begin(struct model *model, uint32_t command_buffer);
-void model_record(struct model *model, uint32_t command_buffer, const struct operation *operation);
-
-/* A batch that is being filled; then its submission, which may let others run, too. */
-struct model_batch *model_add_batch(struct model *model, uint32_t queue);
-void model_run(struct model *model);
-/* The batches of one queue that nothing holds back; false if there were none. */
-bool model_run_queue(struct model *model, uint32_t queue);
-
-/* Work of the host, one operation: judged when it begins; then carried out, or called off; then, if
- * it was carried out, it ends. Returns its batch. */
-uint32_t model_judge_work(struct model *model, const struct operation *operation);
-void model_begin_work(struct model *model, const struct operation *operation);
-void model_end_work(struct model *model, uint32_t batch, const struct operation *operation,
-                    bool fails);
-
-/* The host has waited for all there is; nothing is held back. */
-void model_idle(struct model *model);
-void model_create(struct model *model, uint32_t structure);
-
 /* ---- random programs */
 
 /* What a submission changes. If it fails, all of this is restored. */
@@ -142,37 +151,14 @@ struct random_test {
     bool is_over;      /* an object that the program needs cannot be created */
 };
 
-/* ---- dice and lines (random_lines.c) */
-
 uint32_t below(struct random_test *test, uint32_t bound);
-bool chance(struct random_test *test, uint32_t percent);
-struct shape random_shape(struct random_test *test);
-
 __attribute__((format(printf, 2, 3))) void add_line(struct random_test *test, const char *format,
                                                     ...);
-const char *queue_name(const struct random_test *test, uint32_t queue);
 /* Plays the lines that are new. Returns whether the calls of the last one succeeded. */
 bool play_lines(struct random_test *test);
-/* The last line has to report what the model has found; with `skips`, the messenger asks to skip
- * the call if there is something. */
-void expect_findings(struct random_test *test, bool skips);
-
-/* The last line breaks this rule, and its command buffer must not be submitted. */
-void expect_mistake(struct random_test *test, enum rule rule);
-
-/* ---- objects (random_objects.c) */
-
 /* All objects that a faulty program needs, before anything fails; and a command buffer more, which
  * is never submitted. */
 void create_all(struct random_test *test);
-/* When nothing is pending. */
-void recreate(struct random_test *test, uint32_t structure);
-void renew_scratch(struct random_test *test);
-
-/* ---- programs (random_programs.c) */
-
-/* Recording a secondary anew invalidates the primaries that execute it. */
-void forget_recording(struct random_test *test, uint32_t cb);
 
 /* Programs share objects, each with new structures and timelines. The program has a name, and
  * perhaps lines about the device. */
@@ -181,9 +167,5 @@ void random_start(struct random_test *test);
 void random_step(struct random_test *test);
 /* Waits for everything, and leaves no binary semaphore signaled. */
 void random_finish(struct random_test *test);
-
-/* random_host.c: a command of the host; and the completion of an operation, if it has work. */
-void work_on_host(struct random_test *test);
-void join(struct random_test *test, uint32_t operation);
 
 #endif

@@ -346,6 +346,38 @@ TEST_IF(threads_share_a_guarded_secondary, !platform.is_cpu && !IS_SANITIZED)
     count_messages();
 }
 
+/* One report at most. tests/programs/postmortem/hang.cases has the waits of one thread. */
+static void *wait_for_fence(void *result)
+{
+    *(VkResult *)result =
+        shared.vk.WaitForFences(shared.device, 1, &runners[0].play.fence, VK_TRUE, UINT64_MAX);
+    return NULL;
+}
+
+TEST_IF(threads_wait_while_the_device_hangs, !platform.is_cpu)
+{
+    enum { WAITERS = 4 };
+    VkResult waits[WAITERS];
+    pthread_t threads[WAITERS];
+    open_at_content("setting hang_seconds 1");
+    struct messages *messages = &shared.fixture.messages;
+    RUN(0, "init A0 box; fault hang at build; build B0 boxes A0 primitives 1; submit fence");
+    assert_int_equal(messages->count, 0);
+    for (int i = 0; i < WAITERS; i++)
+        threads[i] = start(wait_for_fence, &waits[i]);
+    clock_sleep(1500000000);
+    platform.null_driver.end_hang();
+    join_threads(threads, WAITERS);
+    for (int i = 0; i < WAITERS; i++)
+        GET(waits[i]);
+    GET(shared.vk.DeviceWaitIdle(shared.device));
+    const uint32_t hangs = messages_count(messages, "ASSAY-hang", NULL);
+    assert_true(hangs <= 1);
+    assert_int_equal(messages->count, hangs + 1); /* the box is upside down */
+    messages_clear(messages);
+    count_messages();
+}
+
 #ifndef _WIN32
 /* The loader unloads the layer with the instance. Its thread, which compares trees for setting
  * advice, would crash then. */
