@@ -464,6 +464,8 @@ static void complete_together(void)
 {
     pthread_t threads[JOINERS];
     play_free_blocks(&runners[2].play);
+    assert_in_range(shared.vk.GetDeferredOperationMaxConcurrencyKHR(shared.device, operation()), 1,
+                    16);
     for (uint32_t i = 0; i < JOINERS; i++)
         threads[i] = start(complete, operation());
     join_threads(threads, JOINERS);
