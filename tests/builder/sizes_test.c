@@ -1,11 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Sizes: enough, never more than 1.25 times what is used after compaction; and inputs that make
- * trees as uneven as they get. */
+/* What builds need, what their flags change, and what scans of input find. */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "src/bvh/bvh.h"
+#include "src/bvh/expansion.h"
+#include "src/bvh/input/formats.h"
 #include "tests/builder/fixture.h"
+#include "tests/unit/random.h"
 #include "tests/unit/unit_test.h"
+
+/* ---- sizes: enough, never more than 1.25 times what is used after compaction; and inputs that
+ * make trees as uneven as they get */
 
 /* The bytes that a header and the alignment of four parts add, at most. */
 #define FIXED_BYTES 512.0
@@ -154,4 +161,210 @@ SCOPE_TEST(test_too_small)
                          lacks < 2 ? BUILDER_TOO_SMALL : BUILDER_OK);
     input.geometry.triangles.vertex_format = VK_FORMAT_R64G64B64_SFLOAT;
     assert_int_equal(builder_get_sizes(&input.input, &count, &sizes), BUILDER_UNKNOWN_FORMAT);
+}
+
+/* ---- ray flags, instance flags and geometry flags: what counts as opaque and what is culled */
+
+static struct trace_ray down(uint32_t flags)
+{
+    struct trace_ray ray = fixture_ray(0.25f, 0.25f, 1, 0, 0, -1);
+    ray.flags = flags;
+    return ray;
+}
+
+/* A TLAS of one instance with these flags, over one triangle with those. */
+struct pair {
+    void *blas, *tlas;
+};
+
+static struct pair make_pair(VkGeometryFlagsKHR geometry, VkGeometryInstanceFlagsKHR flags)
+{
+    struct pair pair;
+    INPUT(triangles, input, fixture_triangle, 1);
+    input.geometry.flags = geometry;
+    pair.blas = fixture_build(&input.input, NULL);
+    VkAccelerationStructureInstanceKHR instance = fixture_instance(pair.blas);
+    instance.flags = flags & 0xff;
+    fixture_input_instances(&input, &instance, 1);
+    pair.tlas = fixture_build(&input.input, NULL);
+    return pair;
+}
+
+/* 1: hit and opaque, 0: hit and not, -1: no hit */
+static int opacity(VkGeometryFlagsKHR geometry, VkGeometryInstanceFlagsKHR flags,
+                   uint32_t ray_flags)
+{
+    struct pair pair = make_pair(geometry, flags);
+    struct trace_ray ray = down(ray_flags);
+    struct trace_hit hit;
+    return fixture_trace(pair.tlas, TRACE_EXACT, &ray, &hit) ? hit.opaque : -1;
+}
+
+/* The ray's flags win over the instance's, those over the geometry's. */
+SCOPE_TEST(test_opacity)
+{
+    const VkGeometryFlagsKHR opaque = VK_GEOMETRY_OPAQUE_BIT_KHR;
+    const VkGeometryInstanceFlagsKHR force = VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR;
+    const VkGeometryInstanceFlagsKHR forbid = VK_GEOMETRY_INSTANCE_FORCE_NO_OPAQUE_BIT_KHR;
+    assert_int_equal(opacity(0, 0, 0), 0);
+    assert_int_equal(opacity(opaque, 0, 0), 1);
+    assert_int_equal(opacity(0, force, 0), 1);
+    assert_int_equal(opacity(opaque, forbid, 0), 0);
+    assert_int_equal(opacity(opaque, force, TRACE_NO_OPAQUE), 0);
+    assert_int_equal(opacity(0, forbid, TRACE_OPAQUE), 1);
+    assert_int_equal(opacity(opaque, 0, TRACE_CULL_OPAQUE), -1);
+    assert_int_equal(opacity(0, 0, TRACE_CULL_OPAQUE), 0);
+    assert_int_equal(opacity(0, 0, TRACE_CULL_NO_OPAQUE), -1);
+    assert_int_equal(opacity(0, force, TRACE_CULL_NO_OPAQUE), 1);
+}
+
+SCOPE_TEST(test_culling)
+{
+    const VkGeometryInstanceFlagsKHR both =
+        VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR;
+    assert_int_equal(opacity(0, 0, TRACE_CULL_FRONT_FACING), -1);
+    assert_int_equal(opacity(0, 0, TRACE_CULL_BACK_FACING), 0);
+    assert_int_equal(opacity(0, both, TRACE_CULL_FRONT_FACING), 0);
+    assert_int_equal(opacity(0, 0, TRACE_SKIP_TRIANGLES), -1);
+    assert_int_equal(opacity(0, 0, TRACE_SKIP_AABBS), 0);
+}
+
+SCOPE_TEST(test_first_hit)
+{
+    float corners[90];
+    for (int i = 0; i < 90; i++) {
+        int depth = i % 3 == 2 ? i / 9 : 0;
+        corners[i] = fixture_triangle[i % 9] - (float)depth;
+    }
+    INPUT(triangles, input, corners, 10);
+    void *structure = fixture_build(&input.input, NULL);
+    struct trace_ray ray = down(TRACE_TERMINATE_ON_FIRST_HIT);
+    struct trace_hit hit;
+    assert_true(fixture_trace(structure, TRACE_ROBUST, &ray, &hit));
+    ray.flags = 0;
+    assert_true(fixture_trace(structure, TRACE_ROBUST, &ray, &hit));
+    assert_int_equal(hit.primitive, 0);
+    struct trace_counters counters = {0};
+    struct trace_scene scene = {
+        .structure = structure, .accuracy = TRACE_ROBUST, .counters = &counters};
+    trace_closest(&scene, &ray, &hit);
+    assert_true(counters.nodes > 0 && counters.primitives > 0 && counters.exact_calls == 0);
+}
+
+SCOPE_TEST(test_rays_that_hit_nothing)
+{
+    struct pair pair = make_pair(0, 0);
+    struct trace_hit hit;
+    for (int i = 0; i < 8; i++) {
+        struct trace_ray ray = down(0);
+        float *fields[] = {&ray.origin[0], &ray.direction[2], &ray.direction[2], &ray.t_min,
+                           &ray.t_min,     &ray.t_max,        &ray.origin[1],    &ray.direction[0]};
+        const float values[] = {NAN, 0, NAN, -1, NAN, NAN, INFINITY, INFINITY};
+        *fields[i] = values[i];
+        for (int accuracy = TRACE_FAST; accuracy <= TRACE_EXACT; accuracy++) {
+            assert_false(fixture_trace(pair.tlas, (enum trace_accuracy)accuracy, &ray, &hit));
+            assert_false(fixture_trace(pair.blas, (enum trace_accuracy)accuracy, &ray, &hit));
+        }
+    }
+}
+
+/* ---- functions that scan many values at once agree with code that reads one at a time */
+
+enum { ROUNDS = 20000, MOST = 70, STRIDE_MAX = 40 };
+
+static uint32_t max_one_by_one(const uint8_t *indices, uint32_t size, uint64_t count)
+{
+    uint32_t max = 0;
+    for (uint64_t i = 0; i < count; i++) {
+        uint32_t index = 0;
+        memcpy(&index, indices + i * size, size); /* little endian */
+        max = index > max ? index : max;
+    }
+    return max;
+}
+
+TEST(test_largest_index)
+{
+    struct random random = random_of("largest index");
+    uint8_t bytes[4 * MOST + 1];
+    for (int round = 0; round < ROUNDS; round++) {
+        const uint32_t size = 1u << random_below(&random, 3), at = random_below(&random, 2);
+        const uint32_t count = random_below(&random, MOST);
+        const bool is_small = random_one_in(&random, 2);
+        for (size_t i = 0; i < sizeof(bytes); i++)
+            bytes[i] = is_small && random_below(&random, 40) ? 0 : (uint8_t)random_next(&random);
+        assert_int_equal(indices_max(bytes + at, size, count),
+                         max_one_by_one(bytes + at, size, count));
+    }
+}
+
+/* Infinities, the largest numbers and NaNs of either sign with any fraction. */
+static float some_float(struct random *random, bool may_be_nan)
+{
+    static const uint32_t others[] = {0x7f800000, 0xff800000, 0x7f7fffff, 0, 0x80000000, 1};
+    uint32_t bits = others[random_below(random, 6)];
+    if (may_be_nan && random_one_in(random, 60))
+        bits = 0x7f800000 | (random_one_in(random, 2) ? 0x80000000 : 0) |
+               (1u << random_below(random, 23));
+    float number;
+    memcpy(&number, &bits, sizeof(number));
+    return number;
+}
+
+TEST(test_positions_with_nan)
+{
+    struct random random = random_of("positions with nan");
+    static uint8_t bytes[STRIDE_MAX * MOST + 16];
+    uint32_t found = 0;
+    for (int round = 0; round < ROUNDS; round++) {
+        const uint32_t at = random_below(&random, 4), count = random_below(&random, MOST);
+        const uint32_t stride = random_one_in(&random, 2) ? 12 : 12 + random_below(&random, 28);
+        const bool may_be_nan = random_one_in(&random, 2);
+        bool has_nan = false;
+        memset(bytes, 0xff, sizeof(bytes)); /* NaN between the positions */
+        for (uint32_t i = 0; i < 3 * count; i++) {
+            const float number = some_float(&random, may_be_nan);
+            memcpy(bytes + at + i / 3 * stride + i % 3 * 4, &number, 4);
+            has_nan |= isnan(number);
+        }
+        assert_int_equal(positions_have_nan(bytes + at, stride, count), has_nan);
+        found += has_nan;
+    }
+    assert_true(found > ROUNDS / 10 && found < ROUNDS);
+}
+
+/* Matrices whose last row is nearly, or exactly, a sum of the others. */
+static VkTransformMatrixKHR some_matrix(struct random *random)
+{
+    static const float scales[] = {1, 1e-20F, 1e15F, 1e-38F, 3e38F};
+    VkTransformMatrixKHR matrix = {0};
+    const float scale = scales[random_below(random, 5)];
+    for (int row = 0; row < 2; row++)
+        for (int column = 0; column < 3; column++)
+            matrix.matrix[row][column] = scale * ((float)random_below(random, 2001) / 1000 - 1);
+    for (int column = 0; column < 3; column++)
+        matrix.matrix[2][column] = matrix.matrix[0][column] - matrix.matrix[1][column];
+    const int exponent = (int)random_below(random, 121) - 60; /* rows of unequal size */
+    for (int column = 0; column < 3; column++)
+        matrix.matrix[2][column] = ldexpf(matrix.matrix[2][column], exponent);
+    float *changed = &matrix.matrix[random_below(random, 3)][random_below(random, 3)];
+    if (random_one_in(random, 2))
+        *changed = nextafterf(*changed, random_one_in(random, 2) ? INFINITY : -INFINITY);
+    if (random_one_in(random, 8))
+        *changed = random_one_in(random, 2) ? INFINITY : NAN;
+    return matrix;
+}
+
+TEST(test_sign_of_determinant)
+{
+    struct random random = random_of("sign of determinant");
+    uint32_t zeros = 0;
+    for (int round = 0; round < ROUNDS; round++) {
+        const VkTransformMatrixKHR matrix = some_matrix(&random);
+        const double exact = transform_determinant(&matrix);
+        const int sign = (exact > 0) - (exact < 0);
+        assert_int_equal(builder_determinant_sign(&matrix), sign);
+        zeros += sign == 0;
+    }
+    assert_true(zeros > ROUNDS / 20 && zeros < ROUNDS);
 }

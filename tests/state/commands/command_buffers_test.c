@@ -2,7 +2,7 @@
 /* Tests of the table of command pools and command buffers. */
 #include "tests/fixture/make.h"
 #include "tests/fixture/scarce_memory.h"
-#include "tests/state/command_fixture.h"
+#include "tests/state/fixture.h"
 #include "tests/unit/property.h"
 
 COMMAND_BUFFERS_TEST(a_pool_resets_its_command_buffers)

@@ -4,7 +4,7 @@
 
 #include "src/state/commands/bound_shaders.h"
 #include "src/state/commands/label_stack.h"
-#include "tests/state/command_fixture.h"
+#include "tests/state/fixture.h"
 
 COMMAND_BUFFERS_TEST(what_fails_leaves_a_state_that_is_not_known_or_invalid)
 {
