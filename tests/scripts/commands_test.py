@@ -25,12 +25,15 @@ EXECUTED_ELSEWHERE = {  # the beginning of a line, and what executes it
     "cmake --install build/layer": "scripts_uninstall",
     "cmake --build --preset layer --target uninstall": "scripts_uninstall",
     "(cd build/layer && cpack)": "scripts_package",
+    "apt-get install ./build/layer/assay_": "scripts/packages",
     'assay-scene export capture scene.glb --tlas "shadows"': "scene_export",
     "VK_INSTANCE_LAYERS=VK_LAYER_LUNARG_gfxreconstruct ": "assay_run_gfxreconstruct",
     "assay-run --html assay.html -- gfxrecon-replay ": "assay_run_gfxreconstruct",
     "VK_ADD_LAYER_PATH=$PWD/build/layer/explicit_layer.d VK_INSTANCE_LAYERS=VK_LAYER_ASSAY_validation wine ":
         "scripts/windows",
 }
+# Programs that change no more than the folder of the test.
+EXECUTED_HERE = r"(VK_\w+=\S+ )*(scripts/assay-run|assay-run|assay-scene|build/quick/tests/\S+|scripts/lint --form|./app)( |$)"
 # What stands for something of the reader's own.
 OF_THE_READER = {"frame:12": "submission:1", "VUID-...": FINDING,
                  "FOLDER/FILE": "snapshots/labels"}
@@ -87,6 +90,7 @@ class Commands(unittest.TestCase):
                     exports += line + "\n"
                     continue
                 with self.subTest(page=page, line=line):
+                    self.assertRegex(line, "^" + EXECUTED_HERE)
                     run = self.execute(exports + line)
                     self.assertIn(run.returncode, (0, 99) if "./app" in line or "--merge" in line else (0,), run.stdout)
                 executed += 1
