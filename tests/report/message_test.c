@@ -1,12 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The wording of messages: of findings, and what settings add to them and leave out. */
-
 #include "hearing.h"
 #include "src/report/finding_message.h"
 #include "src/report/ids/message_id.h"
 #include "src/state/commands/call_sites.h"
-
-/* ---- the wording of messages */
 
 #define DEVICE_HANDLE ((VkDevice)(uintptr_t)0xd0)
 #define COMMAND_BUFFER_HANDLE ((VkCommandBuffer)(uintptr_t)0xc0)

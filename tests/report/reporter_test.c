@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What callbacks get of a message, and which callbacks. scenes_test.c has which messages are sent.
- */
+/* What callbacks get of a message, and which callbacks; the line about settings; and which ids a
+ * filter mutes. scenes_test.c has which messages are sent. */
 #include "hearing.h"
+#include "src/report/ids/message_filter.h"
 #include "src/report/ids/message_id.h"
+#include "src/report/message.h"
 #include "src/report/summary.h"
 
 HEARD_TEST(callback_data, "")
@@ -280,4 +282,187 @@ TEST_OPENED(a_messenger_for_errors_leaves_warnings_to_the_log, surrounding_set_u
     assert_lacks(log, SENT_ID);
     assert_has(log, "\nSomething is odd.\n");
     reporter_destroy(reporter);
+}
+
+/* ---- report_flags = info: where the line about settings has them from, and who gets it.
+ * scenes_test.c has what the lines say */
+
+/* A messenger of the create info that hears information, too. */
+static VkDebugUtilsMessengerCreateInfoEXT informed(struct hearing *hearing)
+{
+    VkDebugUtilsMessengerCreateInfoEXT info = hearing_messenger(hearing);
+    info.messageSeverity |= VK_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT;
+    return info;
+}
+
+static struct reporter *announced(struct hearing *hearing, const void *next)
+{
+    VkDebugUtilsMessengerCreateInfoEXT info = informed(hearing);
+    info.pNext = next;
+    struct reporter *reporter = reporter_of(&info);
+    reporter_announce(reporter, "1.2.3");
+    return reporter;
+}
+
+static void finish(struct reporter *reporter)
+{
+    reporter_set_instance_alive(reporter, false);
+    reporter_summarize(reporter);
+    reporter_destroy(reporter);
+}
+
+TEST_OPENED(sources_of_settings, surrounding_set_up)
+{
+    surrounding_clear(
+        "assay_validation.level = state\n"
+        "assay_validation.backend = driver\n"     /* the default */
+        "assay_validation.vuid_names = retired\n" /* no valid value: the default counts */
+        "assay_validation.report_flags = info\n"
+        "assay_validation.log_filename = a.txt\n");
+    setenv("VK_VALIDATION_SPEC_TEXT", "none", 1); /* the library reads these names, too */
+    const char *filter = "03710";
+    const uint32_t limit = 3;
+    const char *level = "content";
+    const VkLayerSettingEXT given[] = {
+        {"VK_LAYER_ASSAY_validation", "message_id_filter", VK_LAYER_SETTING_TYPE_STRING_EXT, 1,
+         &filter},
+        {"VK_LAYER_ASSAY_validation", "duplicate_message_limit", VK_LAYER_SETTING_TYPE_UINT32_EXT,
+         1, &limit},
+        {"VK_LAYER_ASSAY_validation", "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &level},
+    };
+    const VkLayerSettingsCreateInfoEXT settings = {VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
+                                                   NULL, LENGTH(given), given};
+    struct hearing hearing = {0};
+    struct reporter *reporter = announced(&hearing, &settings);
+    unsetenv("VK_VALIDATION_SPEC_TEXT");
+    assert_string_equal(
+        hearing.text,
+        "Assay 1.2.3 validates acceleration-structure builds: level = state, backend = driver. "
+        "Settings that differ from the defaults: level = \"state\" (file "
+        "\"vk_layer_settings.txt\"), spec_text = \"none\" (environment variable "
+        "VK_VALIDATION_SPEC_TEXT), report_flags = \"info\" (file \"vk_layer_settings.txt\"), "
+        "log_filename = \"a.txt\" (file \"vk_layer_settings.txt\"), duplicate_message_limit = "
+        "\"3\" (VkLayerSettingsCreateInfoEXT), message_id_filter = \"03710\" "
+        "(VkLayerSettingsCreateInfoEXT).");
+    finish(reporter);
+    remove("a.txt");
+}
+
+/* The preset stands for what it sets. A key beside it is named if it changes that. */
+TEST_OPENED(settings_of_a_preset, surrounding_set_up)
+{
+    struct hearing hearing = {0};
+    environment_set("PRESET=everything REPORT_FLAGS=info HAZARDS=false CALL_SITES=full");
+    struct reporter *reporter = announced(&hearing, NULL);
+    assert_string_equal(
+        hearing.text,
+        "Assay 1.2.3 validates acceleration-structure builds: level = content, backend = driver. "
+        "Settings that differ from the defaults: preset = \"everything\" (environment variable "
+        "VK_ASSAY_VALIDATION_PRESET), report_flags = \"info\" (environment variable "
+        "VK_ASSAY_VALIDATION_REPORT_FLAGS), hazards = \"false\" (environment variable "
+        "VK_ASSAY_VALIDATION_HAZARDS).");
+    finish(reporter);
+}
+
+TEST_OPENED(information_for_report_callbacks, surrounding_set_up)
+{
+    struct hearing hearing = {0};
+    environment_set("REPORT_FLAGS=info");
+    VkDebugReportCallbackCreateInfoEXT info = hearing_report_callback(&hearing);
+    capture_begin(STDERR_FILENO);
+    struct reporter *reporter = reporter_of(&info);
+    reporter_announce(reporter, "1.2.3");
+    assert_int_equal(hearing.count, 0); /* it hears errors and warnings */
+    reporter_destroy(reporter);
+    assert_has(capture_end(), "Assay 1.2.3");
+
+    info.flags = VK_DEBUG_REPORT_INFORMATION_BIT_EXT;
+    reporter = reporter_of(&info);
+    reporter_announce(reporter, "1.2.3");
+    assert_int_equal(hearing.count, 1);
+    assert_int_equal(hearing.report_flags, VK_DEBUG_REPORT_INFORMATION_BIT_EXT);
+    reporter_destroy(reporter);
+}
+
+/* Without memory for the settings, the line is sent without them. */
+TEST_OPENED(information_without_memory, surrounding_set_up)
+{
+    environment_set("REPORT_FLAGS=info LEVEL=state");
+    struct hearing hearing = {0};
+    const VkDebugUtilsMessengerCreateInfoEXT info = informed(&hearing);
+    const VkInstanceCreateInfo create_info = {.pNext = &info};
+    for (int count = 0; memory_is_scarce(count); count++) {
+        struct reporter *reporter = NULL;
+        VkResult result = reporter_create(&create_info, &reporter);
+        hearing.count = 0;
+        if (result == VK_SUCCESS) {
+            reporter_announce(reporter, "1.2.3");
+            reporter_add_unchecked(reporter, "builds", 1);
+            finish(reporter);
+            assert_int_equal(hearing.count, 2);
+        }
+        memory_fail_no_more();
+    }
+}
+
+/* ---- the entries of message_id_filter */
+
+/* The entry names `count` ids, and one of them is `vuid`. */
+static void assert_filter(const char *entry, unsigned count, enum vuid vuid)
+{
+    bool muted[MESSAGE_ID_COUNT] = {false};
+    assert_int_equal(message_filter_add(muted, entry), count != 0);
+    unsigned found = 0;
+    for (unsigned i = 0; i < MESSAGE_ID_COUNT; i++)
+        found += muted[i];
+    assert_int_equal(found, count);
+    assert_int_equal(muted[vuid], count != 0);
+}
+
+TEST(test_by_id_and_number)
+{
+    char number[32];
+    assert_filter(SENT_ID, 1, SENT_VUID);
+    assert_filter("vuid-vkcmdbuildaccelerationstructureskhr-pinfos-03710", 1, SENT_VUID);
+    for (enum vuid vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid += 37) {
+        int32_t id_number = message_id_number(vuid_texts[vuid].id);
+        snprintf(number, sizeof(number), "0x%x", (uint32_t)id_number);
+        assert_filter(number, 1, vuid);
+        snprintf(number, sizeof(number), "%u", (uint32_t)id_number);
+        assert_filter(number, 1, vuid);
+        snprintf(number, sizeof(number), "%d", id_number);
+        assert_filter(number, 1, vuid);
+    }
+}
+
+TEST(test_by_id_of_a_warning)
+{
+    assert_filter("ASSAY-instance-destroyed", 1, WARNING_instance_destroyed);
+}
+
+TEST(test_by_digits)
+{
+    assert_filter("03710", 2, SENT_VUID); /* of the device command and of the indirect one */
+    assert_filter("03710", 2, VUID_vkCmdBuildAccelerationStructuresIndirectKHR_pInfos_03710);
+}
+
+TEST(test_by_retired_id)
+{
+    const char *retired = "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03674";
+    assert_filter(retired, 2, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12261);
+    assert_filter(retired, 2, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12260);
+
+    char number[32]; /* as shown where vuid_names is `listed` */
+    snprintf(number, sizeof(number), "0x%x", (uint32_t)message_id_number(retired));
+    assert_filter(number, 2, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12261);
+    assert_filter("03674", 2, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12260);
+}
+
+TEST(test_entries_that_name_nothing)
+{
+    static const char *const entries[] = {
+        "", "-", "0x", "3710", "parameter", "99999", "0x1ffffffff", "VUID-vkCmdDraw-None-02699",
+    };
+    for (size_t i = 0; i < LENGTH(entries); i++)
+        assert_filter(entries[i], 0, VUID_NONE);
 }

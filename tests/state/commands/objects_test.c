@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What is known of query pools, deferred operations, events, and names of objects. */
-
 #include "src/state/commands/deferred_operations.h"
 #include "src/state/commands/events.h"
 #include "src/state/commands/object_names.h"
