@@ -17,7 +17,6 @@
 static struct cpu_overlay overlay;
 static struct layer_instance own_instance;
 static struct layer_device own_device = {.instance = &own_instance, .cpu = &overlay};
-static struct cpu_overlay *const below = &overlay;
 /* The last command that cpu_report_unsupported() got, and the number of calls. */
 static const char *refused_command;
 static unsigned calls, refusals;
@@ -55,16 +54,7 @@ void cpu_report_unsupported(const struct layer_instance *of_instance, const char
     refusals++;
 }
 
-/* A command of the driver, as the test plays it: PLAYED(CmdSetEvent) { ... }. The parameters have
- * their names of the registry. */
-#define PLAYED(name) PLAY_##name
-#define PLAY(result, name, ...)                                                                    \
-    static VKAPI_ATTR result VKAPI_CALL play_##name(__VA_ARGS__);                                  \
-    __attribute__((constructor)) static void add_##name(void)                                      \
-    {                                                                                              \
-        below->down.name = play_##name;                                                            \
-    }                                                                                              \
-    static VKAPI_ATTR result VKAPI_CALL play_##name(__VA_ARGS__)
+#define PLAYED_COMMANDS overlay.down
 
 /* One that is only counted, and succeeds. */
 #define COUNTED(name)                                                                              \

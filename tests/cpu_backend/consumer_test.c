@@ -9,9 +9,10 @@
 #include "layer/snapshots/executions.h"
 #include "layer/snapshots/snapshots.h"
 #include "tests/unit/unit_test.h"
+#include "vulkan_commands.h"
 
-static struct layer_instance instance;
-static struct layer_device device;
+static struct layer_instance own_instance;
+static struct layer_device own_device;
 static struct cpu_overlay overlay;
 static struct snapshots own_snapshots;
 static struct cpu_device cpu;
@@ -127,84 +128,62 @@ void staging_leave(struct staging *staging, struct staging_chunk *chunk)
 
 /* ---- the driver: what it destroys, and what waits return */
 
+static VkuDeviceDispatchTable driver;
+#define PLAYED_COMMANDS driver
+
 static uint32_t destroyed;
 static VkResult waits[2];
 static uint32_t wait_count;
 
-static VKAPI_ATTR VkResult VKAPI_CALL create_fence(VkDevice of_device,
-                                                   const VkFenceCreateInfo *info,
-                                                   const VkAllocationCallbacks *allocator,
-                                                   VkFence *fence)
+PLAYED(CreateFence)
 {
-    *fence = (VkFence)(uintptr_t)1;
+    *pFence = (VkFence)(uintptr_t)1;
     return VK_SUCCESS;
 }
 
-static VKAPI_ATTR void VKAPI_CALL destroy_fence(VkDevice of_device, VkFence fence,
-                                                const VkAllocationCallbacks *allocator)
+PLAYED(DestroyFence)
 {
     destroyed++;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL create_pool(VkDevice of_device,
-                                                  const VkCommandPoolCreateInfo *info,
-                                                  const VkAllocationCallbacks *allocator,
-                                                  VkCommandPool *pool)
+PLAYED(CreateCommandPool)
 {
-    *pool = (VkCommandPool)(uintptr_t)2;
+    *pCommandPool = (VkCommandPool)(uintptr_t)2;
     return VK_SUCCESS;
 }
 
-static VKAPI_ATTR void VKAPI_CALL destroy_pool(VkDevice of_device, VkCommandPool pool,
-                                               const VkAllocationCallbacks *allocator)
+PLAYED(DestroyCommandPool)
 {
     destroyed++;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL allocate_commands(VkDevice of_device,
-                                                        const VkCommandBufferAllocateInfo *info,
-                                                        VkCommandBuffer *commands)
+PLAYED(AllocateCommandBuffers)
 {
     return VK_SUCCESS;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL begin_commands(VkCommandBuffer commands,
-                                                     const VkCommandBufferBeginInfo *info)
+PLAYED(BeginCommandBuffer)
 {
     return VK_SUCCESS;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL end_commands(VkCommandBuffer commands)
+PLAYED(EndCommandBuffer)
 {
     return VK_SUCCESS;
 }
 
-static VKAPI_ATTR void VKAPI_CALL copy_buffer(VkCommandBuffer commands, VkBuffer from, VkBuffer to,
-                                              uint32_t count, const VkBufferCopy *regions)
-{
-}
+PLAYED(CmdCopyBuffer) {}
 
-static VKAPI_ATTR void VKAPI_CALL add_barrier(VkCommandBuffer commands, VkPipelineStageFlags before,
-                                              VkPipelineStageFlags after, VkDependencyFlags flags,
-                                              uint32_t memory_count, const VkMemoryBarrier *memory,
-                                              uint32_t buffer_count,
-                                              const VkBufferMemoryBarrier *buffers,
-                                              uint32_t image_count,
-                                              const VkImageMemoryBarrier *images)
-{
-}
+PLAYED(CmdPipelineBarrier) {}
 
-static VKAPI_ATTR VkResult VKAPI_CALL submit(VkQueue queue, uint32_t count,
-                                             const VkSubmitInfo *infos, VkFence fence)
+PLAYED(QueueSubmit)
 {
     assert_true(is_submitting);
     submissions++;
     return VK_SUCCESS;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL wait_for_fences(VkDevice of_device, uint32_t count,
-                                                      const VkFence *fences, VkBool32 all,
-                                                      uint64_t nanoseconds)
+PLAYED(WaitForFences)
 {
     assert_false(is_submitting);
     assert_true(wait_count < 2);
@@ -216,30 +195,20 @@ static VKAPI_ATTR VkResult VKAPI_CALL wait_for_fences(VkDevice of_device, uint32
 /* Everything that the consumer warns of. */
 static struct batch_consumer set_up(void)
 {
-    instance = (struct layer_instance){0};
+    own_instance = (struct layer_instance){0};
     overlay = (struct cpu_overlay){.device = &cpu};
-    device.instance = &instance;
-    device.cpu = &overlay;
+    own_device.instance = &own_instance;
+    own_device.cpu = &overlay;
     lost = 1;
     atomic_store(&cpu.lacks_copies, true);
     atomic_store(&cpu.overwritten, OCCURRED);
-    overlay.down.CreateFence = create_fence;
-    overlay.down.DestroyFence = destroy_fence;
-    overlay.down.CreateCommandPool = create_pool;
-    overlay.down.DestroyCommandPool = destroy_pool;
-    overlay.down.AllocateCommandBuffers = allocate_commands;
-    overlay.down.BeginCommandBuffer = begin_commands;
-    overlay.down.EndCommandBuffer = end_commands;
-    overlay.down.CmdCopyBuffer = copy_buffer;
-    overlay.down.CmdPipelineBarrier = add_barrier;
-    overlay.down.QueueSubmit = submit;
-    overlay.down.WaitForFences = wait_for_fences;
-    device.snapshots = &own_snapshots;
+    overlay.down = driver;
+    own_device.snapshots = &own_snapshots;
     may_submit = true;
     host_can_write = false;
     buffer_alive = YES;
     runs = warnings = submissions = destroyed = wait_count = given_back = left = 0;
-    return cpu_overlay_consumer(&device);
+    return cpu_overlay_consumer(&own_device);
 }
 
 TEST(test_warnings_follow_a_run_in_order)

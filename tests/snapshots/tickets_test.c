@@ -5,6 +5,7 @@
 
 #include "src/snapshots/ticket.h"
 #include "tests/unit/unit_test.h"
+#include "vulkan_commands.h"
 
 enum { FENCES = 8 };
 
@@ -16,7 +17,7 @@ static uint32_t created;
 static VkResult status, submit_result, reset_result; /* of the calls; VK_SUCCESS: by the fence */
 static uint64_t longest_wait;
 static struct snapshots snapshots;
-static struct layer_device device;
+static struct layer_device own_device;
 
 static struct fence *fence_of(VkFence handle)
 {
@@ -25,54 +26,49 @@ static struct fence *fence_of(VkFence handle)
     return fence;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL create_fence(VkDevice of_device,
-                                                   const VkFenceCreateInfo *info,
-                                                   const VkAllocationCallbacks *allocator,
-                                                   VkFence *handle)
+static VkuDeviceDispatchTable driver;
+#define PLAYED_COMMANDS driver
+
+PLAYED(CreateFence)
 {
     assert_true(created < FENCES);
     fences[created] = (struct fence){.exists = true};
-    *handle = (VkFence)(uintptr_t)++created;
+    *pFence = (VkFence)(uintptr_t)++created;
     return VK_SUCCESS;
 }
 
-static VKAPI_ATTR void VKAPI_CALL destroy_fence(VkDevice of_device, VkFence handle,
-                                                const VkAllocationCallbacks *allocator)
+PLAYED(DestroyFence)
 {
-    assert_false(fence_of(handle)->is_pending && status != VK_ERROR_DEVICE_LOST);
-    fence_of(handle)->exists = false;
+    assert_false(fence_of(fence)->is_pending && status != VK_ERROR_DEVICE_LOST);
+    fence_of(fence)->exists = false;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL get_status(VkDevice of_device, VkFence handle)
+PLAYED(GetFenceStatus)
 {
     if (status != VK_SUCCESS)
         return status;
-    return fence_of(handle)->is_signaled ? VK_SUCCESS : VK_NOT_READY;
+    return fence_of(fence)->is_signaled ? VK_SUCCESS : VK_NOT_READY;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL wait(VkDevice of_device, uint32_t count,
-                                           const VkFence *handles, VkBool32 all,
-                                           uint64_t nanoseconds)
+PLAYED(WaitForFences)
 {
-    const VkResult result = get_status(of_device, handles[0]);
-    longest_wait = nanoseconds > longest_wait ? nanoseconds : longest_wait;
+    const VkResult result = driver.GetFenceStatus(device, pFences[0]);
+    longest_wait = timeout > longest_wait ? timeout : longest_wait;
     return result == VK_NOT_READY ? VK_TIMEOUT : result;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL reset(VkDevice of_device, uint32_t count,
-                                            const VkFence *handles)
+PLAYED(ResetFences)
 {
-    assert_false(fence_of(handles[0])->is_pending);
+    assert_false(fence_of(pFences[0])->is_pending);
     if (reset_result == VK_SUCCESS)
-        fence_of(handles[0])->is_signaled = false;
+        fence_of(pFences[0])->is_signaled = false;
     return reset_result;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL submit(VkQueue queue, uint32_t count,
-                                             const VkSubmitInfo *infos, VkFence handle)
+PLAYED(QueueSubmit)
 {
-    assert_false(fence_of(handle)->is_signaled || fence_of(handle)->is_pending);
-    fence_of(handle)->is_pending = submit_result == VK_SUCCESS;
+    assert_false(fence_of(fence)->is_signaled || fence_of(fence)->is_pending);
+    fence_of(fence)->is_pending = submit_result == VK_SUCCESS;
     return submit_result;
 }
 
@@ -84,13 +80,8 @@ static void signal_fence(uint32_t i)
 
 static void set_up(void)
 {
-    snapshots = (struct snapshots){.device = &device};
-    snapshots.next.CreateFence = create_fence;
-    snapshots.next.DestroyFence = destroy_fence;
-    snapshots.next.GetFenceStatus = get_status;
-    snapshots.next.WaitForFences = wait;
-    snapshots.next.ResetFences = reset;
-    snapshots.next.QueueSubmit = submit;
+    snapshots = (struct snapshots){.device = &own_device};
+    snapshots.next = driver;
     pthread_mutex_init(&snapshots.tickets_lock, NULL);
     created = 0;
     longest_wait = 0;
