@@ -205,6 +205,8 @@ static void inspect(void *user, struct order_batch *batch)
         const struct journal *journal = batch->commands[i].captured;
         if (journal && !unknown_is_set(&journal->unknown))
             replay_destroyed(&replay, journal);
+        else
+            places_lack_memory(replay.places);
     }
     query_writes_submit(submissions->device->query_writes, batch);
 }

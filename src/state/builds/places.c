@@ -117,6 +117,15 @@ void places_add_moves(struct places *places)
     pthread_mutex_unlock(&places->lock);
 }
 
+void places_lack_memory(struct places *places)
+{
+    if (!places)
+        return;
+    pthread_mutex_lock(&places->lock);
+    places->lack_memory = true;
+    pthread_mutex_unlock(&places->lock);
+}
+
 bool places_are_used(struct places *places, enum place_kind kind)
 {
     if (!places)

@@ -34,6 +34,8 @@ void places_add(struct places *places, const struct placed *placed);
 void places_add_unknown(struct places *places, enum place_kind kind);
 /* Structures that were built, other than partitioned ones, are moved to unknown addresses. */
 void places_add_moves(struct places *places);
+/* Memory ran out for commands that are submitted: they may have built structures anywhere. */
+void places_lack_memory(struct places *places);
 
 /* Whether commands may have built structures at all. */
 bool places_are_used(struct places *places, enum place_kind kind);
