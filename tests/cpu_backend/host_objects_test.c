@@ -10,6 +10,7 @@
 
 #include "src/bvh/bvh.h"
 #include "src/cpu/device.h"
+#include "src/cpu/host.h"
 #include "src/cpu/structures.h"
 #include "src/snapshots/memory.h"
 #include "tests/fixture/objects.h"
@@ -346,4 +347,34 @@ TEST(test_private_data_without_memory)
         assert_int_equal(cpu_private_data_get(data, object, SLOT), 0);
     }
     cpu_device_destroy(device);
+}
+
+/* ---- commands of the host that do nothing; tests/programs/backend has the mistakes of programs */
+
+TEST(test_no_builds_and_no_memory_for_properties)
+{
+    static const uint8_t uuid[VK_UUID_SIZE];
+    const size_t page = (size_t)sysconf(_SC_PAGESIZE);
+    const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR;
+    const VkAccelerationStructureKHR wild = (VkAccelerationStructureKHR)(uintptr_t)0x1234567890;
+    char *pages = map_pages(page);
+    struct cpu_device *device;
+    uint64_t operation, value = 1;
+    GET(cpu_device_create(uuid, &device));
+    GET(cpu_deferred_add(device->deferred, &operation));
+    GET(cpu_host_build(device, 0, 0, NULL, NULL));
+    assert_int_equal(cpu_host_build(device, operation, 0, NULL, NULL),
+                     VK_OPERATION_NOT_DEFERRED_KHR);
+    assert_int_equal(cpu_host_write_properties(device, 1, &wild, type, 8, pages + page, 8),
+                     VK_ERROR_VALIDATION_FAILED);
+    assert_int_equal(pages[page], 'x');
+    assert_int_equal(
+        cpu_host_write_properties(device, 1, (const void *)(pages + 2 * page), type, 8, &value, 8),
+        VK_ERROR_VALIDATION_FAILED);
+    assert_int_equal(value, 1);
+    assert_int_equal(cpu_host_write_properties(device, 1, &wild, type, 8, &value, 8),
+                     VK_ERROR_VALIDATION_FAILED);
+    assert_int_equal(value, 0);
+    cpu_device_destroy(device);
+    munmap(pages, PAGES * page);
 }
