@@ -116,6 +116,8 @@ static void print_messages(const struct messages *messages)
 static void compare(const struct source *source, unsigned variant, bool is_repaired)
 {
     program_make(&program, source, variant, is_repaired);
+    if (program_find(&program, "setting", "log_filename"))
+        return; /* it is about Assay's own log */
     play_program(choose_play(), &program);
     if (assay->report.outcome == OUTCOME_SKIPPED)
         return;
