@@ -5,13 +5,13 @@
 
 #include "tests/state/fixture.h"
 
-enum { FIRST = 0x100000, SECOND = 0x200000, SIZE = 0x400, BUILT = 0x100, BUILT_SIZE = 0x80 };
+enum { FIRST = 0x100000, SECOND = 0x200000, PLACE_SIZE = 0x400, BUILT = 0x100, BUILT_SIZE = 0x80 };
 
 static struct resources *resources;
 
 static void have_address(unsigned n, VkDeviceSize offset, VkDeviceAddress address)
 {
-    have_bound_buffer(resources, n, SIZE, VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, 1, offset);
+    have_bound_buffer(resources, n, PLACE_SIZE, VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, 1, offset);
     resources_set_address(resources, buffer(n), address);
 }
 
