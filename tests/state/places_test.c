@@ -11,7 +11,8 @@ static struct resources *resources;
 
 static void have_address(unsigned n, VkDeviceSize offset, VkDeviceAddress address)
 {
-    have_bound_buffer(resources, n, PLACE_SIZE, VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, 1, offset);
+    have_bound_buffer(resources, n, PLACE_SIZE, VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, 1,
+                      offset);
     resources_set_address(resources, buffer(n), address);
 }
 
