@@ -259,10 +259,18 @@ static void read_queries(struct play *play, char **words)
         play->last_size = result_at(results, 0, 0, flags);
 }
 
+static void join_operation(struct play *play, VkDeferredOperationKHR operation)
+{
+    play->vk.DeferredOperationJoinKHR(play->device, operation);
+    if (play->repeats && play->vk.GetDeferredOperationResultKHR(play->device, operation) ==
+                             VK_ERROR_OUT_OF_HOST_MEMORY)
+        longjmp(play->gives_up, 1);
+}
+
 static bool play_operation(struct play *play, char **words)
 {
     if (play_is(words[0], "join"))
-        play->vk.DeferredOperationJoinKHR(play->device, play_object(play, words[1])->operation);
+        join_operation(play, play_object(play, words[1])->operation);
     else if (play_is(words[0], "result"))
         play->vk.GetDeferredOperationResultKHR(play->device,
                                                play_object(play, words[1])->operation);
