@@ -30,14 +30,14 @@ static void give_meshes(struct workload *workload, uint32_t side)
     const VkDeviceSize vertices = 12 * (VkDeviceSize)mesh.vertex_count;
     const VkDeviceSize indices = 12 * (VkDeviceSize)mesh.triangle_count;
     const VkDeviceSize vertex_step = aligned(vertices, 16), index_step = aligned(indices, 16);
-    const struct test_buffer vertex_buffer =
+    const struct device_buffer vertex_buffer =
         scene_buffer(scene, workload->count * vertex_step, INPUT_USAGE);
-    const struct test_buffer index_buffer =
+    const struct device_buffer index_buffer =
         scene_buffer(scene, workload->count * index_step, INPUT_USAGE);
 
     for (uint32_t i = 0; i < workload->count; i++) {
-        memcpy(vertex_buffer.host + i * vertex_step, mesh.positions, vertices);
-        memcpy(index_buffer.host + i * index_step, mesh.indices, indices);
+        memcpy(vertex_buffer.bytes + i * vertex_step, mesh.positions, vertices);
+        memcpy(index_buffer.bytes + i * index_step, mesh.indices, indices);
         workload->geometries[i] = triangles_geometry(
             scene_address(scene, &vertex_buffer, i * vertex_step), mesh.vertex_count - 1,
             VK_INDEX_TYPE_UINT32, scene_address(scene, &index_buffer, i * index_step));
@@ -49,9 +49,9 @@ static void give_meshes(struct workload *workload, uint32_t side)
 static void give_instances(struct workload *workload, uint64_t reference, uint32_t count)
 {
     struct scene *scene = workload->scene;
-    const struct test_buffer buffer =
+    const struct device_buffer buffer =
         scene_buffer(scene, count * sizeof(VkAccelerationStructureInstanceKHR), INPUT_USAGE);
-    VkAccelerationStructureInstanceKHR *instances = (void *)buffer.host;
+    VkAccelerationStructureInstanceKHR *instances = (void *)buffer.bytes;
 
     for (uint32_t i = 0; i < count; i++) {
         const uint32_t row = i / 400;
@@ -92,8 +92,8 @@ static void make_builds(struct workload *workload, VkAccelerationStructureTypeKH
     const VkAccelerationStructureBuildSizesInfoKHR sizes = sizes_of(workload);
     const VkDeviceSize step = aligned(sizes.accelerationStructureSize, ALIGNMENT);
     const VkDeviceSize scratch_step = aligned(sizes.buildScratchSize + 1, ALIGNMENT);
-    const struct test_buffer storage = scene_buffer(scene, workload->count * step, ACCEL_USAGE);
-    const struct test_buffer scratch =
+    const struct device_buffer storage = scene_buffer(scene, workload->count * step, ACCEL_USAGE);
+    const struct device_buffer scratch =
         scene_buffer(scene, workload->count * scratch_step, SCRATCH_USAGE);
 
     for (uint32_t i = 0; i < workload->count; i++) {
