@@ -325,7 +325,7 @@ static void describe_structure(struct capturer *capturer, VkObjectType type, uin
 }
 
 static const char *const before =
-    "it was built before the capture began, or by what is not captured";
+    "it was built before the capture began, or by a command that is not captured";
 
 static void queue_record(struct captured_record *captured)
 {

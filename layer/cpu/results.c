@@ -177,7 +177,7 @@ static void warn_of_losses(const struct layer_device *device)
         reporter_warn(
             device->instance->reporter,
             "assay_validation.backend = cpu had no memory for what a submission builds or "
-            "writes: structures and buffers may be without it.");
+            "writes: structures and buffers may lack it.");
 }
 
 static bool is_to_be_reported(atomic_uint *occurrence)
@@ -194,18 +194,18 @@ void cpu_overlay_warn_of_occurrences(const struct layer_device *device)
     if (is_to_be_reported(&device->cpu->device->overwritten))
         reporter_warn(device->instance->reporter,
                       "assay_validation.backend = cpu: a command buffer executed several times in "
-                      "one submission, and something that it built before the last time was asked "
-                      "for. That is built from what the last one copied.");
+                      "one submission, and the results of a build before the last time were asked "
+                      "for. The layer builds them from what the last one copied.");
     if (is_to_be_reported(&device->cpu->device->used_early))
         reporter_warn(device->instance->reporter,
                       "assay_validation.backend = cpu: a structure was used by the host before the "
                       "commands that build it were complete. The layer waited 10 seconds for them, "
-                      "and then used nothing in its place.");
+                      "and then went on without the structure.");
     if (atomic_exchange(&device->cpu->device->refused, 0))
         reporter_warn(device->instance->reporter,
                       "assay_validation.backend = cpu refuses a command of a command buffer that "
-                      "writes a structure, which holds nothing then. The structure is smaller than "
-                      "what is written to it, serialized data is not whole or of another driver, "
+                      "writes a structure, which is then empty. The structure is smaller than "
+                      "what is written to it, serialized data is incomplete or of another driver, "
                       "or what a build reads is not readable, or names what does not exist.");
 }
 

@@ -132,7 +132,7 @@ void warn_missed(const struct layer_device *device, const struct missed_executio
                       "of command buffers that were begun with "
                       "VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT and are submitted again");
     append_executions(&text, missed->device_lost, "on a device that is lost");
-    append_executions(&text, missed->held, "behind waits for signals that were not submitted");
+    append_executions(&text, missed->held, "after waits for signals that were not submitted");
     text_append(&text, ".");
     reporter_warn(device->instance->reporter, line);
 }

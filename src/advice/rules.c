@@ -130,7 +130,7 @@ bool structure_can_be_hit(const struct use_view *use, struct finding *finding, u
     if (!builds || use->uses->hollow_builds != builds || count(use, USE_FILLED))
         return true;
     return !contents->primitives
-               ? violated(finding, "", "was built {}, always of nothing: no ray can hit it",
+               ? violated(finding, "", "was built {}, always from nothing: no ray can hit it",
                           count_of(builds, "time"))
                : violated(
                      finding, "",
@@ -168,7 +168,8 @@ bool structure_is_built_from_new_input(const struct use_view *use, struct findin
     return !repeats_its_input(use) ||
            violated(
                finding, "",
-               "was built {} and updated {}. The last {} {} seem to have had one input: the layer "
+               "was built {} and updated {}. The last {} {} seem to have read the same input: the "
+               "layer "
                "compared {} of them with the one before, and bytes and parameters were the same",
                count_of(count(use, USE_BUILT), "time"), count_of(count(use, USE_UPDATED), "time"),
                number(same), phrase(count(use, USE_UPDATED) ? "builds and updates" : "builds"),

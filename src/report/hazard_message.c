@@ -193,10 +193,10 @@ static void append_barrier(const struct words *words, const struct hazard_report
     if (!barrier->follows)
         text_append(words->text, "the first barrier of ");
     else if (barrier->builds)
-        words_say(words, "the barrier behind {}, build {}, in ", phrase(barrier->follows),
+        words_say(words, "the barrier after {}, build {}, in ", phrase(barrier->follows),
                   number(barrier->first_build + barrier->builds - 1));
     else
-        words_say(words, "the barrier behind {} in ", phrase(barrier->follows));
+        words_say(words, "the barrier after {} in ", phrase(barrier->follows));
     words_say(words, "{}",
               object(VK_OBJECT_TYPE_COMMAND_BUFFER, handle_number(barrier->command_buffer)));
     if (barrier->call_site) {

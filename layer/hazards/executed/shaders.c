@@ -38,7 +38,8 @@ static void remove_oldest_gone(struct trace_search *search)
     if (!oldest)
         return;
     reporter_add_unchecked(search->reporter,
-                           "destroyed top-level structures, of more than the layer remembers", 1);
+                           "destroyed top-level structures beyond those that the layer remembers",
+                           1);
     remove_top(search, oldest);
 }
 
@@ -346,7 +347,7 @@ bool trace_search_read(struct trace_search *search, enum access_kind kind,
     const struct hazard_access read = {kind, data->bytes};
     if (search->input_count >= INPUTS_KEPT) {
         reporter_add_unchecked(search->reporter,
-                               "inputs of builds, of more than the layer remembers",
+                               "inputs of builds beyond those that the layer remembers",
                                search->input_count);
         trace_search_forget_inputs(search);
     }
