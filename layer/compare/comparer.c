@@ -104,9 +104,8 @@ static void warn_of_failures(const struct comparer *comparer)
         return;
     reporter_say_warning(
         comparer->device->instance->reporter,
-        "assay_validation.compare_rays: {} builds were not compared: for {} the layer "
-        "did not know all of the input, or could not keep it; for {} the driver or the layer had "
-        "no "
+        "assay_validation.compare_rays: {} builds were not compared: for {} the layer did not "
+        "know all of the input, or could not keep it; for {} the driver or the layer had no "
         "memory, or the driver took too long.",
         number(input_unknown + failed), number(input_unknown), number(failed));
 }

@@ -169,8 +169,8 @@ bool structure_is_built_from_new_input(const struct use_view *use, struct findin
            violated(
                finding, "",
                "was built {} and updated {}. The last {} {} seem to have read the same input: the "
-               "layer "
-               "compared {} of them with the one before, and bytes and parameters were the same",
+               "layer compared {} of them with the one before, and bytes and parameters were the "
+               "same",
                count_of(count(use, USE_BUILT), "time"), count_of(count(use, USE_UPDATED), "time"),
                number(same), phrase(count(use, USE_UPDATED) ? "builds and updates" : "builds"),
                number(repeats->equal_ones));

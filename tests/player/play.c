@@ -81,11 +81,16 @@ void play_note_result(struct play *play, VkResult result)
         play->result = result;
 }
 
+void play_give_up_if_scarce(struct play *play, VkResult result)
+{
+    if (result == VK_ERROR_OUT_OF_HOST_MEMORY && play->repeats)
+        longjmp(play->gives_up, 1);
+}
+
 void play_end_recording(struct play *play, VkCommandBuffer commands)
 {
     const VkResult result = play->vk.EndCommandBuffer(commands);
-    if (result == VK_ERROR_OUT_OF_HOST_MEMORY && play->repeats)
-        longjmp(play->gives_up, 1);
+    play_give_up_if_scarce(play, result);
     play_note_result(play, result);
 }
 

@@ -90,7 +90,7 @@ struct play {
     bool is_scarce;    /* memory runs out: the layer may report less, but nothing else */
     bool may_warn;     /* the layer may report what it leaves unchecked */
     bool repeats;      /* calls that fail for lack of memory, once */
-    jmp_buf gives_up;  /* where the program ends then if a command buffer is lost */
+    jmp_buf gives_up;  /* where play_give_up_if_scarce() goes on */
     bool is_unjudged;  /* only a crash is a failure, and lines that cannot be played are left out */
     jmp_buf next_line; /* where such a program goes on */
     VkBool32 answer;   /* of its messenger */
@@ -192,6 +192,8 @@ void play_free_blocks(struct play *play);
 
 /* Notes the result of a call that lines can expect to fail. Positive results are successes. */
 void play_note_result(struct play *play, VkResult result);
+/* Ends a program that repeats calls, if memory ran out for what no further call can repeat. */
+void play_give_up_if_scarce(struct play *play, VkResult result);
 /* Makes a call and notes its result. If memory ran out and the play repeats calls, as GET() does,
  * it makes the call again. */
 #define play_note(play, call)                                                                      \

@@ -22,12 +22,15 @@ def anchors_of(text):
             for heading in headings}
 
 
+def shell_blocks(text):
+    return re.findall(r"^```sh\n(.*?)^```", text, re.M | re.S)
+
+
 def shell_lines():
     """Each command of the blocks of shell, and of such words in sentences, as (page, words), without comments and what a -- introduces."""
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
-        blocks = re.findall(r"^```sh\n(.*?)^```", text, re.M | re.S)
-        for block in blocks + re.findall(r"`((?:scripts/|assay-run |assay-scene )[^`]*)`", text):
+        for block in shell_blocks(text) + re.findall(r"`((?:scripts/|assay-run |assay-scene )[^`]*)`", text):
             for line in re.sub(r"\\\n", " ", block).splitlines():
                 for command in re.split(r"&&|\||;", re.sub(r"(^|\s)#.*", "", line)):
                     words = re.sub(r"\s--(\s.*)?$", "", command).split()

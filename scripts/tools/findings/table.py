@@ -9,7 +9,7 @@ HOST_DATA = ("cases_content", "cases_content_update", "cases_disabling", "cases_
 EXTENSIONS = ("cases_micromap", "cases_motion", "cases_spheres", "cases_dense",
               "cases_displacement", "execution/extensions")
 OVERLAPS = ("cases_overlap", "cases_pairs")
-# Of programs: what happened to memory and objects by the time of the execution, and how large they were.
+# Programs about objects that were destroyed or lacked memory when a batch executed, or were too small.
 OBJECTS = ("execution/destroyed", "execution/size", "execution/sparse", "execution/unbuilt")
 # Pointers and handles that lead to no memory, or to other memory than they should; endless lists.
 NOWHERE = re.compile(

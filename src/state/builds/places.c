@@ -108,22 +108,23 @@ void places_add_unknown(struct places *places, enum place_kind kind)
     pthread_mutex_unlock(&places->lock);
 }
 
+static void set_flag(struct places *places, bool *flag)
+{
+    pthread_mutex_lock(&places->lock);
+    *flag = true;
+    pthread_mutex_unlock(&places->lock);
+}
+
 void places_add_moves(struct places *places)
 {
-    if (!places)
-        return;
-    pthread_mutex_lock(&places->lock);
-    places->are_moved = true;
-    pthread_mutex_unlock(&places->lock);
+    if (places)
+        set_flag(places, &places->are_moved);
 }
 
 void places_lack_memory(struct places *places)
 {
-    if (!places)
-        return;
-    pthread_mutex_lock(&places->lock);
-    places->lack_memory = true;
-    pthread_mutex_unlock(&places->lock);
+    if (places)
+        set_flag(places, &places->lack_memory);
 }
 
 bool places_are_used(struct places *places, enum place_kind kind)

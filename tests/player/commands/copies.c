@@ -262,9 +262,9 @@ static void read_queries(struct play *play, char **words)
 static void join_operation(struct play *play, VkDeferredOperationKHR operation)
 {
     play->vk.DeferredOperationJoinKHR(play->device, operation);
-    if (play->repeats && play->vk.GetDeferredOperationResultKHR(play->device, operation) ==
-                             VK_ERROR_OUT_OF_HOST_MEMORY)
-        longjmp(play->gives_up, 1);
+    if (play->repeats)
+        play_give_up_if_scarce(play,
+                               play->vk.GetDeferredOperationResultKHR(play->device, operation));
 }
 
 static bool play_operation(struct play *play, char **words)

@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Names, private data, and labels of queues:
  *
- *     name NAME TEXT             of a structure, a buffer, or a command buffer that has begun; a
- * tag, too private NAME NAME NUMBER   the number in a slot of the first object, and another one in
- * that of the second, until the slots are destroyed queue label QUEUE TEXT     queue insert QUEUE
- * TEXT     queue unlabel QUEUE
+ *     name NAME TEXT             gives a structure, a buffer, or a command buffer that has begun
+ *                                this name, and a tag
+ *     private NAME NAME NUMBER   the number in a slot of the first object, and another one in that
+ *                                of the second, until the slots are destroyed
+ *     queue label QUEUE TEXT
+ *     queue insert QUEUE TEXT
+ *     queue unlabel QUEUE
  *
  * TEXT ends with the line or a semicolon; in it, \n is a line feed. */
 #include "tests/player/play.h"
