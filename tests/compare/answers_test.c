@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The same input gives the same rays, and the same answers to them the same judgements and
- * messages: today as when the digests below were written. Answers are the reference's own, made
- * worse in many ways, by a little and by much.
+/* Answers to rays, which are the reference's own, made worse in many ways, by a little and by much:
+ * right ones are never blamed, and each mistake is called what it is. The same input also gives the
+ * same rays, and the same answers to them the same judgements and messages: today as when the
+ * digests below were written.
  *
- * If you change any of that on purpose, replace the digests by those that the test prints;
- * judge_test.c checks whether the judgements are right. */
+ * If you change any of that on purpose, replace the digests by those that the test prints. */
 #include <inttypes.h>
 #include <math.h>
 #include <string.h>
@@ -16,7 +16,9 @@
 #include "tests/fixture/scarce_memory.h"
 #include "tests/unit/unit_test.h"
 
-enum { RAYS = 3000, WAYS = 24, LOOSE = 60 };
+enum { RAYS = 3000, LOOSE = 60 };
+enum { WAYS = 24, LAST_WAY = 18 }; /* of answers; those of way 0 and behind the last are right */
+enum { LEAST_SCALE = 6, SCALES = 18, TOLERATED_SCALE = 20 };
 
 static struct compare_answer answers[RAYS];
 static bool all_equal;
@@ -79,6 +81,11 @@ static void make_boxes(struct subject *subject)
 }
 
 /* ---- answers */
+
+static int scale_of(uint32_t ray)
+{
+    return LEAST_SCALE + (int)(ray / WAYS % SCALES);
+}
 
 /* A way to be wrong, or by 2 to the power of -scale nearly right. */
 static void spoil_hit(struct compare_hit *hit, uint32_t way, int scale)
@@ -158,10 +165,46 @@ static void spoil(struct compare_answer *answer, uint32_t way, int scale, const 
 static void spoil_all(const struct ring *rings, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
-        if (answers[i].candidate_count > COMPARE_CANDIDATES)
+        const uint32_t way = i % WAYS;
+        if (way >= 1 && way <= LAST_WAY && answers[i].candidate_count > COMPARE_CANDIDATES)
             answers[i].candidate_count = COMPARE_CANDIDATES;
-        spoil(&answers[i], i % WAYS, 6 + (int)(i / WAYS % 18), rings ? &rings[i] : NULL);
+        spoil(&answers[i], way, scale_of(i), rings ? &rings[i] : NULL);
     }
+}
+
+/* ---- what may be said of each way */
+
+#define SAYS(name) (1u << DIFFERENCE_##name)
+
+static const uint32_t said_of_ways[WAYS] = {
+    [1] = SAYS(DISTANCE),
+    [2] = SAYS(DISTANCE),
+    [3] = SAYS(BARYCENTRICS),
+    [4] = SAYS(BARYCENTRICS),
+    [5] = SAYS(EXTRA) | SAYS(DISTANCE) | SAYS(FACING),
+    [6] = SAYS(EXTRA) | SAYS(PRIMITIVE) | SAYS(DISTANCE),
+    [7] = SAYS(EXTRA) | SAYS(PRIMITIVE) | SAYS(DISTANCE),
+    [8] = SAYS(EXTRA) | SAYS(PRIMITIVE),
+    [9] = SAYS(MISSED) | SAYS(EXTRA) | SAYS(PRIMITIVE),
+    [10] = SAYS(MISSED),
+    [11] = SAYS(MISSED),
+    [12] = SAYS(MISSED),
+    [13] = SAYS(DOUBLE) | SAYS(EXTRA) | SAYS(DISTANCE),
+    [16] = SAYS(DISTANCE),
+    [17] = SAYS(DOUBLE) | SAYS(DISTANCE),
+    [18] = SAYS(DOUBLE) | SAYS(EXTRA) | SAYS(PRIMITIVE) | SAYS(DISTANCE),
+};
+
+/* A box that the ray does not meet is a right candidate, so of boxes only those are wrong that are
+ * missed. A roundoff is never wrong. */
+static void expect_said(uint32_t ray, const struct judgement *judgement, bool has_boxes)
+{
+    const uint32_t way = ray % WAYS;
+    const bool is_spoiled = way >= 1 && way <= LAST_WAY;
+    const uint32_t says = said_of_ways[way] | (has_boxes && is_spoiled ? SAYS(MISSED) : 0);
+    if (!(says >> judgement->difference & 1) || (way <= 4 && scale_of(ray) >= TOLERATED_SCALE))
+        fail_msg("ray %u, way %u by 2^-%d: %s", ray, way, scale_of(ray),
+                 difference_id(judgement->difference));
 }
 
 /* Some rays end before, or begin behind, what the answers have, or pass beside it. */
@@ -240,6 +283,11 @@ TEST_OF_ROWS(test_subject, rows, const struct row *row, start)
     spoil_all(rays.rings, rays.count);
     digest_add_words(&generated, rays.rays, rays.count * sizeof(*rays.rays));
     digest_add(&generated, rays.aims, rays.count * sizeof(*rays.aims));
+    for (uint32_t i = 0; i < rays.count; i++) {
+        struct judgement judgement;
+        if (judge_ray(&reference, &rays, i, &answers[i], &judgement))
+            expect_said(i, &judgement, row->make == make_boxes);
+    }
     shorten(rays.rays, rays.count);
     for (uint32_t i = 0; i < rays.count; i++) {
         struct judgement judgement;
@@ -312,12 +360,14 @@ TEST_OPENED(test_instances, start)
     for (uint32_t i = 0; i < rays.count; i++) {
         struct judgement judgement;
         const bool differs = top_judge_ray(&top, &rays, i, &answers[i], &judgement);
+        if (differs)
+            expect_said(i, &judgement, true);
         add_judgement(&judged, differs, &judgement);
     }
     summary_make_top(&top, &rays, answers, &summary);
     expect("rays", generated, 0xebc639656332eed4);
-    expect("judgements", judged, 0x7a0bc77743ae4830);
-    expect("texts", digest_of_texts(&summary), 0xdc751d3ed25f685c);
+    expect("judgements", judged, 0x342bb5adafebec2c);
+    expect("texts", digest_of_texts(&summary), 0x9aa0680fdd5082bd);
     top_rays_free(&rays);
     top_reference_close(&top);
     for (int i = 0; i < 2; i++)

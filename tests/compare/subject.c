@@ -5,7 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "src/compare/judge.h"
 #include "tests/fixture/geometry.h"
 
 const float ring_vertices[3 * FAN_VERTICES] = {0, 0,  0, 1, 0,  0,  1, 1, 0,  0, 1, 0,  -1, 1,
@@ -166,31 +165,4 @@ void answer_exactly(const void *structure, struct top_reference *top,
         memcpy(ray.direction, rays[i].direction, sizeof(ray.direction));
         trace_candidates(&scene, &ray, &(struct trace_visitor){keep, &answers[i]});
     }
-}
-
-/* ---- tallies */
-
-void tally_judge(struct tally *tally, const struct reference *reference, const struct rays *rays,
-                 const struct compare_answer *answers)
-{
-    *tally = (struct tally){.rays = rays->count};
-    for (uint32_t i = 0; i < rays->count; i++) {
-        struct judgement judgement;
-        tally->once += ring_is_hit_once(reference, rays, i);
-        if (!judge_ray(reference, rays, i, &answers[i], &judgement))
-            continue;
-        tally->all++;
-        tally->counts[judgement.difference][judgement.reason]++;
-        tally->by_aim[rays->aims[i].at]++;
-    }
-}
-
-void tally_print(const struct tally *tally, const char *name)
-{
-    print_message("%s: of %u rays (%u at fans that are met once) %u differ\n", name, tally->rays,
-                  tally->once, tally->all);
-    for (enum difference d = 0; d < DIFFERENCE_COUNT; d++)
-        for (int i = 0; i < REASONS; i++)
-            if (tally->counts[d][i])
-                print_message("  %s, reason %d: %u\n", difference_id(d), i, tally->counts[d][i]);
 }

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Inputs of builds in the host's memory, whose addresses stand for the application's, and the count
- * of what is judged of them. */
+/* Inputs of builds in the host's memory, whose addresses stand for the application's. */
 #ifndef TESTS_COMPARE_SUBJECT_H
 #define TESTS_COMPARE_SUBJECT_H
 
@@ -55,13 +54,5 @@ void subject_grid(struct subject *subject, VkAabbPositionsKHR boxes[BOXES]);
 /* What the reference's exact traversal answers to each ray; with `top`, in a TLAS. */
 void answer_exactly(const void *structure, struct top_reference *top,
                     const struct compare_ray *rays, uint32_t count, struct compare_answer *answers);
-
-enum { REASONS = REASON_NOT_FIRST + 1, AIMS = AIM_LIMIT + 1 };
-struct tally {
-    uint32_t rays, all, counts[DIFFERENCE_COUNT][REASONS], by_aim[AIMS], once; /* fans met once */
-};
-void tally_judge(struct tally *tally, const struct reference *reference, const struct rays *rays,
-                 const struct compare_answer *answers);
-void tally_print(const struct tally *tally, const char *name);
 
 #endif
