@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How much of an input is moved to be compared, where to, and what is refused. */
+/* How much of an input is moved to be compared, where to, and what is refused; and where rays lie
+ * to boxes, in numbers that are exact. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "src/compare/input.h"
+#include "src/compare/rays.h"
 #include "subject.h"
 #include "tests/fixture/scarce_memory.h"
 #include "tests/unit/unit_test.h"
@@ -160,4 +163,54 @@ TEST(test_copies)
     assert_null(input_copy_create(&subject.input));
     input_copy_free(NULL);
     assert_int_equal(allocations_now(), before);
+}
+
+/* ---- rays and boxes */
+
+/* A box from 1 to 3. */
+TEST(test_boxes)
+{
+    const float most = INFINITY;
+    static const struct aabb_record box = {.lower = {1, 1, 1}, .upper = {3, 3, 3}},
+                                    flat = {.lower = {1, 1, 1}, .upper = {3, 1, 3}};
+    const struct {
+        struct compare_ray ray;
+        bool meets, meets_if_moved;
+    } cases[] = {
+        {{{0, 2, 2}, 0, {1, 0, 0}, most}, true, true},
+        {{{4, 2, 2}, 0, {-1, 0, 0}, most}, true, true},
+        {{{4, 2, 2}, 0, {1, 0, 0}, most}, false, false},
+        {{{2, 2, 2}, 0, {1, 0, 0}, most}, true, true}, /* begins within */
+        {{{0, 2, 2}, 0, {1, 0, 0}, 1}, true, false},   /* ends at the face, exactly */
+        {{{0, 2, 2}, 3, {1, 0, 0}, most}, true, false},
+        {{{0, 2, 2}, 0, {1, 0, 0}, 0.5f}, false, false},
+        {{{0, 2, 2}, 3.5f, {1, 0, 0}, most}, false, false},
+        {{{0, 2, 2}, 0, {2, 0, 0}, 0.5f}, true, false},
+        {{{0, 2, 2}, 0, {-0.5f, 0, 0}, 2}, false, false},
+        {{{4, 2, 2}, 0, {-0.5f, 0, 0}, 2}, true, false},
+        {{{0, 2, 2}, 0, {3, 0, 0}, 1 / 3.f}, false, false},  /* no power of two */
+        {{{0x1p-30f, 2, 2}, 0, {1, 0, 0}, 1}, false, false}, /* the distance is no float */
+        {{{0, 1, 2}, 0, {1, 0, 0}, most}, false, false},     /* along a face */
+        {{{0, 2, 3}, 0, {1, 0, 0}, 1}, false, false},
+        {{{0, 2, 5}, 0, {1, 0, 0}, 1}, false, false},
+        {{{0, 5, 2}, 0, {1, 0, 0}, most}, false, false},
+        {{{2, 0, 2}, 0, {0, 1, 0}, 1}, true, false},
+        {{{2, 2, 0}, 0, {0, 0, 1}, 1}, true, false},
+        {{{0, 0, 0}, 0, {1, 1, 1}, most}, true, true},
+        {{{0, 0, 2}, 0, {1, 1, 0}, 1}, false, false}, /* exact along one axis only */
+        {{{0, 2, 0}, 0, {1, 0, 2}, most}, true, true},
+        {{{0, 3.5f, 0}, 0, {1, -3, 1}, most}, false, false},
+        {{{1, 0, 2}, 0, {0, 1, 0}, most}, false, false},
+        {{{4, 4, 4}, 0, {-1, -1, -1}, 0.9f}, false, false},
+        {{{4, 4, 4}, 0, {-1, -1, -1}, 1.1f}, true, true},
+    };
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        const bool meets = placing_meets_box(&cases[i].ray, &box, 0, false);
+        const bool meets_if_moved = placing_meets_box(&cases[i].ray, &box, 0, true);
+        if (meets != cases[i].meets || meets_if_moved != cases[i].meets_if_moved)
+            fail_msg("case %zu: %d %d", i, meets, meets_if_moved);
+        assert_false(placing_meets_box(&cases[i].ray, &flat, 0, false));
+        assert_false(
+            placing_meets_box(&cases[i].ray, &box, 0x1p16, false)); /* nothing is certain */
+    }
 }
