@@ -1,20 +1,22 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Trees of updates: what they cost, against what random lines look at in trees of the builder. */
-#include <stdlib.h>
-#include <string.h>
+/* Trees of updates: what they cost. */
+#include <math.h>
 
 #include "src/advice/figures/refits.h"
-#include "src/bvh/trace.h"
-#include "src/platform/aligned.h"
-#include "tests/figures/lines.h"
 #include "tests/fixture/scarce_memory.h"
+#include "tests/unit/random.h"
 #include "tests/unit/unit_test.h"
 
-enum { COUNT = 200, LINES = 20000, TREE_SIZE = 1 << 20 };
+enum { COUNT = 200 };
 
 struct soup {
     float corners[COUNT][3][3];
 };
+
+static double random_between(struct random *random, double least, double most)
+{
+    return least + (most - least) * (double)(random_next(random) >> 11) * 0x1p-53;
+}
 
 static void write_soup(struct random *random, struct soup *to)
 {
@@ -56,82 +58,6 @@ static double cost_of(const struct soup *built, const struct soup *now)
     triangle_sample_release(sample);
     triangle_sample_release(moved);
     return cost;
-}
-
-/* ---- trees that lines go through */
-
-static void *build(const struct soup *from, const struct soup *then)
-{
-    uint8_t *memory = aligned_allocate(BUILDER_ALIGNMENT, 2 * (size_t)TREE_SIZE);
-    struct builder_geometry geometry = geometry_of(from);
-    const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = COUNT};
-    const struct builder_input input = {
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
-        .quality = BUILDER_BALANCED,
-        .geometry_count = 1,
-        .geometries = &geometry,
-        .ranges = &range,
-    };
-    assert_non_null(memory);
-    assert_int_equal(builder_build(&input, memory, TREE_SIZE, memory + TREE_SIZE, TREE_SIZE, NULL),
-                     BUILDER_OK);
-    geometry = geometry_of(then);
-    assert_int_equal(
-        builder_refit(&input, memory, memory, TREE_SIZE, memory + TREE_SIZE, TREE_SIZE, NULL),
-        BUILDER_OK);
-    return memory;
-}
-
-static enum trace_answer ignore(void *context, struct trace_hit *candidate)
-{
-    (void)context;
-    (void)candidate;
-    return TRACE_IGNORE;
-}
-
-/* The nodes and triangles that random lines look at. */
-static double look_at(struct random *random, const void *tree)
-{
-    struct trace_counters counters = {0};
-    const struct trace_scene scene = {
-        .structure = tree, .accuracy = TRACE_FAST, .counters = &counters};
-    const struct trace_visitor visitor = {.visit = ignore};
-    float low[3], high[3];
-    double lower[3], upper[3];
-    assert_true(builder_bounds(tree, low, high));
-    for (int i = 0; i < 3; i++) {
-        lower[i] = low[i];
-        upper[i] = high[i];
-    }
-    for (int lines = 0; lines < LINES;) {
-        const struct line line = line_through(random, lower, upper);
-        struct trace_ray ray = {.t_max = 1e6F};
-        if (!line_meets(&line, lower, upper))
-            continue;
-        lines++;
-        for (int i = 0; i < 3; i++) {
-            ray.origin[i] = (float)line.origin[i];
-            ray.direction[i] = (float)line.direction[i];
-        }
-        trace_candidates(&scene, &ray, &visitor);
-    }
-    return (double)(counters.nodes + counters.primitives);
-}
-
-TEST(test_cost_of_random_lines)
-{
-    struct random random = random_of("refits");
-    struct soup built, now;
-    write_soup(&random, &built);
-    write_soup(&random, &now);
-    void *kept = build(&built, &now), *fresh = build(&now, &now);
-    const double cost = cost_of(&built, &now),
-                 looked = look_at(&random, kept) / look_at(&random, fresh);
-    assert_true(cost > 2);
-    assert_true(fabs(cost - looked) <= 0.05 * looked);
-    aligned_free(kept);
-    aligned_free(fresh);
 }
 
 /* ---- what moves */

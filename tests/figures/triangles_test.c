@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Figures of triangles: meshes with one mistake, and valid ones near them. */
+/* Figures of triangles: meshes with one mistake, and valid ones near them; and meshes that are read
+ * with a wrong stride. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,9 +9,41 @@
 #include "tests/unit/random.h"
 #include "tests/unit/unit_test.h"
 
-enum { SIDE = 8, VERTICES = (SIDE + 1) * (SIDE + 1), TRIANGLES = 2 * SIDE * SIDE };
+#define VERTICES_OF(side) (((side) + 1) * ((side) + 1))
+#define TRIANGLES_OF(side) (2 * (side) * (side))
 
-/* A square of SIDE * SIDE smaller squares, each of two triangles. */
+enum { SIDE = 8, VERTICES = VERTICES_OF(SIDE), TRIANGLES = TRIANGLES_OF(SIDE) };
+
+/* Those of a square of side * side smaller squares, each of two triangles. */
+static void write_indices(uint32_t side, uint32_t (*indices)[3])
+{
+    for (uint32_t i = 0; i < TRIANGLES_OF(side); i++) {
+        const uint32_t first = i / 2 / side * (side + 1) + i / 2 % side, odd = i % 2;
+        indices[i][0] = first + odd;
+        indices[i][1] = first + (odd ? side + 2 : 1);
+        indices[i][2] = first + side + 1;
+    }
+}
+
+static struct source open_source(uint32_t side, const float *vertices, uint32_t stride,
+                                 const uint32_t (*indices)[3])
+{
+    const struct builder_geometry geometry = {
+        .type = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+        .triangles = {.vertex_format = VK_FORMAT_R32G32B32_SFLOAT,
+                      .index_type = VK_INDEX_TYPE_UINT32,
+                      .max_vertex = VERTICES_OF(side) - 1,
+                      .vertex_stride = stride,
+                      .vertices = vertices,
+                      .vertices_size = (uint64_t)stride * VERTICES_OF(side),
+                      .indices = indices,
+                      .indices_size = TRIANGLES_OF(side) * sizeof(indices[0])}};
+    const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = TRIANGLES_OF(side)};
+    struct source source = {0};
+    assert_true(source_open(&source, false, &geometry, &range));
+    return source;
+}
+
 struct mesh {
     float at[VERTICES][3];
     uint32_t indices[TRIANGLES][3];
@@ -24,31 +57,13 @@ static struct mesh grid(float x, float size)
         mesh.at[i][1] = size * (float)(i / (SIDE + 1));
         mesh.at[i][2] = 0;
     }
-    for (uint32_t i = 0; i < TRIANGLES; i++) {
-        const uint32_t first = i / 2 / SIDE * (SIDE + 1) + i / 2 % SIDE, odd = i % 2;
-        mesh.indices[i][0] = first + odd;
-        mesh.indices[i][1] = first + (odd ? SIDE + 2 : 1);
-        mesh.indices[i][2] = first + SIDE + 1;
-    }
+    write_indices(SIDE, mesh.indices);
     return mesh;
 }
 
 static struct source source_of(const struct mesh *mesh)
 {
-    const struct builder_geometry geometry = {
-        .type = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .triangles = {.vertex_format = VK_FORMAT_R32G32B32_SFLOAT,
-                      .index_type = VK_INDEX_TYPE_UINT32,
-                      .max_vertex = VERTICES - 1,
-                      .vertex_stride = sizeof(mesh->at[0]),
-                      .vertices = mesh->at,
-                      .vertices_size = sizeof(mesh->at),
-                      .indices = mesh->indices,
-                      .indices_size = sizeof(mesh->indices)}};
-    const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = TRIANGLES};
-    struct source source = {0};
-    assert_true(source_open(&source, false, &geometry, &range));
-    return source;
+    return open_source(SIDE, mesh->at[0], sizeof(mesh->at[0]), mesh->indices);
 }
 
 static struct triangle_figures figures_of(const struct mesh *mesh)
@@ -249,5 +264,117 @@ TEST(test_median_of_random_triangles)
         qsort(extents, TRIANGLES, sizeof(extents[0]), compare);
         assert_true(figures.median >= extents[TRIANGLES / 2 - 1]);
         assert_true(figures.median <= 2 * extents[TRIANGLES / 2]);
+    }
+}
+
+/* ---- strides: meshes that are read with a wrong one, and wide ones with the right one */
+
+enum {
+    WIDE_SIDE = 64,
+    WIDE_VERTICES = VERTICES_OF(WIDE_SIDE),
+    WIDE_TRIANGLES = TRIANGLES_OF(WIDE_SIDE)
+};
+
+/* With room for a larger stride. */
+static float data[32 * WIDE_VERTICES];
+static uint32_t indices[WIDE_TRIANGLES][3];
+
+/* The other floats of a vertex are those of a normal, and zeros. */
+static void write_grid(uint32_t floats)
+{
+    for (uint32_t i = 0; i < 32 * WIDE_VERTICES; i++)
+        data[i] = i % floats == 4 && i / floats < WIDE_VERTICES ? 1 : 0;
+    for (uint32_t i = 0; i < WIDE_VERTICES; i++) {
+        data[i * floats] = (float)(i % (WIDE_SIDE + 1));
+        data[i * floats + 1] = (float)(i / (WIDE_SIDE + 1));
+        data[i * floats + 2] = 0;
+    }
+    write_indices(WIDE_SIDE, indices);
+}
+
+static void write_soup(struct random *random, uint32_t floats)
+{
+    write_grid(floats);
+    for (uint32_t i = 0; i < WIDE_VERTICES; i++)
+        for (uint32_t j = 0; j < 3; j++)
+            data[i * floats + j] = (float)random_below(random, 10000) / 100;
+}
+
+static bool finds(uint32_t stride, struct other_stride *other)
+{
+    const struct source source = open_source(WIDE_SIDE, data, stride, indices);
+    struct triangle_figures figures;
+    assert_true(triangle_figures_read(&source, &figures));
+    return other_stride_find(&source, &figures, (uint64_t)stride * WIDE_VERTICES, other);
+}
+
+TEST(test_wrong_strides)
+{
+    struct other_stride other;
+    write_grid(3);
+    assert_false(finds(12, &other));
+    assert_true(finds(16, &other));
+    assert_int_equal(other.stride, 12);
+    assert_true(other.extent == WIDE_SIDE && other.small == WIDE_SIDE / 32);
+    write_grid(8);
+    assert_false(finds(32, &other));
+    assert_true(finds(28, &other));
+    assert_int_equal(other.stride, 32);
+    assert_true(finds(36, &other));
+    assert_int_equal(other.stride, 32);
+}
+
+/* Every second vertex may be meant. */
+TEST(test_multiples)
+{
+    struct other_stride other;
+    write_grid(6);
+    assert_false(finds(12, &other));
+    assert_false(finds(48, &other));
+}
+
+/* The other floats are equal in all vertices. */
+TEST(test_wide_triangles)
+{
+    struct random random = random_of("strides");
+    struct other_stride other;
+    for (uint32_t floats = 3; floats <= 32; floats++) {
+        write_soup(&random, floats);
+        assert_false(finds(4 * floats, &other));
+    }
+}
+
+/* A ribbon: vertices of two sides in turn. */
+TEST(test_long_triangles)
+{
+    struct other_stride other;
+    for (uint32_t floats = 3; floats <= 8; floats++) {
+        write_grid(floats);
+        for (uint32_t i = 0; i < WIDE_VERTICES; i++) {
+            data[i * floats] = (float)i / WIDE_VERTICES;
+            data[i * floats + 1] = (float)(i % 2);
+        }
+        for (uint32_t i = 0; i < WIDE_TRIANGLES; i++)
+            for (uint32_t j = 0; j < 3; j++)
+                indices[i][j] = (i + j) % WIDE_VERTICES;
+        assert_false(finds(4 * floats, &other));
+    }
+}
+
+/* A fan of rays from one place, without shared vertices. */
+TEST(test_fans)
+{
+    struct other_stride other;
+    for (uint32_t floats = 3; floats <= 8; floats++) {
+        write_grid(floats);
+        for (uint32_t i = 0; i < WIDE_VERTICES; i++) {
+            const double angle = i / 3 * 6.28 / (WIDE_VERTICES / 3.0) + (i % 3 == 2 ? 0.001 : 0);
+            data[i * floats] = i % 3 ? (float)cos(angle) : 0;
+            data[i * floats + 1] = i % 3 ? (float)sin(angle) : 0;
+        }
+        for (uint32_t i = 0; i < WIDE_TRIANGLES; i++)
+            for (uint32_t j = 0; j < 3; j++)
+                indices[i][j] = (3 * i + j) % WIDE_VERTICES;
+        assert_false(finds(4 * floats, &other));
     }
 }
