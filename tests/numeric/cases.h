@@ -17,16 +17,19 @@ struct numeric_case {
     int number;
     uint32_t may_be_wrong[2]; /* of 1,000 checks, at accuracies fast and robust; exact: none */
     const char *name;
+    const char *report_name; /* what assay-scene report calls its input, or its rays */
     void (*run)(void);
 };
 void case_register(const struct numeric_case *one); /* the program keeps the pointer */
 
-/* A case that registers itself: CASE(number, may be wrong: fast, robust, name) { ... }. */
-#define CASE(number_, fast, robust, name_)                                                         \
+/* A case that registers itself: CASE(number, may be wrong: fast, robust, name, name in reports) {
+ * ... }. The report has no name for a case that builds nothing: NULL. */
+#define CASE(number_, fast, robust, name_, report_name_)                                           \
     static void case_##number_(void);                                                              \
     __attribute__((constructor)) static void register_##number_(void)                              \
     {                                                                                              \
-        static const struct numeric_case one = {number_, {fast, robust}, name_, case_##number_};   \
+        static const struct numeric_case one = {                                                   \
+            number_, {fast, robust}, name_, report_name_, case_##number_};                         \
         case_register(&one);                                                                       \
     }                                                                                              \
     static void case_##number_(void)

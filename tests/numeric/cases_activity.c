@@ -47,19 +47,19 @@ static void check_nan(int corner, int axis, float nan, const VkTransformMatrixKH
     check_row(structure, 0x1b);
 }
 
-CASE(1, 0, 0, "NaN in X of one vertex")
+CASE(1, 0, 0, "NaN in X of one vertex", "inactive")
 {
     for (int corner = 0; corner < 3; corner++)
         check_nan(corner, 0, NAN, NULL);
 }
 
-CASE(2, 0, 0, "NaN in Y or Z only")
+CASE(2, 0, 0, "NaN in Y or Z only", "NaN in Y or Z")
 {
     for (int i = 0; i < 6; i++)
         check_nan(i / 2, 1 + i % 2, NAN, NULL);
 }
 
-CASE(3, 0, 0, "signalling and negative NaN")
+CASE(3, 0, 0, "signalling and negative NaN", "inactive")
 {
     const uint32_t bits[] = {0x7fa00000, 0xffc00000, 0xff800001, 0x7f800001};
     for (int i = 0; i < 4; i++) {
@@ -73,14 +73,14 @@ CASE(3, 0, 0, "signalling and negative NaN")
 }
 
 /* The identity keeps the row where it is; the NaN of X would spread to Y and Z. */
-CASE(4, 0, 0, "NaN in X and a transform")
+CASE(4, 0, 0, "NaN in X and a transform", "inactive")
 {
     const VkTransformMatrixKHR identity = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
     check_nan(1, 0, NAN, &identity);
     check_nan(0, 0, -NAN, &identity);
 }
 
-CASE(16, 0, 0, "-0 and +0")
+CASE(16, 0, 0, "-0 and +0", "axis")
 {
     float corners[9 * ROW], negative[9 * ROW];
     make_row(corners);
@@ -99,7 +99,7 @@ CASE(16, 0, 0, "-0 and +0")
 }
 
 /* The row with every offset in use: positions scaled down by 2, moved back by the transform. */
-CASE(35, 0, 0, "all offsets at once")
+CASE(35, 0, 0, "all offsets at once", "offsets in the build range")
 {
     enum { SKIP = 3, FIRST = 2, STRIDE = 20 };
     static uint8_t vertices[64 + STRIDE * (SKIP + FIRST + 3 * ROW)];
@@ -155,7 +155,7 @@ static void expect_bounds(const void *structure, const float lower[3], const flo
         EXPECT(low[i] == lower[i] && high[i] == upper[i]);
 }
 
-CASE(36, 0, 0, "lowest SNORM16")
+CASE(36, 0, 0, "lowest SNORM16", "positions of 16 bits or fewer")
 {
     const int16_t two[6] = {-32768, -32767, 32767, -32768, -32768, 32767};
     void *structure = build_format(VK_FORMAT_R16G16_SNORM, two, 4, 1, NULL);
@@ -165,7 +165,7 @@ CASE(36, 0, 0, "lowest SNORM16")
     expect_bounds(structure, (float[3]){-1, -1, -1}, (float[3]){1, 1, 0});
 }
 
-CASE(37, 0, 0, "half: subnormal, infinite, NaN")
+CASE(37, 0, 0, "half: subnormal, infinite, NaN", "positions of 16 bits or fewer")
 {
     /* 2^-24, the least; -2^-15, subnormal; 65504, the greatest */
     const uint16_t tiny[6] = {0x0001, 0x8200, 0x7bff, 0x8200, 0x0001, 0x7bff};
@@ -181,7 +181,7 @@ CASE(37, 0, 0, "half: subnormal, infinite, NaN")
     EXPECT(hits.count == 1 && hits.hits[0].primitive == 2);
 }
 
-CASE(38, 0, 0, "fourth component and a translation")
+CASE(38, 0, 0, "fourth component and a translation", "fourth component")
 {
     const float vertices[12] = {0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, NAN};
     const VkTransformMatrixKHR moved = {{{1, 0, 0, 10}, {0, 1, 0, 20}, {0, 0, 1, 30}}};
@@ -190,7 +190,7 @@ CASE(38, 0, 0, "fourth component and a translation")
 }
 
 /* Vertices 3 GiB apart, in memory that is never filled: products need 64 bits. */
-CASE(39, 0, 0, "large stride times index")
+CASE(39, 0, 0, "large stride times index", "offsets in the build range")
 {
     uint64_t stride = 0xfffffff0u, size = 3 * stride + 4096;
     uint8_t *vertices = mmap(NULL, size, PROT_READ | PROT_WRITE,
@@ -216,7 +216,7 @@ CASE(39, 0, 0, "large stride times index")
 }
 
 /* Vertices end where a page without access begins. */
-CASE(40, 0, 0, "index out of range")
+CASE(40, 0, 0, "index out of range", "index out of range")
 {
     size_t page = (size_t)sysconf(_SC_PAGESIZE);
     uint8_t *pages =
@@ -242,7 +242,7 @@ CASE(40, 0, 0, "index out of range")
     munmap(pages, 2 * page);
 }
 
-CASE(41, 0, 0, "no primitives, no geometries")
+CASE(41, 0, 0, "no primitives, no geometries", "nothing active")
 {
     struct fixture_input input;
     struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 1);

@@ -194,7 +194,7 @@ static void expect_triangles(const void *structure, const struct content *conten
     }
 }
 
-CASE(65, 0, 0, "blocks of dense geometry")
+CASE(65, 0, 0, "blocks of dense geometry", "dense geometry")
 {
     enum { COUNT = 24 };
     static uint8_t blocks[COUNT][BLOCK];
@@ -222,7 +222,7 @@ static struct content make_plain_content(uint64_t random, uint32_t base)
 }
 
 /* What no block may say: nothing is read outside, and the build says where. */
-CASE(66, 0, 0, "blocks that aren't sound")
+CASE(66, 0, 0, "blocks that aren't sound", "dense geometry")
 {
     uint8_t good[BLOCK], bad[BLOCK];
     struct fixture_input input;
@@ -263,7 +263,7 @@ CASE(66, 0, 0, "blocks that aren't sound")
 }
 
 /* Positions may change, and opacities go by the numbers in the blocks. */
-CASE(67, 0, 0, "updates and opacities of dense geometry")
+CASE(67, 0, 0, "updates and opacities of dense geometry", "dense geometry")
 {
     uint8_t block[BLOCK];
     struct fixture_input input;

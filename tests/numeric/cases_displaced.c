@@ -69,7 +69,7 @@ static void check_from_above(const void *structure, const struct encoder_values 
     }
 }
 
-CASE(68, 0, 0, "displaced triangles of every format and level")
+CASE(68, 0, 0, "displaced triangles of every format and level", "displacement")
 {
     uint64_t random = 103;
     for (uint32_t i = 0; i < 18; i++) {
@@ -86,7 +86,7 @@ CASE(68, 0, 0, "displaced triangles of every format and level")
 
 /* ---- indices, and what isn't displaced or can't be */
 
-CASE(71, 0, 0, "displaced triangles by index, and not")
+CASE(71, 0, 0, "displaced triangles by index, and not", "displacement")
 {
     uint64_t random = 113;
     const uint8_t levels[3] = {1, 2, 3}, bytes[8] = {9, 1, 9, 0xff};
@@ -111,7 +111,7 @@ CASE(71, 0, 0, "displaced triangles by index, and not")
     EXPECT(report.active == 1 && case_closest(structure, ray).t == 5);
 }
 
-CASE(72, 0, 0, "displaced triangles without values")
+CASE(72, 0, 0, "displaced triangles without values", "displacement")
 {
     uint64_t random = 127;
     const uint8_t levels[4] = {2, 2, 2, 2};
@@ -157,7 +157,7 @@ CASE(72, 0, 0, "displaced triangles without values")
 
 /* ---- beside other effects */
 
-CASE(73, 0, 0, "displaced triangles that move or are transformed")
+CASE(73, 0, 0, "displaced triangles that move or are transformed", "displacement")
 {
     uint64_t random = 131;
     uint8_t level = 3;
@@ -182,7 +182,7 @@ CASE(73, 0, 0, "displaced triangles that move or are transformed")
 }
 
 /* Opacities are found by the barycentrics of the base triangle. */
-CASE(74, 0, 0, "displaced triangles with opacities")
+CASE(74, 0, 0, "displaced triangles with opacities", "displacement")
 {
     uint64_t random = 137;
     uint8_t level = 3, opaque = 5; /* of its quarters those at vertices 0 and 1 */

@@ -82,7 +82,7 @@ static void check_instance(const void *blas)
     }
 }
 
-CASE(69, 550, 450, "edges and vertices of a displaced closed mesh of two levels")
+CASE(69, 550, 450, "edges and vertices of a displaced closed mesh of two levels", "displacement")
 {
     struct fixture_mesh mesh = fixture_sphere(2, 1, (float[3]){0, 0, 0});
     struct displaced displaced;
@@ -136,7 +136,7 @@ static void check_copies(const void *structure)
 }
 
 /* Other values, then other levels. */
-CASE(70, 0, 0, "updates and copies of displaced triangles")
+CASE(70, 0, 0, "updates and copies of displaced triangles", "displacement")
 {
     uint64_t random = 109;
     const uint8_t before[2] = {3, 2}, after[2] = {2, 3};
@@ -164,7 +164,7 @@ CASE(70, 0, 0, "updates and copies of displaced triangles")
 
 /* ---- beside triangles that aren't displaced, and enough for several threads */
 
-CASE(75, 0, 0, "displaced triangles beside others")
+CASE(75, 0, 0, "displaced triangles beside others", "displacement")
 {
     static const float wall[9] = {9, -9, -9, 9, 9, -9, 9, 0, 9};
     struct fixture_mesh mesh = fixture_sphere(1, 1, (float[3]){0, 0, 0});

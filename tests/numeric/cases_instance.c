@@ -9,7 +9,7 @@ static VkTransformMatrixKHR scaling(float x, float y, float z)
     return (VkTransformMatrixKHR){{{x, 0, 0, 0}, {0, y, 0, 0}, {0, 0, z, 0}}};
 }
 
-CASE(32, 0, 0, "singular matrix")
+CASE(32, 0, 0, "singular matrix", "singular transform")
 {
     uint64_t random = 59;
     EXPECT(builder_determinant_sign(&(VkTransformMatrixKHR){0}) == 0);
@@ -40,7 +40,7 @@ CASE(32, 0, 0, "singular matrix")
     EXPECT(hits.count == 1 && hits.hits[0].instance == 1 && hits.hits[0].t == 1);
 }
 
-CASE(33, 0, 0, "scales of 1e-20 and 1e15")
+CASE(33, 0, 0, "scales of 1e-20 and 1e15", "ill-scaled transform")
 {
     void *blas = case_triangles(fixture_triangle, 1);
     uint64_t random = 61;
@@ -75,7 +75,7 @@ static bool sees_front(const void *structure, uint32_t flags)
 }
 
 /* Counterclockwise in right-handed coordinates, seen from +Z: the front. */
-CASE(34, 0, 0, "mirrored instance, mirrored geometry")
+CASE(34, 0, 0, "mirrored instance, mirrored geometry", "mirrored transform")
 {
     const VkTransformMatrixKHR mirror = scaling(-1, 1, 1);
     void *blas = case_triangles(fixture_triangle, 1);
@@ -97,7 +97,7 @@ CASE(34, 0, 0, "mirrored instance, mirrored geometry")
     }
 }
 
-CASE(42, 0, 0, "empty BLAS and null instance")
+CASE(42, 0, 0, "empty BLAS and null instance", "instance without a structure")
 {
     void *blas = case_triangles(fixture_triangle, 1);
     void *empty = case_triangles(NULL, 0);
@@ -116,7 +116,7 @@ CASE(42, 0, 0, "empty BLAS and null instance")
     EXPECT(hit.custom_index == 0xabcdef && hit.sbt_offset == 0x123456);
 }
 
-CASE(43, 0, 0, "mask 0")
+CASE(43, 0, 0, "mask 0", "mask 0")
 {
     void *blas = case_triangles(fixture_triangle, 1);
     VkAccelerationStructureInstanceKHR instances[2] = {fixture_instance(blas),

@@ -22,7 +22,7 @@ static const uint8_t curve[16][4] = {
     {2, 0, 0, 8},  {2, 0, 1, 9}, {2, 1, 0, 11}, {3, 0, 0, 10},
 };
 
-CASE(54, 0, 0, "order of microtriangles")
+CASE(54, 0, 0, "order of microtriangles", NULL)
 {
     for (int i = 0; i < 16; i++) {
         float u, v;
@@ -102,7 +102,7 @@ static int answer_in(const void *blas, VkGeometryInstanceFlagsKHR flags, float u
 }
 
 /* Each microtriangle has a state of its own. */
-CASE(55, 0, 0, "state of every microtriangle")
+CASE(55, 0, 0, "state of every microtriangle", "opacity micromaps")
 {
     enum { LEVEL = 3, COUNT = 8 };
     uint8_t data[32];
@@ -136,7 +136,7 @@ CASE(55, 0, 0, "state of every microtriangle")
 }
 
 /* What the instance and the ray say comes after what the micromap says; but ignored is ignored. */
-CASE(56, 0, 0, "special indices, overridden")
+CASE(56, 0, 0, "special indices, overridden", "opacity micromaps")
 {
     const int special[4] = {-1, 1, 0, 0}; /* answers to indices -1 to -4 */
     for (int i = 0; i < 4; i++) {
@@ -162,7 +162,7 @@ CASE(56, 0, 0, "special indices, overridden")
 }
 
 /* Types, strides and bases of indices; triangles that no micromap knows. */
-CASE(57, 0, 0, "indices into micromaps")
+CASE(57, 0, 0, "indices into micromaps", "opacity micromaps")
 {
     const uint8_t data[4] = {0, 1, 0, 1}; /* level 0, 2 states */
     void *micromap = build_micromap(VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT, 0, 4, data, 4);
@@ -208,7 +208,7 @@ CASE(57, 0, 0, "indices into micromaps")
 }
 
 /* Sizes, wrong inputs, copies; and a structure's references in its copies. */
-CASE(58, 0, 0, "micromaps and their copies")
+CASE(58, 0, 0, "micromaps and their copies", "opacity micromaps")
 {
     const uint8_t data[16] = {0x1b};
     VkMicromapTriangleEXT triangles[2] = {{0, 1, 2}, {8, 2, 1}};

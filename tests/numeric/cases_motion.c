@@ -25,7 +25,7 @@ static void *build_moving(const float *from, const float *to, uint32_t triangles
 }
 
 /* Each triangle goes its own way; brute force takes those of the ray's time. */
-CASE(48, 10, 0, "triangles that move")
+CASE(48, 10, 0, "triangles that move", "motion")
 {
     enum { COUNT = 60 };
     float from[9 * COUNT], to[9 * COUNT], now[9 * COUNT];
@@ -54,7 +54,7 @@ CASE(48, 10, 0, "triangles that move")
 
 /* A closed mesh that swells, turns and goes away: at any time each ray from its inside meets one
  * triangle, at edges and vertices too. */
-CASE(49, 600, 450, "closed mesh that moves")
+CASE(49, 600, 450, "closed mesh that moves", "motion")
 {
     struct fixture_mesh mesh = fixture_sphere(3, 1, (float[3]){0.1f, 0.2f, 0.3f});
     struct fixture_mesh then = fixture_sphere(3, 2.5f, (float[3]){40, -3, 0.7f});
@@ -86,7 +86,7 @@ CASE(49, 600, 450, "closed mesh that moves")
 }
 
 /* Vertices of time 1 count for activity and for what may be read. */
-CASE(50, 0, 0, "inactive at one time")
+CASE(50, 0, 0, "inactive at one time", "motion")
 {
     const float from[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 5, 0, 0, 6, 0, 0, 5, 1, 0};
     float to[18];
@@ -145,7 +145,7 @@ static void expect_same_hits(const void *blas, const void *moving,
     }
 }
 
-CASE(51, 0, 0, "instances between two matrices")
+CASE(51, 0, 0, "instances between two matrices", "motion")
 {
     void *blas = case_triangles(fixture_triangle, 1);
     uint8_t bytes[2][STRIDE] = {{0}};
@@ -227,7 +227,7 @@ static VkSRTDataNV random_srt(uint64_t *random)
 }
 
 /* Bounds hold every point at every time, and the triangle is met where it is. */
-CASE(52, 0, 0, "instances between two SRT transforms")
+CASE(52, 0, 0, "instances between two SRT transforms", "motion")
 {
     void *blas = case_triangles(fixture_triangle, 1);
     uint64_t random = 89;
@@ -266,7 +266,7 @@ CASE(52, 0, 0, "instances between two SRT transforms")
 }
 
 /* Refits, copies and serialized forms of what moves. */
-CASE(53, 0, 0, "refits and copies of what moves")
+CASE(53, 0, 0, "refits and copies of what moves", "motion")
 {
     const float to[9] = {8, 0, 0, 9, 0, 0, 8, 1, 0};
     float later[9] = {0, 8, 0, 1, 8, 0, 0, 9, 0};

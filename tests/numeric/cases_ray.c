@@ -22,7 +22,7 @@ static struct sphere build_sphere(uint32_t side)
                            case_triangles(corners, mesh.triangle_count)};
 }
 
-CASE(22, 0, 0, "zeros in the direction")
+CASE(22, 0, 0, "zeros in the direction", "axis")
 {
     const struct sphere sphere = build_sphere(3);
     uint64_t random = 37;
@@ -39,33 +39,61 @@ CASE(22, 0, 0, "zeros in the direction")
     }
 }
 
-/* From inside a closed mesh through points of its edges, or its vertices: one triangle each. */
-static void shoot_closed(bool at_vertex)
+/* Where the matrix puts what is at `at`. */
+static void place(const VkTransformMatrixKHR *transform, float at[3])
 {
-    struct fixture_mesh mesh = fixture_sphere(3, 1, (float[3]){0.1f, 0.2f, 0.3f});
+    const float from[3] = {at[0], at[1], at[2]};
+    for (int i = 0; i < 3; i++) {
+        const float *row = transform->matrix[i];
+        at[i] = row[0] * from[0] + row[1] * from[1] + row[2] * from[2] + row[3];
+    }
+}
+
+/* From inside a closed mesh through points of its edges, or its vertices: one triangle each. With a
+ * matrix the mesh is an instance, and the rays are aimed where it puts the vertices. */
+static void shoot_closed(bool at_vertex, float far, const VkTransformMatrixKHR *transform)
+{
+    float center[3] = {far + 0.1f, far + 0.2f, far + 0.3f};
+    struct fixture_mesh mesh = fixture_sphere(3, 1, center);
     uint64_t random = 41;
     void *structure = case_mesh(&mesh);
+    if (transform) {
+        VkAccelerationStructureInstanceKHR instance = fixture_instance(structure);
+        instance.transform = *transform;
+        structure = case_instances(&instance, 1);
+        place(transform, center);
+        for (uint32_t i = 0; i < mesh.vertex_count; i++)
+            place(transform, mesh.positions + 3 * (size_t)i);
+    }
     for (uint32_t i = 0; i < 3 * mesh.triangle_count; i++) {
         const float *a = mesh.positions + 3 * (size_t)mesh.indices[i];
         const float *b = mesh.positions + 3 * (size_t)mesh.indices[i - i % 3 + (i + 1) % 3];
-        float along = at_vertex ? 0 : 0.5f;
-        float origin[3] = {0.1f, 0.2f, 0.3f}, target[3];
+        float along = at_vertex ? 0 : 0.5f, origin[3], target[3];
         for (int j = 0; j < 3; j++) {
-            origin[j] += i % 2 ? 0 : fixture_uniform(&random, -0.5f, 0.5f);
+            origin[j] = center[j] + (i % 2 ? 0 : fixture_uniform(&random, -0.4f, 0.4f));
             target[j] = a[j] + along * (b[j] - a[j]);
         }
         EXPECT(case_count(structure, case_ray_to(origin, target)) == 1);
     }
 }
 
-CASE(23, 550, 380, "shared edge")
+static void shoot_closed_meshes(bool at_vertex)
 {
-    shoot_closed(false);
+    static const VkTransformMatrixKHR turned = {
+        {{1.2f, -2.1f, 0.3f, 5}, {1.7f, 0.9f, -0.4f, -70}, {0.2f, 0.6f, 0.8f, 300}}};
+    shoot_closed(at_vertex, 0, NULL);
+    shoot_closed(at_vertex, 1000, NULL);
+    shoot_closed(at_vertex, 0, &turned);
 }
 
-CASE(24, 820, 950, "vertex of a closed fan")
+CASE(23, 550, 380, "shared edge", "shared edges")
 {
-    shoot_closed(true);
+    shoot_closed_meshes(false);
+}
+
+CASE(24, 820, 950, "vertex of a closed fan", "vertices")
+{
+    shoot_closed_meshes(true);
     /* Eight triangles around the origin, on a grid where every tie is exact. */
     float corners[72];
     const float ring[9][2] = {{1, 0},   {1, 1},  {0, 1},  {-1, 1}, {-1, 0},
@@ -83,7 +111,7 @@ CASE(24, 820, 950, "vertex of a closed fan")
     }
 }
 
-CASE(25, 0, 0, "open boundary")
+CASE(25, 0, 0, "open boundary", "open edges")
 {
     void *structure = case_triangles(fixture_triangle, 1);
     for (int i = 0; i <= 8; i++) {
@@ -93,14 +121,14 @@ CASE(25, 0, 0, "open boundary")
     }
 }
 
-CASE(26, 0, 0, "origin on the surface")
+CASE(26, 0, 0, "origin on the surface", "surface")
 {
     void *structure = case_triangles(fixture_triangle, 1);
     EXPECT(!case_meets(structure, fixture_ray(0.25f, 0.25f, 0, 0, 0, -1)));
     EXPECT(!case_meets(structure, fixture_ray(0.25f, 0.25f, 0, 1, 0.5f, 0.25f)));
 }
 
-CASE(27, 0, 0, "t equal to tmin or tmax")
+CASE(27, 0, 0, "t equal to tmin or tmax", "surface")
 {
     void *structure = case_triangles(fixture_triangle, 1);
     for (int i = 0; i < 5; i++) {
@@ -117,7 +145,7 @@ CASE(27, 0, 0, "t equal to tmin or tmax")
     EXPECT(!case_meets(structure, case_between(edge, 0, 1)));
 }
 
-CASE(29, 1000, 0, "tmax infinite")
+CASE(29, 1000, 0, "tmax infinite", "products of coordinates overflow")
 {
     float far[9] = {-1e30f, -1e30f, 1e30f, 3e30f, -1e30f, 1e30f, -1e30f, 3e30f, 1e30f};
     void *structure = case_triangles(far, 1);
@@ -125,7 +153,7 @@ CASE(29, 1000, 0, "tmax infinite")
     EXPECT(case_check_ray(structure, far, 1, ray) == 1);
 }
 
-CASE(30, 0, 0, "direction scaled by 1e20 and 1e-20")
+CASE(30, 0, 0, "direction scaled by 1e20 and 1e-20", "axis")
 {
     const struct sphere sphere = build_sphere(3);
     uint64_t random = 43;
@@ -146,7 +174,7 @@ CASE(30, 0, 0, "direction scaled by 1e20 and 1e-20")
     }
 }
 
-CASE(31, 90, 80, "origin far away")
+CASE(31, 90, 80, "origin far away", "far origin")
 {
     const struct sphere sphere = build_sphere(2);
     uint64_t random = 47;

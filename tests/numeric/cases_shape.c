@@ -46,7 +46,7 @@ static void check_degenerate(const float corners[9])
     }
 }
 
-CASE(5, 0, 0, "repeated index")
+CASE(5, 0, 0, "repeated index", "two corners at one position")
 {
     const uint32_t indices[9] = {0, 1, 1, 0, 1, 2, 2, 2, 2};
     struct fixture_mesh mesh = {(float *)fixture_triangle, (uint32_t *)indices, 3, 3};
@@ -55,19 +55,19 @@ CASE(5, 0, 0, "repeated index")
     EXPECT(hits.count == 1 && hits.hits[0].primitive == 1);
 }
 
-CASE(6, 0, 0, "repeated positions")
+CASE(6, 0, 0, "repeated positions", "two corners at one position")
 {
     check_degenerate((float[9]){0, 0, 1, 1, 1, 1, 1, 1, 1});
     check_degenerate((float[9]){0.2f, 0.2f, 1, 0.2f, 0.2f, 1, 0.2f, 0.2f, 1});
 }
 
-CASE(7, 0, 40, "oblique collinear vertices")
+CASE(7, 0, 40, "oblique collinear vertices", "corners on one line")
 {
     check_degenerate((float[9]){0.125f, 0.25f, 1, 0.375f, 0.75f, 1.5f, 0.25f, 0.5f, 1.25f});
     check_degenerate((float[9]){0, 0, 1, 0.25f, 0.5f, 1.75f, 0.125f, 0.25f, 1.375f});
 }
 
-CASE(8, 180, 150, "sliver")
+CASE(8, 180, 150, "sliver", "sliver")
 {
     float corners[9] = {0, 0, 0, 1e6f, 1e6f, 3e5f, 5e5f, nextafterf(5e5f, INFINITY), 1.5e5f};
     case_check_rays(corners, 1, 10, 40);
@@ -75,7 +75,7 @@ CASE(8, 180, 150, "sliver")
     case_check_rays(thin, 1, 1, 40);
 }
 
-CASE(9, 0, 0, "100,000 coincident centroids")
+CASE(9, 0, 0, "100,000 coincident centroids", "one center")
 {
     enum { COUNT = 100000 };
     void *structure = build_copies(COUNT);
@@ -85,14 +85,14 @@ CASE(9, 0, 0, "100,000 coincident centroids")
     EXPECT(case_count(structure, case_ray_down(0.3f, 0.3f)) == COUNT);
 }
 
-CASE(10, 0, 0, "exact duplicates")
+CASE(10, 0, 0, "exact duplicates", "coincident triangles")
 {
     void *structure = build_copies(3);
     const struct trace_hit hit = case_closest(structure, fixture_ray(0.25f, 0.25f, 2, 0, 0, -1));
     EXPECT(hit.t == 2 && hit.primitive < 3);
 }
 
-CASE(11, 0, 0, "axis without extent")
+CASE(11, 0, 0, "axis without extent", "axis without extent")
 {
     for (int flat = 0; flat < 3; flat++) {
         float corners[9 * SCATTERED];
@@ -103,7 +103,7 @@ CASE(11, 0, 0, "axis without extent")
     }
 }
 
-CASE(12, 0, 0, "outlier at 1e30")
+CASE(12, 0, 0, "outlier at 1e30", "outlier")
 {
     float corners[9 * SCATTERED];
     scatter(corners, SCATTERED, 2, 0.5f, 11);
@@ -119,7 +119,7 @@ CASE(12, 0, 0, "outlier at 1e30")
     }
 }
 
-CASE(13, 60, 30, "subnormal coordinates")
+CASE(13, 60, 30, "subnormal coordinates", "products of coordinates underflow")
 {
     float corners[9 * SCATTERED];
     scatter(corners, SCATTERED, 1e-39f, 1e-39f, 13);
@@ -128,14 +128,14 @@ CASE(13, 60, 30, "subnormal coordinates")
     case_check_rays(corners, SCATTERED, 0x10p-149f, 30);
 }
 
-CASE(14, 60, 0, "coordinates of 1e30")
+CASE(14, 60, 0, "coordinates of 1e30", "products of coordinates overflow")
 {
     float corners[9 * SCATTERED];
     scatter(corners, SCATTERED, 1e30f, 5e29f, 19);
     case_check_rays(corners, SCATTERED, 2e30f, 30);
 }
 
-CASE(15, 0, 0, "1e-6 beside 1e6")
+CASE(15, 0, 0, "1e-6 beside 1e6", "small beside large")
 {
     float corners[9 * SCATTERED];
     scatter(corners, SCATTERED / 2, 1e6f, 1e5f, 23);
@@ -158,7 +158,7 @@ static void *build_boxes(const VkAabbPositionsKHR *boxes, uint32_t count)
     return case_build(&input);
 }
 
-CASE(17, 0, 0, "infinite AABB")
+CASE(17, 0, 0, "infinite AABB", "infinite box")
 {
     const VkAabbPositionsKHR boxes[] = {
         {-INFINITY, -INFINITY, -INFINITY, INFINITY, INFINITY, INFINITY},
@@ -180,7 +180,7 @@ CASE(17, 0, 0, "infinite AABB")
     }
 }
 
-CASE(18, 0, 0, "minimum above maximum")
+CASE(18, 0, 0, "minimum above maximum", "minimum above maximum")
 {
     const VkAabbPositionsKHR boxes[] = {{1, 1, 1, 0, 0, 0}, {0, 0, 0, 1, 1, 1}};
     void *structure = build_boxes(boxes, 2);
@@ -188,14 +188,14 @@ CASE(18, 0, 0, "minimum above maximum")
     EXPECT(hits.count >= 1 && hits.hits[hits.count - 1].primitive < 2);
 }
 
-CASE(19, 0, 0, "point AABB")
+CASE(19, 0, 0, "point AABB", "box without extent")
 {
     void *structure = build_boxes(&(VkAabbPositionsKHR){1, 1, 1, 1, 1, 1}, 1);
     EXPECT(case_count(structure, fixture_ray(0, 0, 0, 1, 1, 1)) <= 1);
     EXPECT(case_count(structure, fixture_ray(0, 0, 0, 1, 1, 2)) == 0);
 }
 
-CASE(20, 0, 0, "origin inside an AABB")
+CASE(20, 0, 0, "origin inside an AABB", "boxes")
 {
     void *structure = build_boxes(&(VkAabbPositionsKHR){0, 0, 0, 1, 1, 1}, 1);
     uint64_t random = 53;
@@ -208,7 +208,7 @@ CASE(20, 0, 0, "origin inside an AABB")
     }
 }
 
-CASE(21, 0, 0, "ray in a face's plane")
+CASE(21, 0, 0, "ray in a face's plane", "boxes")
 {
     void *structure = build_boxes(&(VkAabbPositionsKHR){0, 0, 0, 1, 1, 1}, 1);
     for (int face = 0; face < 6; face++)
@@ -223,7 +223,7 @@ CASE(21, 0, 0, "ray in a face's plane")
         }
 }
 
-CASE(28, 0, 0, "AABB at t equal to tmin or tmax")
+CASE(28, 0, 0, "AABB at t equal to tmin or tmax", "boxes")
 {
     void *structure = build_boxes(&(VkAabbPositionsKHR){1, -1, -1, 2, 1, 1}, 1);
     const struct trace_ray ray = fixture_ray(0, 0, 0, 1, 0, 0);

@@ -12,7 +12,7 @@ static void *build_spheres(const float *centers, const float *radii, uint32_t co
 }
 
 /* Many of all sizes; rays into them, beside them and along their silhouettes. */
-CASE(59, 0, 0, "spheres")
+CASE(59, 0, 0, "spheres", "spheres")
 {
     enum { COUNT = 40 };
     float centers[3 * COUNT], radii[COUNT];
@@ -45,7 +45,7 @@ CASE(59, 0, 0, "spheres")
 }
 
 /* One step of a float decides. */
-CASE(60, 0, 0, "silhouettes of spheres")
+CASE(60, 0, 0, "silhouettes of spheres", "spheres")
 {
     const float center[3] = {0, 0, 0};
     for (int i = 0; i < 12; i++) {
@@ -64,7 +64,7 @@ CASE(60, 0, 0, "silhouettes of spheres")
     }
 }
 
-CASE(61, 0, 0, "what counts for spheres")
+CASE(61, 0, 0, "what counts for spheres", "spheres")
 {
     const float centers[15] = {0, 0, 0, 5, 0, 0, 10, NAN, 0, 15, 0, 0, 20, 0, 0};
     const float radii[5] = {1, NAN, 1, -1, 0};
@@ -191,7 +191,7 @@ static void *build_swept(const struct swept *swept, bool has_caps)
 }
 
 /* Against marching along the ray, with caps and without. */
-CASE(62, 0, 0, "swept spheres")
+CASE(62, 0, 0, "swept spheres", "spheres")
 {
     uint64_t random = 103;
     for (int i = 0; i < 40; i++) {
@@ -223,7 +223,7 @@ CASE(62, 0, 0, "swept spheres")
 }
 
 /* Where a midsection meets its caps no ray passes between, near or far. */
-CASE(63, 0, 0, "seams of swept spheres")
+CASE(63, 0, 0, "seams of swept spheres", "spheres")
 {
     uint64_t random = 107;
     for (int i = 0; i < 30; i++) {
@@ -259,7 +259,7 @@ CASE(63, 0, 0, "seams of swept spheres")
 }
 
 /* Which ends have caps, and which vertices each primitive has. */
-CASE(64, 0, 0, "indices and caps of swept spheres")
+CASE(64, 0, 0, "indices and caps of swept spheres", "spheres")
 {
     enum { COUNT = 6 };
     float centers[3 * COUNT] = {0}, radii[COUNT];

@@ -15,7 +15,7 @@ static void wobble(struct fixture_mesh *mesh, const float *rest, int step)
 }
 
 /* Many small steps, then the same positions in one: the same bytes. */
-CASE(44, 0, 0, "10,000 refits")
+CASE(44, 0, 0, "10,000 refits", "shared edges")
 {
     if (setting.threads > 1 || setting.accuracy != TRACE_EXACT) /* nothing to do with refits */
         return;
@@ -50,7 +50,7 @@ CASE(44, 0, 0, "10,000 refits")
 
 /* Each triangle is twice as far and twice as large as the one before: splits by cost peel off one
  * at a time. */
-CASE(45, 600, 0, "deep skewed tree")
+CASE(45, 600, 0, "deep skewed tree", "deep tree")
 {
     enum { COUNT = 200 };
     float corners[9 * COUNT];
@@ -70,7 +70,7 @@ CASE(45, 600, 0, "deep skewed tree")
     }
 }
 
-CASE(46, 0, 0, "one and two threads")
+CASE(46, 0, 0, "one and two threads", "open edges")
 {
     struct fixture_mesh mesh = fixture_soup(20000, 67);
     mesh.positions[3 * 100] = NAN;
@@ -131,7 +131,7 @@ static bool hits_are_same(const struct trace_hit *a, const struct trace_hit *b)
            a->front_face == b->front_face && a->opaque == b->opaque;
 }
 
-CASE(47, 0, 0, "serialize, relocate, deserialize")
+CASE(47, 0, 0, "serialize, relocate, deserialize", "shared edges")
 {
     struct fixture_mesh mesh = fixture_sphere(4, 1, (float[3]){0, 0, 0});
     struct builder_uuids uuids = {{1, 2, 3}, {4, 5, 6}}, others = {{1, 2, 3}, {4, 5, 7}};
