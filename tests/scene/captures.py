@@ -3,9 +3,12 @@
 
 import hashlib
 import json
+import pathlib
 import struct
 import subprocess
 import sys
+import tempfile
+import unittest
 
 ASSAY_SCENE = sys.argv[1]
 INSTANCE = ("[('transform', '<f4', (3, 4)), ('customIndexAndMask', '<u4'), "
@@ -118,6 +121,21 @@ class Capture:
             text = "".join(line if isinstance(line, str) else json.dumps(line) + "\n" for line in lines)
             (self.folder / f"{name}.jsonl").write_text(text, encoding="utf-8")
         return self.folder
+
+
+class Case(unittest.TestCase):
+    """A test with a place of its own for files, and one for a capture in it."""
+
+    def setUp(self):
+        place = tempfile.TemporaryDirectory(prefix="assay-test-")
+        self.addCleanup(place.cleanup)
+        self.place = pathlib.Path(place.name)
+        self.folder = self.place / "capture"
+
+    def begin_again(self):
+        """For the next of several captures."""
+        self.doCleanups()
+        self.setUp()
 
 
 def run(*words):

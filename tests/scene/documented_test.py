@@ -10,10 +10,9 @@ import pathlib
 import re
 import subprocess
 import sys
-import tempfile
 import unittest
 
-from captures import Capture, scene
+from captures import Capture, Case, scene
 
 PAGE = pathlib.Path(__file__).resolve().parent.parent.parent / "docs/capture.md"
 PROGRAMS = re.findall(r"^```python\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.M | re.S)
@@ -26,12 +25,7 @@ def find_python():
     return None
 
 
-class Programs(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory(prefix="assay-test-")
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name) / "capture"
-
+class Programs(Case):
     def run_program(self, number, capture):
         capture.write()
         return subprocess.run([find_python(), "-c", PROGRAMS[number], self.folder], check=True, encoding="utf-8",

@@ -9,10 +9,9 @@ import pathlib
 import random
 import struct
 import sys
-import tempfile
 import unittest
 
-from captures import IDENTITY, NAN, Capture, run, scene
+from captures import IDENTITY, NAN, Capture, Case, run, scene
 from gltf import Gltf, apply
 
 TRIANGLE = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
@@ -23,12 +22,10 @@ def matrix_rows(matrix):
     return [matrix[0:4], matrix[4:8], matrix[8:12]]
 
 
-class Case(unittest.TestCase):
+class Export(Case):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory(prefix="assay-test-")
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name) / "capture"
-        self.file = pathlib.Path(folder.name) / "scene.glb"
+        super().setUp()
+        self.file = self.place / "scene.glb"
 
     def export(self, capture, *options):
         capture.write()
@@ -56,7 +53,7 @@ class Case(unittest.TestCase):
         return capture
 
 
-class Meshes(Case):
+class Meshes(Export):
     def test_scene(self):
         gltf = self.export(scene(self.folder))
         self.assertEqual(len(gltf.root["meshes"]), 3)
@@ -101,12 +98,11 @@ class Meshes(Case):
                 ("A2B10G10R10_UNORM_PACK32", "|u1", "B", [(255, 3, 0, 0), (0, 0, 0, 0), (0, 252, 15, 0)],
                  [(1, 0, 0), (0, 0, 0), (0, 1, 0)])):
             with self.subTest(name):
-                self.setUp()
+                self.begin_again()
                 capture = Capture(self.folder)
                 capture.structure(1)
                 capture.build(1, capture.triangles(rows, descr=descr, code=code, vertex_format=f"VK_FORMAT_{name}"))
                 self.expect_triangles(self.export(capture).triangles(), [tuple(expected)], 1e-6)
-                self.doCleanups()
 
     def test_other_formats_and_geometries_are_counted(self):
         capture = Capture(self.folder)
@@ -129,7 +125,7 @@ class Meshes(Case):
                 ({"firstVertex": 3, "primitiveOffset": 12, "primitiveCount": 1}, 36, [corners[1:4]]),
                 ({"primitiveCount": 3}, 0, [corners[0:3], corners[3:6]])):
             with self.subTest(members):
-                self.setUp()
+                self.begin_again()
                 capture = Capture(self.folder)
                 capture.structure(1)
                 capture.build(1, capture.triangles(corners, vertices_more={"first": first}, **members))
@@ -137,7 +133,6 @@ class Meshes(Case):
                 self.expect_triangles(gltf.triangles(), expected)
                 self.assertEqual(gltf.left_out(), {"primitives whose data is not in the capture": 1}
                                  if members["primitiveCount"] > 1 else {})
-                self.doCleanups()
 
     def test_indices_with_offsets(self):
         capture = Capture(self.folder)
@@ -180,7 +175,7 @@ class Meshes(Case):
         self.assertEqual(self.export(capture).left_out(), {"primitives whose data is not in the capture": 4000000000})
 
 
-class Nodes(Case):
+class Nodes(Export):
     def test_any_matrix(self):
         """Sheared, mirrored, flat and tiny ones, too: a node may need a second one."""
         generator = random.Random(1)
@@ -242,7 +237,7 @@ class Nodes(Case):
         self.expect_triangles(gltf.triangles(), [TRIANGLE])
 
 
-class States(Case):
+class States(Export):
     """Which build is in a structure, and which one is exported."""
 
     def setUp(self):
@@ -292,7 +287,7 @@ class States(Case):
         self.assertEqual((status, err), (2, f"assay-scene: {self.folder}: cannot be written\n"))
 
 
-class Colors(Case):
+class Colors(Export):
     def colors(self, gltf):
         return [gltf.root["materials"][primitive["material"]]["pbrMetallicRoughness"]["baseColorFactor"]
                 for node in gltf.nodes() for _, mesh in gltf.placements(node) for primitive in mesh["primitives"]]

@@ -9,20 +9,14 @@ import pathlib
 import re
 import subprocess
 import sys
-import tempfile
 import unittest
 
-from captures import IDENTITY, Capture, npy, run, scene
+from captures import IDENTITY, Capture, Case, npy, run, scene
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 
 
-class Case(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory(prefix="assay-test-")
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name) / "capture"
-
+class InfoCase(Case):
     def info(self, capture, *options):
         capture.write()
         status, out, err = run("info", self.folder, *options)
@@ -41,7 +35,7 @@ class Case(unittest.TestCase):
             self.assertIn(says, err)
 
 
-class Info(Case):
+class Info(InfoCase):
     def test_figures(self):
         info = self.figures(scene(self.folder))
         self.assertEqual(info["summary"]["commands"], 7)
@@ -234,18 +228,17 @@ DAMAGES = {
 }
 
 
-class Damage(Case):
+class Damage(InfoCase):
     def test_damages(self):
         for name, (change, says) in DAMAGES.items():
             with self.subTest(name):
-                self.setUp()
+                self.begin_again()
                 capture = Capture(self.folder)
                 capture.structure(1)
                 capture.build(1, capture.triangles([(0, 0, 0), (1, 0, 0), (0, 1, 0)]))
                 change(capture)
                 capture.write()
                 self.expect_error(says)
-                self.doCleanups()
 
     def test_findings(self):
         for text, says in (("{\n", "findings.jsonl:1: is not JSON"), ("[5]\n", "findings.jsonl:1: is no object"),
@@ -262,7 +255,7 @@ class Damage(Case):
         self.expect_error("builds.jsonl: cannot be read: Is a directory")
 
 
-class Arguments(Case):
+class Arguments(InfoCase):
     def test_wrong_arguments(self):
         for words, says in (([], "name a command"), (["look"], "unknown command: look"),
                             (["info"], "name a capture"), (["info", "a", "b"], "one argument too many: b"),

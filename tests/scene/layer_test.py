@@ -6,23 +6,19 @@ usage: layer_test.py ASSAY_SCENE PROGRAMS"""
 
 import json
 import os
-import pathlib
 import subprocess
 import sys
-import tempfile
 import unittest
 
-from captures import run
+from captures import Case, run
 from gltf import Gltf
 
 PROGRAMS = sys.argv[2]
 
 
-class Layer(unittest.TestCase):
+class Layer(Case):
     def test_programs(self):
-        folder = tempfile.TemporaryDirectory(prefix="assay-test-")
-        self.addCleanup(folder.cleanup)
-        folder = pathlib.Path(folder.name)
+        folder = self.place
         for platform, programs in (("null", "snapshots"), ("null", "life"), ("cpu_null", "execution")):
             subprocess.run([PROGRAMS, platform, programs], check=True, stdout=subprocess.DEVNULL,
                            stderr=subprocess.DEVNULL,

@@ -5,12 +5,10 @@ minimize_test.py ASSAY_SCENE LAYER_FOLDER MANIFEST BUILDS TRIANGLES"""
 
 import json
 import os
-import pathlib
 import sys
-import tempfile
 import unittest
 
-from captures import Capture, run
+from captures import Capture, Case, run
 
 BUILDS, TRIANGLES = map(int, sys.argv[4:6])
 FINDING = "VUID-VkAccelerationStructureBuildRangeInfoKHR-maxVertex-10774"
@@ -18,13 +16,11 @@ SIZE = 1 << 24
 OFFSET = 1 << 19  # of indices, behind the vertices
 
 
-class MinimizeTest(unittest.TestCase):
+class MinimizeTest(Case):
     def test_one_bad_index(self):
         os.environ.update({"VK_DRIVER_FILES": sys.argv[3], "VK_ICD_FILENAMES": sys.argv[3],
                            "VK_LAYER_PATH": sys.argv[2]})
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        capture = Capture(pathlib.Path(folder.name) / "capture")
+        capture = Capture(self.folder)
         capture.add("Memory", memory=2, size=SIZE)
         capture.add("Buffer", buffer=2, name="structures", memory=2, memory_offset=0, size=SIZE, usage="0x120000")
         vertices = [(i % 100, i // 100, i % 7) for i in range(1000)]
@@ -37,10 +33,10 @@ class MinimizeTest(unittest.TestCase):
             geometry = capture.triangles(vertices, indices)
             geometry["inputs"][1]["offset"] = OFFSET
             capture.build(10 + build, geometry, call=build + 1, info=0)
-        status, out, err = run("minimize", capture.write(), pathlib.Path(folder.name) / "small", "--finding", FINDING)
+        status, out, err = run("minimize", capture.write(), self.place / "small", "--finding", FINDING)
         self.assertEqual((status, err), (0, ""), out)
         self.assertIn("left: 1 commands, 1 geometries, 1 primitives", out)
-        lines = (pathlib.Path(folder.name) / "small/builds.jsonl").read_text("utf-8").splitlines()
+        lines = (self.place / "small/builds.jsonl").read_text("utf-8").splitlines()
         builds = [line for line in map(json.loads, lines) if line["Type"] == "Build"]
         self.assertEqual([build["dst_id"] for build in builds], [10 + BUILDS * 2 // 3])
 

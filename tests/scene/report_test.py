@@ -15,7 +15,7 @@ import unittest
 sys.path.insert(1, str(pathlib.Path(__file__).resolve().parent.parent / "assay_run"))
 # pylint: disable=wrong-import-position
 from browser import CHROMIUM, Browser
-from captures import IDENTITY, NAN, Capture, run, scene
+from captures import IDENTITY, NAN, Capture, Case, run, scene
 
 INF = float("inf")
 UNIT = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
@@ -37,13 +37,10 @@ def grid(side, height=lambda x, y: 0):
                        corner(x, y), corner(x + 1, y + 1), corner(x, y + 1))]
 
 
-class ReportCase(unittest.TestCase):
+class ReportCase(Case):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory(prefix="assay-test-")
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name) / "capture"
-        self.json = pathlib.Path(folder.name) / "report.json"
-        self.html = pathlib.Path(folder.name) / "report.html"
+        super().setUp()
+        self.json, self.html = self.place / "report.json", self.place / "report.html"
 
     def report(self, capture, *options):
         capture.write()

@@ -6,30 +6,23 @@ view_test.py ASSAY_SCENE"""
 
 import base64
 import json
-import pathlib
 import struct
 import sys
-import tempfile
 import unittest
 
 import captures
-from captures import IDENTITY, NAN, Capture, run
+from captures import IDENTITY, NAN, Capture, Case, run
 
 MOVED = (1, 0, 0, 9, 0, 1, 0, 0, 0, 0, 1, 0)
 CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 QUAD = [0, 1, 2, 0, 2, 3]
 
 
-class View(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
+class View(Case):
     def view(self, capture, *options):
-        status, out, error = run("view", capture.write(), self.folder / "view.json", *options)
+        status, out, error = run("view", capture.write(), self.place / "view.json", *options)
         self.assertEqual((status, out, error), (0, "", ""))
-        return json.loads((self.folder / "view.json").read_text("utf-8"))
+        return json.loads((self.place / "view.json").read_text("utf-8"))
 
     def array(self, view, index, code):
         data = base64.b64decode(view["arrays"][index], validate=True)
@@ -42,7 +35,7 @@ class View(unittest.TestCase):
 
     def test_moments(self):
         """The top-level structure comes first; what it holds, also by a copy, is shown with it alone."""
-        view = self.view(captures.scene(self.folder / "capture"))
+        view = self.view(captures.scene(self.folder))
         numbers = [(view["writes"][moment["write"]]["n"], moment["isTop"]) for moment in view["moments"]]
         self.assertEqual(numbers, [(7, True), (3, False)])
         top = view["moments"][0]
@@ -67,7 +60,7 @@ class View(unittest.TestCase):
 
     def test_frames(self):
         """Rows that do not change are there once, each moment has what was built by then."""
-        capture = Capture(self.folder / "capture")
+        capture = Capture(self.folder)
         capture.structure(1)
         capture.structure(2, "top level", name="world")
         for frame in range(3):
@@ -86,7 +79,7 @@ class View(unittest.TestCase):
 
     def test_limit(self):
         """A mesh without room has its box; earlier moments are left out and counted."""
-        capture = Capture(self.folder / "capture")
+        capture = Capture(self.folder)
         capture.structure(1)
         capture.structure(2)
         capture.structure(3, "top level")
@@ -102,7 +95,7 @@ class View(unittest.TestCase):
 
     def test_many_instances(self):
         """Of the first moment, what has room is shown, and the rest is counted."""
-        capture = Capture(self.folder / "capture")
+        capture = Capture(self.folder)
         capture.structure(1)
         capture.structure(2, "top level")
         capture.build(1, capture.triangles(CORNERS, QUAD))
@@ -114,7 +107,7 @@ class View(unittest.TestCase):
 
     def test_structures(self):
         """Memory, and when they were alive, of those that were at a moment which is shown."""
-        capture = Capture(self.folder / "capture")
+        capture = Capture(self.folder)
         for number in (1, 2, 3):
             capture.structure(number, name=f"mesh {number}" if number > 1 else None)
         capture.build(3, capture.triangles([(NAN, 0, 0)] * 3))
@@ -131,7 +124,7 @@ class View(unittest.TestCase):
 
     def test_use_after_destruction(self):
         """A structure that a build names is there, whatever the capture says of its life."""
-        capture = Capture(self.folder / "capture")
+        capture = Capture(self.folder)
         capture.structure(1)
         capture.structure(2, "top level")
         capture.build(1, capture.triangles(CORNERS, QUAD))
@@ -141,16 +134,16 @@ class View(unittest.TestCase):
         self.assertEqual(sorted(self.view(capture)["structures"]), ["0", "1"])
 
     def test_nothing(self):
-        capture = Capture(self.folder / "capture")
+        capture = Capture(self.folder)
         view = self.view(capture)
         self.assertEqual((view["moments"], view["meshes"], view["structures"], view["end"]), ([], [], {}, None))
 
     def test_mistakes(self):
-        capture = captures.scene(self.folder / "capture").write()
+        capture = captures.scene(self.folder).write()
         for words in (("--limit", "0"), ("--limit", "x"), ("--limit", "5000"), ("--at", "frame:1")):
-            self.assertEqual(run("view", capture, self.folder / "view.json", *words)[0], 2)
-        status, _, error = run("view", capture, self.folder / "no/view.json")
-        self.assertEqual((status, error), (2, f"assay-scene: {self.folder}/no/view.json: cannot be written\n"))
+            self.assertEqual(run("view", capture, self.place / "view.json", *words)[0], 2)
+        status, _, error = run("view", capture, self.place / "no/view.json")
+        self.assertEqual((status, error), (2, f"assay-scene: {self.place}/no/view.json: cannot be written\n"))
 
 
 if __name__ == "__main__":

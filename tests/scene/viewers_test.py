@@ -8,14 +8,12 @@ usage: viewers_test.py ASSAY_SCENE [SCENE_ASSIMP]
 Exits with 77 (skipped) if both of the latter are missing."""
 
 import json
-import pathlib
 import shutil
 import subprocess
 import sys
-import tempfile
 import unittest
 
-from captures import IDENTITY, NAN, Capture, run, scene
+from captures import IDENTITY, NAN, Capture, Case, run, scene
 from gltf import Gltf
 
 VALIDATE = """
@@ -44,20 +42,15 @@ def has_validator():
                                                    stderr=subprocess.DEVNULL).returncode == 0
 
 
-class Viewers(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory(prefix="assay-test-")
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
+class Viewers(Case):
     def scenes(self):
         """Files with all that assay-scene writes, by name."""
-        capture = scene(self.folder / "scene")
+        capture = scene(self.place / "scene")
         capture.finding(1, "pInfos[0].pGeometries[0].geometry", "has index 1 of primitive 1 is vertex 9")
         capture.finding(5, "pInfos[0].pGeometries[0].geometry", "leads to instance 2, whose transform ...")
         yield "scene", capture, []
-        yield "flags", scene(self.folder / "flags"), ["--color", "flags"]
-        capture = Capture(self.folder / "many")
+        yield "flags", scene(self.place / "flags"), ["--color", "flags"]
+        capture = Capture(self.place / "many")
         capture.structure(1, name="triangle \u00e9 \U0001f986")
         capture.structure(2, "top level")
         capture.build(1, capture.triangles([(0, 0, 0), (1, 0, 0), (0, 1, 0)]))
@@ -66,17 +59,17 @@ class Viewers(unittest.TestCase):
         capture.build_top(2, [(matrix, 1) for matrix in matrices])
         yield "many", capture, []
         yield "nodes", capture, ["--plain-nodes"]
-        capture = Capture(self.folder / "empty")
+        capture = Capture(self.place / "empty")
         capture.structure(1)
         capture.structure(2, "top level")
         capture.build(1, capture.triangles([(NAN, 0, 0)] * 3))
         capture.build_top(2, [(IDENTITY, 1)])
         yield "empty", capture, []
-        yield "nothing", Capture(self.folder / "nothing"), []
+        yield "nothing", Capture(self.place / "nothing"), []
 
     def files(self):
         for name, capture, options in self.scenes():
-            file = self.folder / f"{name}.glb"
+            file = self.place / f"{name}.glb"
             capture.write()
             self.assertEqual(run("export", capture.folder, file, *options), (0, "", ""))
             yield file
@@ -108,7 +101,7 @@ class Viewers(unittest.TestCase):
         for file in self.files_without_extensions():
             process = subprocess.run(
                 ["blender", "--background", "--factory-startup", "--python-expr", IMPORT, "--", file], check=True,
-                env={"PATH": "/usr/bin:/bin", "HOME": str(self.folder)}, capture_output=True)  # the system's Python
+                env={"PATH": "/usr/bin:/bin", "HOME": str(self.place)}, capture_output=True)  # the system's Python
             [line] = [line for line in process.stdout.decode().splitlines() if line.startswith("RESULT ")]
             self.expect_the_same(file, line[7:])
 

@@ -5,20 +5,17 @@
 usage: write_test.py SCENE_REWRITE"""
 
 import json
-import pathlib
 import subprocess
 import sys
-import tempfile
 import unittest
 
-from captures import npy, scene, struct
+from captures import Case, npy, scene, struct
 
 
-class Write(unittest.TestCase):
+class Write(Case):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory(prefix="assay-test-")
-        self.addCleanup(folder.cleanup)
-        self.old, self.new = pathlib.Path(folder.name) / "old", pathlib.Path(folder.name) / "new"
+        super().setUp()
+        self.old, self.new = self.folder, self.place / "new"
         self.capture = scene(self.old)
         self.capture.finding(1, "pInfos[0].pGeometries[0]", "primitive 1")
         self.capture.add("Novelty", list=[1, {"a": None}])
