@@ -72,8 +72,8 @@ void driver_order_all(const struct driver *driver);
 /* Record timestamps around what is measured. Nothing without driver->times. */
 void driver_begin_time(const struct driver *driver);
 void driver_end_time(const struct driver *driver);
-/* Returns the nanoseconds between the two timestamps that were executed last, or NaN without
- * driver->times. */
+/* Returns the nanoseconds between the two timestamps that were executed last; NaN without
+ * driver->times, or if the device does not give them. */
 double driver_read_time(const struct driver *driver);
 
 /* Says that a call has failed. Returns false. */

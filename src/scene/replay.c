@@ -762,10 +762,13 @@ static bool query_size(struct replay *replay, VkAccelerationStructureKHR structu
                                                                type, pool, 0);
         is_done = driver_run(driver, replay->error);
     }
-    if (is_done)
-        driver->vk.GetQueryPoolResults(driver->device, pool, 0, 1, sizeof(*size), size,
-                                       sizeof(*size),
-                                       VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT);
+    if (is_done) {
+        result = driver->vk.GetQueryPoolResults(driver->device, pool, 0, 1, sizeof(*size), size,
+                                                sizeof(*size),
+                                                VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT);
+        is_done =
+            result == VK_SUCCESS || driver_fail(replay->error, "vkGetQueryPoolResults", result);
+    }
     driver->vk.DestroyQueryPool(driver->device, pool, NULL);
     return is_done;
 }

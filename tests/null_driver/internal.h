@@ -378,6 +378,7 @@ extern const size_t entry_point_count;
 
 /* Counts a call; the failure that was asked for, else VK_SUCCESS. */
 VkResult entry_count(enum entry entry);
+void entry_plan_failure(void); /* as the environment says: null_driver.h */
 PFN_vkVoidFunction entry_find(const char *name);
 PFN_vkVoidFunction entry_find_physical(const char *name);
 PFN_vkVoidFunction entry_find_device(const struct object *device, const char *name);

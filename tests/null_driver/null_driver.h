@@ -6,6 +6,9 @@
  * null_driver_load (which keeps it and its state in memory while the loader comes and goes), and
  * configures it before vkCreateInstance. An instance and all that is made from it keep the
  * configuration that was current when the instance was created.
+ *
+ * For a process that cannot load it: NULL_DRIVER_FAILS="vkAllocateMemory 3 -2" makes the third such
+ * call behind each vkCreateInstance return -2, which is VK_ERROR_OUT_OF_DEVICE_MEMORY.
  */
 #ifndef NULL_DRIVER_H
 #define NULL_DRIVER_H

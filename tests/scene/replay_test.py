@@ -12,6 +12,8 @@ import sys
 import tempfile
 import unittest
 
+from captures import scene as small_scene
+
 SCENE, DEMO, LAYERS, NULL = sys.argv[1:5]
 LAVAPIPE = sys.argv[5] if len(sys.argv) > 5 else None
 # What replays cannot repeat: freed memory, a render pass, and a command buffer that does not record.
@@ -36,9 +38,10 @@ def capture(manifest, folder, *arguments, **settings):
     assert (folder / "builds.jsonl").is_file(), result.stdout + result.stderr
 
 
-def scene(manifest, *arguments, **settings):
-    return subprocess.run([SCENE, *map(str, arguments)], env=environment(manifest, **settings), text=True,
-                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=600, check=False)
+def scene(manifest, *arguments, plan="", **settings):
+    """Runs assay-scene; `plan` is a call of the null driver that fails."""
+    return subprocess.run([SCENE, *map(str, arguments)], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          env={**environment(manifest, **settings), "NULL_DRIVER_FAILS": plan}, timeout=600, check=False)
 
 
 def arrays(folder):
@@ -152,6 +155,29 @@ class ReplayTest(unittest.TestCase):
             result = scene(NULL, *arguments)
             self.assertEqual(result.returncode, 2, arguments)
             self.assertIn(text, result.stderr)
+
+    def test_device_fails(self):
+        """Whichever call of the device fails, the replay and the report say so."""
+        calls = {"vkCreateDevice": [1], "vkCreateCommandPool": [1], "vkAllocateCommandBuffers": [1],
+                 "vkCreateBuffer": [1, 3], "vkBeginCommandBuffer": [1, 2], "vkEndCommandBuffer": [1, 2],
+                 "vkQueueSubmit": [1, 2], "vkQueueWaitIdle": [1, 2], "vkCreateAccelerationStructureKHR": [1, 2],
+                 "vkCreateQueryPool": [2]}
+        of_reports = {**calls, "vkAllocateMemory": [2], "vkMapMemory": [2], "vkBindBufferMemory": [2],
+                      "vkCreateDescriptorSetLayout": [1], "vkCreatePipelineLayout": [1], "vkCreateShaderModule": [1],
+                      "vkCreateComputePipelines": [1], "vkCreateDescriptorPool": [1], "vkAllocateDescriptorSets": [1]}
+        calls_of_replays = {**calls, "vkGetQueryPoolResults": [2]}  # a report leaves out the time
+        report = self.folder / "device.json"
+        small_scene(self.folder / "small_scene").write()
+        for command, rows in ((["replay", self.mistakes, "--dump", self.folder / "failed"], calls_of_replays),
+                              (["report", self.folder / "small_scene", "--json", report, "--rays", 20, "--device", "null"],
+                               of_reports)):
+            for name, numbers in rows.items():
+                for number in numbers:
+                    with self.subTest(command=command[0], call=name, number=number):
+                        result = scene(NULL, *command, plan=f"{name} {number} -2")
+                        said = result.stderr if command[0] == "replay" else json.loads(report.read_text())["device"]["missing"]
+                        self.assertIn(f"{name} returned VK_ERROR_OUT_OF_DEVICE_MEMORY", said)
+                        self.assertEqual(result.returncode, 2 if command[0] == "replay" else 0)
 
     def test_no_driver(self):
         result = scene("/nonexistent.json", "replay", self.mistakes)

@@ -2,6 +2,7 @@
 /* Entry points by name, how often each was called, and which calls are to fail. */
 #include "tests/null_driver/internal.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 
 static _Atomic uint64_t calls[ENTRY_COUNT];
@@ -70,6 +71,16 @@ void null_driver_fail_at(const char *name, uint32_t number, VkResult result)
 void null_driver_fail_next(const char *name, VkResult result)
 {
     null_driver_fail_at(name, 1, result);
+}
+
+void entry_plan_failure(void)
+{
+    const char *plan = getenv("NULL_DRIVER_FAILS");
+    char name[64];
+    unsigned number;
+    int result;
+    if (plan != NULL && sscanf(plan, "%63s %u %d", name, &number, &result) == 3)
+        null_driver_fail_at(name, number, (VkResult)result);
 }
 
 void null_driver_reset(void)

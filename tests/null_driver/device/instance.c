@@ -92,6 +92,7 @@ COMMAND(CreateInstance)
         }
         physical->physical_device.index = i;
     }
+    entry_plan_failure();
     *pInstance = (VkInstance)instance;
     return VK_SUCCESS;
 }
