@@ -23,6 +23,12 @@ function(quick_add target)
     set_property(TEST ${ARGN} APPEND PROPERTY LABELS quick)
 endfunction()
 
+# not_for_each_change(TEST...): scripts/test --quick leaves out these quick tests, which take the longest. scripts/mutants
+# and scripts/platforms run them.
+function(not_for_each_change)
+    set_property(TEST ${ARGN} APPEND PROPERTY LABELS not-each-change)
+endfunction()
+
 # tsan_add(TEST...): the thread sanitizer's runs have these tests alone, as it finds nothing in others:
 # those with threads, and a few with one that take most locks of the layer, perhaps in a wrong order.
 function(tsan_add)
