@@ -294,7 +294,7 @@ bool structures_note_undo(struct structures *structures, uint64_t id, struct str
     if (!ARRAY_HAS_ROOM(shared->undo, shared->undo_count, shared->undo_capacity))
         return false;
     struct structure_before *before = &shared->undo[shared->undo_count++];
-    *before = (struct structure_before){.id = id, .built.state = BUILT_NEVER};
+    *before = (struct structure_before){.id = id, .had_record = structure != NULL};
     if (!structure)
         return true;
     before->built = structure->built;
@@ -305,7 +305,7 @@ bool structures_note_undo(struct structures *structures, uint64_t id, struct str
 
 static void restore(struct structures *structures, const struct structure_before *before)
 {
-    if (before->built.state == BUILT_NEVER) {
+    if (!before->had_record) {
         structures_remove(structures, before->id);
         return;
     }

@@ -25,7 +25,8 @@ struct structure_more {
 /* A record before commands that may fail. */
 struct structure_before {
     uint64_t id;
-    struct built built; /* state BUILT_NEVER if there was no record */
+    bool had_record; /* false: the members below are unused */
+    struct built built;
     struct timestamp written;
 };
 
