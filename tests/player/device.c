@@ -272,7 +272,8 @@ static void create_scratch(struct play *play)
     play->instances = buffer_create(&play->vk, play->device, play->memory_type, &instances);
 }
 
-/* Adds the group of the physical device to a chain if the program asks for it. */
+/* Puts the group of the physical device before a chain if the program asks for it: behind another
+ * structure the loader replaces it, and does not put it back if the device is not created. */
 static void *chain_group(struct play *play, VkPhysicalDeviceGroupProperties *group,
                          VkDeviceGroupDeviceCreateInfo *info, void *chain)
 {
@@ -295,11 +296,10 @@ static void create_device(struct play *play)
     VkPhysicalDeviceGroupProperties group;
     VkDeviceGroupDeviceCreateInfo of_group;
     find_features(play, &wish);
-    wish.features.pNext = chain_group(play, &group, &of_group, wish.features.pNext);
-    const STRUCT(VkDeviceCreateInfo, info, .pNext = &wish.features,
-                 .queueCreateInfoCount = choose_queues(play, queues), .pQueueCreateInfos = queues,
-                 .enabledExtensionCount = wish.extension_count,
-                 .ppEnabledExtensionNames = wish.extensions);
+    const STRUCT(
+        VkDeviceCreateInfo, info, .pNext = chain_group(play, &group, &of_group, &wish.features),
+        .queueCreateInfoCount = choose_queues(play, queues), .pQueueCreateInfos = queues,
+        .enabledExtensionCount = wish.extension_count, .ppEnabledExtensionNames = wish.extensions);
     GET(fixture->vk.CreateDevice(fixture->physical, &info, NULL, &play->device));
     vkuInitDeviceDispatchTable(play->device, &play->vk, fixture->get_device_proc_addr);
     memset(play->queues, 0, sizeof(play->queues));
