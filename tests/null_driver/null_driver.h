@@ -8,7 +8,9 @@
  * configuration that was current when the instance was created.
  *
  * For a process that cannot load it: NULL_DRIVER_FAILS="vkAllocateMemory 3 -2" makes the third such
- * call behind each vkCreateInstance return -2, which is VK_ERROR_OUT_OF_DEVICE_MEMORY.
+ * call behind each vkCreateInstance return -2, which is VK_ERROR_OUT_OF_DEVICE_MEMORY. "*" makes
+ * each other call of the commands of devices return VK_ERROR_OUT_OF_HOST_MEMORY, beginning with the
+ * first, except those that cannot be called again.
  */
 #ifndef NULL_DRIVER_H
 #define NULL_DRIVER_H

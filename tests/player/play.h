@@ -194,15 +194,16 @@ void play_free_blocks(struct play *play);
 void play_note_result(struct play *play, VkResult result);
 /* Ends a program that repeats calls, if memory ran out for what no further call can repeat. */
 void play_give_up_if_scarce(struct play *play, VkResult result);
-/* Makes a call and notes its result. If memory ran out and the play repeats calls, as GET() does,
- * it makes the call again. */
-#define play_note(play, call)                                                                      \
-    do {                                                                                           \
-        VkResult note_result = (call);                                                             \
-        if (note_result == VK_ERROR_OUT_OF_HOST_MEMORY && (play)->repeats)                         \
-            note_result = (call);                                                                  \
-        play_note_result(play, note_result);                                                       \
-    } while (0)
+/* Makes a call. If memory ran out and the play repeats calls, as GET() does, it makes the call
+ * again. play_note() also notes the result. */
+#define play_call(play, call)                                                                      \
+    ({                                                                                             \
+        VkResult call_result = (call);                                                             \
+        if (call_result == VK_ERROR_OUT_OF_HOST_MEMORY && (play)->repeats)                         \
+            call_result = (call);                                                                  \
+        call_result;                                                                               \
+    })
+#define play_note(play, call) play_note_result(play, play_call(play, call))
 
 /* Executes commands with ";" between them. */
 void play_words(struct play *play, char *const *words);

@@ -25,6 +25,8 @@ static bool read_arguments(struct tally *tally, int argc, char **argv)
             tally->submits = true;
         } else if (strcmp(argv[i], "--fail") == 0) {
             tally->fails = true;
+        } else if (strcmp(argv[i], "--refused") == 0) {
+            tally->refuses = true;
         } else if (strcmp(argv[i], "--verbose") == 0) {
             tally->verbose = true;
         } else if (strcmp(argv[i], "--filter") == 0 && i + 1 < argc) {

@@ -24,6 +24,7 @@ struct tally {
     bool misaligns;     /* --misaligned */
     bool submits;       /* --submitted */
     bool fails;         /* --fail: debug_action = fail skips calls, and callbacks don't */
+    bool refuses;       /* --refused */
     const char *level;  /* that all is played at; NULL: at its own */
     FILE *results;      /* NULL: none wanted */
     int argument_count; /* of the program, which plays a case again with a filter for it */

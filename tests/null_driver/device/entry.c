@@ -8,10 +8,13 @@
 static _Atomic uint64_t calls[ENTRY_COUNT];
 static _Atomic int failures[ENTRY_COUNT];
 static _Atomic uint32_t calls_left[ENTRY_COUNT]; /* to the call that fails, with it */
+static atomic_bool refuses[ENTRY_COUNT];         /* each other call, beginning with the first */
 
 VkResult entry_count(enum entry entry)
 {
-    atomic_fetch_add_explicit(&calls[entry], 1, memory_order_relaxed);
+    const uint64_t before = atomic_fetch_add_explicit(&calls[entry], 1, memory_order_relaxed);
+    if (before % 2 == 0 && atomic_load_explicit(&refuses[entry], memory_order_relaxed))
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
     if (atomic_load_explicit(&failures[entry], memory_order_relaxed) == VK_SUCCESS)
         return VK_SUCCESS;
     if (atomic_fetch_sub(&calls_left[entry], 1) != 1)
@@ -73,12 +76,22 @@ void null_driver_fail_next(const char *name, VkResult result)
     null_driver_fail_at(name, 1, result);
 }
 
+/* A program could not ask these again: what was recorded would be lost, and a result would be that
+ * of the operation. */
+static bool can_be_refused(const struct entry_point *entry)
+{
+    return entry->level == DEVICE && entry->entry != ENTRY_EndCommandBuffer &&
+           entry->entry != ENTRY_GetDeferredOperationResultKHR;
+}
+
 void entry_plan_failure(void)
 {
     const char *plan = getenv("NULL_DRIVER_FAILS");
     char name[64];
     unsigned number;
     int result;
+    for (size_t i = 0; plan != NULL && strcmp(plan, "*") == 0 && i < entry_point_count; i++)
+        atomic_store(&refuses[entry_points[i].entry], can_be_refused(&entry_points[i]));
     if (plan != NULL && sscanf(plan, "%63s %u %d", name, &number, &result) == 3)
         null_driver_fail_at(name, number, (VkResult)result);
 }

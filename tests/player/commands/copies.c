@@ -249,10 +249,10 @@ static void read_queries(struct play *play, char **words)
                                                    : VK_QUERY_RESULT_PARTIAL_BIT;
     PLAY_REQUIRE(play, queries.count <= READ_QUERIES);
     memset(results, *words ? READ_FILLER : 0, sizeof(results));
-    const VkResult result =
-        play->vk.GetQueryPoolResults(play->device, queries.pool, queries.first, queries.count,
-                                     sizeof(results), results, READ_STRIDE, flags);
-    play_note(play, result);
+    const VkResult result = play_call(
+        play, play->vk.GetQueryPoolResults(play->device, queries.pool, queries.first, queries.count,
+                                           sizeof(results), results, READ_STRIDE, flags));
+    play_note_result(play, result);
     if (*words)
         expect_results(play, words + 1, results, flags);
     else if (result == VK_SUCCESS)
@@ -261,7 +261,9 @@ static void read_queries(struct play *play, char **words)
 
 static void join_operation(struct play *play, VkDeferredOperationKHR operation)
 {
-    play->vk.DeferredOperationJoinKHR(play->device, operation);
+    while (play->vk.DeferredOperationJoinKHR(play->device, operation) ==
+           VK_ERROR_OUT_OF_HOST_MEMORY)
+        ;
     if (play->repeats)
         play_give_up_if_scarce(play,
                                play->vk.GetDeferredOperationResultKHR(play->device, operation));

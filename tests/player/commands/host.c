@@ -34,7 +34,7 @@ static uint64_t nanoseconds_now(void)
 /* Notes the result of a wait. One that timed out has taken the time. */
 static void note_wait(struct play *play, VkResult result, uint64_t begin, uint64_t timeout)
 {
-    play_note(play, result);
+    play_note_result(play, result);
     if (result != VK_TIMEOUT || timeout == UINT64_MAX || nanoseconds_now() - begin >= timeout)
         return;
     report_say(&play->report, "the wait took less than %llu ns\n", (unsigned long long)timeout);
@@ -46,7 +46,8 @@ static void wait_for_fences(struct play *play, uint32_t count, const VkFence *fe
                             VkBool32 is_all, uint64_t timeout)
 {
     const uint64_t begin = nanoseconds_now();
-    const VkResult result = play->vk.WaitForFences(play->device, count, fences, is_all, timeout);
+    const VkResult result =
+        play_call(play, play->vk.WaitForFences(play->device, count, fences, is_all, timeout));
     note_wait(play, result, begin, timeout);
     if (result == VK_SUCCESS)
         GET(play->vk.ResetFences(play->device, 1, &play->fence));
@@ -80,7 +81,7 @@ static void wait_for_timelines(struct play *play, const char *command, char **wo
     }
     const PFN_vkWaitSemaphores wait =
         play_is(command, "wait") ? play->vk.WaitSemaphores : play->vk.WaitSemaphoresKHR;
-    note_wait(play, wait(play->device, &info, timeout), begin, timeout);
+    note_wait(play, play_call(play, wait(play->device, &info, timeout)), begin, timeout);
 }
 
 /* within MILLISECONDS */
@@ -146,7 +147,7 @@ static void poll_on_host(struct play *play, const char *what)
     VkSemaphoreSubmitInfo semaphore;
     uint64_t value = 0;
     if (play_is(what, "fence")) {
-        while (play->vk.GetFenceStatus(play->device, play->fence) == VK_NOT_READY)
+        while (play_call(play, play->vk.GetFenceStatus(play->device, play->fence)) == VK_NOT_READY)
             continue;
         return;
     }
