@@ -187,38 +187,31 @@ void shader_facts_read(const struct spirv *spirv, uint32_t entry, struct shader_
     free(tree.is_visited);
 }
 
+/* The numbers of SPIR-V for the stages. */
+static const struct {
+    VkShaderStageFlagBits stage;
+    uint32_t model;
+} models[] = {
+    {VK_SHADER_STAGE_VERTEX_BIT, 0},
+    {VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT, 1},
+    {VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT, 2},
+    {VK_SHADER_STAGE_GEOMETRY_BIT, 3},
+    {VK_SHADER_STAGE_FRAGMENT_BIT, 4},
+    {VK_SHADER_STAGE_COMPUTE_BIT, 5},
+    {VK_SHADER_STAGE_RAYGEN_BIT_KHR, 5313},
+    {VK_SHADER_STAGE_INTERSECTION_BIT_KHR, 5314},
+    {VK_SHADER_STAGE_ANY_HIT_BIT_KHR, 5315},
+    {VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, 5316},
+    {VK_SHADER_STAGE_MISS_BIT_KHR, 5317},
+    {VK_SHADER_STAGE_CALLABLE_BIT_KHR, 5318},
+    {VK_SHADER_STAGE_TASK_BIT_EXT, 5364},
+    {VK_SHADER_STAGE_MESH_BIT_EXT, 5365},
+};
+
 uint32_t shader_model(VkShaderStageFlagBits stage)
 {
-    switch (stage) {
-    case VK_SHADER_STAGE_VERTEX_BIT:
-        return 0;
-    case VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT:
-        return 1;
-    case VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT:
-        return 2;
-    case VK_SHADER_STAGE_GEOMETRY_BIT:
-        return 3;
-    case VK_SHADER_STAGE_FRAGMENT_BIT:
-        return 4;
-    case VK_SHADER_STAGE_COMPUTE_BIT:
-        return 5;
-    case VK_SHADER_STAGE_RAYGEN_BIT_KHR:
-        return 5313;
-    case VK_SHADER_STAGE_INTERSECTION_BIT_KHR:
-        return 5314;
-    case VK_SHADER_STAGE_ANY_HIT_BIT_KHR:
-        return 5315;
-    case VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR:
-        return 5316;
-    case VK_SHADER_STAGE_MISS_BIT_KHR:
-        return 5317;
-    case VK_SHADER_STAGE_CALLABLE_BIT_KHR:
-        return 5318;
-    case VK_SHADER_STAGE_TASK_BIT_EXT:
-        return 5364;
-    case VK_SHADER_STAGE_MESH_BIT_EXT:
-        return 5365;
-    default:
-        return UINT32_MAX;
-    }
+    for (size_t i = 0; i < sizeof(models) / sizeof(models[0]); i++)
+        if (models[i].stage == stage)
+            return models[i].model;
+    return UINT32_MAX;
 }
