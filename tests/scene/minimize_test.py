@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""assay-scene minimize: one bad index among many builds of many triangles becomes one build of one triangle.
+"""assay-scene minimize: one bad index among many builds of three geometries becomes one build of one triangle.
 
 minimize_test.py ASSAY_SCENE LAYER_FOLDER MANIFEST BUILDS TRIANGLES"""
 
@@ -25,14 +25,16 @@ class MinimizeTest(Case):
         capture.add("Buffer", buffer=2, name="structures", memory=2, memory_offset=0, size=SIZE, usage="0x120000")
         vertices = [(i % 100, i // 100, i % 7) for i in range(1000)]
         for build in range(BUILDS):
-            indices = [(7 * i + build) % 1000 for i in range(3 * TRIANGLES)]
-            if build == BUILDS * 2 // 3:
-                indices[TRIANGLES * 2] = 1000
             capture.add("Structure", structure=10 + build, handle=hex(0x2000 + build), type="bottom level", buffer=2,
                         offset=0, size=SIZE)
-            geometry = capture.triangles(vertices, indices)
-            geometry["inputs"][1]["offset"] = OFFSET
-            capture.build(10 + build, geometry, call=build + 1, info=0)
+            geometries = []
+            for number in range(3):
+                indices = [(7 * i + build) % 1000 for i in range(3 * TRIANGLES)]
+                if (build, number) == (BUILDS * 2 // 3, 1):
+                    indices[TRIANGLES * 2] = 1000
+                geometries.append(capture.triangles(vertices, indices))
+                geometries[-1]["inputs"][1]["offset"] = OFFSET * (1 + number)
+            capture.build(10 + build, *geometries, call=build + 1, info=0)
         status, out, err = run("minimize", capture.write(), self.place / "small", "--finding", FINDING)
         self.assertEqual((status, err), (0, ""), out)
         self.assertIn("left: 1 commands, 1 geometries, 1 primitives", out)
