@@ -12,7 +12,7 @@ import sys
 import tempfile
 import unittest
 
-from captures import scene as small_scene
+from captures import IDENTITY, scene as small_scene
 
 SCENE, DEMO, LAYERS, NULL = sys.argv[1:5]
 LAVAPIPE = sys.argv[5] if len(sys.argv) > 5 else None
@@ -155,6 +155,24 @@ class ReplayTest(unittest.TestCase):
             result = scene(NULL, *arguments)
             self.assertEqual(result.returncode, 2, arguments)
             self.assertIn(text, result.stderr)
+
+    def test_what_is_not_replayed(self):
+        made = small_scene(self.folder / "obstacles")
+        triangles = made.triangles([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [0, 1, 2], matrix=(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0))
+        made.build(1, triangles)
+        del made.lines[-1]["dst_id"]
+        made.build(1, triangles, mode="update")
+        made.build(1, missing="memory ran out")
+        made.build(1, triangles, flags=0x20)
+        made.build(1, {**triangles, "type": "spheres", "inputs": []})
+        made.build(4, made.instances([(IDENTITY, 1)], arrayOfPointers=True), kind="top level",
+                   references=[{"reference": "0x1", "structure": 1}])
+        result = scene(NULL, "replay", made.write())
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("built: 5; copied: 1; not replayed: 5\n", result.stdout)
+        for reason in ("its structure is not in the capture", "the structure that it updates is not in the capture",
+                       "memory ran out", "motion is not replayed", "geometries of this type are not replayed"):
+            self.assertIn(f": {reason}\n", result.stdout)
 
     def test_device_fails(self):
         """Whichever call of the device fails, the replay and the report say so."""
