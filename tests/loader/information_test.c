@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* information_test null|lavapipe: report_flags = info brings a line when an instance is created and
  * one at its end, to the messenger of VkInstanceCreateInfo. */
-#include <unistd.h>
-
 #include "loader_test.h"
 
 static struct {
@@ -47,44 +45,6 @@ TEST(test_two_lines)
     assert_has(heard.text[0],
                "level = \"content\" (environment variable VK_ASSAY_VALIDATION_LEVEL)");
     assert_string_equal(heard.text[1], "Assay found no violations in this instance.");
-}
-
-static void assert_setting(const char *header, const char *key, const char *value)
-{
-    char text[64];
-    snprintf(text, sizeof(text), "\"%s\":\"%s\"", key, value);
-    assert_has(header, text);
-}
-
-/* The header of the log has each setting. */
-TEST(test_preset)
-{
-    char name[] = "/tmp/assay-preset-XXXXXX", header[4096] = "";
-    const int file = mkstemp(name);
-    assert_true(file >= 0);
-    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,warn,info", 1);
-    unsetenv("VK_ASSAY_VALIDATION_LEVEL");
-    setenv("VK_ASSAY_VALIDATION_PRESET", "everything", 1);
-    setenv("VK_ASSAY_VALIDATION_LOG_FORMAT", "json", 1);
-    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", name, 1);
-    create_and_destroy();
-    unsetenv("VK_ASSAY_VALIDATION_PRESET");
-    unsetenv("VK_ASSAY_VALIDATION_LOG_FORMAT");
-    unsetenv("VK_ASSAY_VALIDATION_LOG_FILENAME");
-    assert_true(read(file, header, sizeof(header) - 1) > 0);
-    close(file);
-    unlink(name);
-    assert_int_equal(heard.count, 2);
-    assert_has(heard.text[0],
-               "preset = \"everything\" (environment variable VK_ASSAY_VALIDATION_PRESET)");
-    assert_setting(header, "preset", "everything");
-    assert_setting(header, "level", "content");
-    assert_setting(header, "hazards", "true");
-    assert_setting(header, "guard", "references");
-    assert_setting(header, "call_sites", "full");
-    assert_setting(header, "record_builds", "true");
-    assert_setting(header, "advice", "true");
-    assert_setting(header, "limits", "driver");
 }
 
 TEST(test_none_by_default)

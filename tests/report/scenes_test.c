@@ -16,10 +16,14 @@
  *     note; host          sends a warning; and one that the host command's rules lack
  *     warn; refuse        a warning, or an error, of the layer's own
  *     hear; unhear        adds the messenger, or removes it
+ *     add 1 WHAT; remove 1    another messenger: of all, of `errors` or `warnings` alone, of
+ *                         `performance`, or `silent` without a function
+ *     report 1 WHAT; remove-report 1    likewise a callback of VK_EXT_debug_report
  *     announce; summarize; unchecked 3 WORDS   the lines of an instance, and what the last one says
- *     answer              the messenger asks to skip calls from now on
+ *     answer; answer 1    the messenger, or another one, asks to skip calls from now on
+ *     agree               it no longer does
  *     wanted; unwanted    whether the finding is wanted
- *     heard 3             so many messages have come in all
+ *     heard 3; heard 3 of 1    so many messages have come in all, to the messenger or another one
  *     traps 1             so many SIGTRAPs have come
  *     has WORDS; lacks WORDS; says WORDS; id WORDS   of the last message
  *     severity error      likewise; or warning
@@ -54,8 +58,17 @@ static const struct scene {
     {"retired_ids_in_place_of_current_ones", "VUID_NAMES=listed",
      "wrong; id VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03671; send; id " SENT_ID},
     {"a_command_without_the_statement_is_not_told", "", "answer; host; heard 0"},
-    {"a_callback_can_skip_the_call", "", "send; answer; fail; heard 2"},
-    {"removal", "", "unhear; send; log " SENT_ID "; heard 0; hear; send; heard 1; silent"},
+    {"any_callback_can_skip_the_call", "",
+     "add 1; send; answer; fail; agree; answer 1; fail; heard 3; heard 3 of 1"},
+    {"removal", "",
+     "unhear; send; log " SENT_ID "; heard 0; report 1; remove 2; send; heard 0; heard 1 of 1;"
+     "hear; remove-report 1; send; heard 1; heard 1 of 1; silent"},
+    {"masks", "",
+     "unhear; add 1 errors; add 2 warnings; add 3 performance; add 4 silent; report 5 errors;"
+     "report 6 silent; send; heard 1 of 1; heard 0 of 2; heard 1 of 5; warn; heard 1 of 1;"
+     "heard 1 of 2; heard 1 of 5; heard 0 of 3; silent"},
+    {"a_messenger_for_errors_leaves_warnings_to_the_log", "",
+     "unhear; add 1 errors; send; silent; warn; log \nodd\n; heard 1 of 1"},
 
     {"retired_ids_in_the_summary", "VUID_NAMES=listed REPORT_FLAGS=error,info",
      "wrong; wrong; send; summarize; log Assay found 3 violations in this instance: " SENT_ID
@@ -68,6 +81,16 @@ static const struct scene {
      "execution, "
      "backend = driver. Settings that differ from the defaults: report_flags = \"info\" "
      "(environment variable VK_ASSAY_VALIDATION_REPORT_FLAGS)."},
+    /* The preset stands for what it sets. A key beside it is named if it changes that. */
+    {"settings_of_a_preset", "PRESET=everything REPORT_FLAGS=info HAZARDS=false CALL_SITES=full",
+     "announce; log Assay 1.2.3 validates acceleration-structure builds: level = content, "
+     "backend = driver. Settings that differ from the defaults: preset = \"everything\" "
+     "(environment variable VK_ASSAY_VALIDATION_PRESET), report_flags = \"info\" (environment "
+     "variable VK_ASSAY_VALIDATION_REPORT_FLAGS), hazards = \"false\" (environment variable "
+     "VK_ASSAY_VALIDATION_HAZARDS).\n"},
+    {"information_for_a_callback", "REPORT_FLAGS=info",
+     "report 1 errors; announce; heard 0 of 1; log Assay 1.2.3; report 2 information; announce;"
+     "heard 0 of 1; heard 1 of 2; silent"},
     {"heading_of_information", "REPORT_FLAGS=info",
      "announce; log Validation Information: [ ASSAY-info ] | MessageID = 0x"},
     {"end", "REPORT_FLAGS=error,warn,info DUPLICATE_MESSAGE_LIMIT=2 LEVEL=content",
@@ -110,6 +133,11 @@ static const struct scene {
     {"warnings_of_the_layer_have_the_limit", "DUPLICATE_MESSAGE_LIMIT=2",
      "warn; warn; warn; heard 2"},
 
+    /* ---- spec_text */
+    {"sentences", "", "send; has .\nThe Vulkan spec states: For each; lacks ..."},
+    {"short_sentences", "SPEC_TEXT=short", "send; has ... (https://docs.vulkan.org/"},
+    {"no_sentences", "SPEC_TEXT=none", "send; has 256).; lacks spec states"},
+
     /* ---- the log */
     {"stderr_without_messenger", "",
      "unhear; send; log Validation Error: [ " SENT_ID " ] | MessageID = 0x"},
@@ -135,7 +163,7 @@ static const struct scene {
 
 static struct {
     struct reporter *reporter;
-    struct hearing hearing;
+    struct hearing hearing, others[8];
 } scene;
 
 static volatile sig_atomic_t traps;
@@ -173,6 +201,38 @@ static bool is(const char *verb, const char *other)
     return strcmp(verb, other) == 0;
 }
 
+/* Another messenger, as the words say. */
+static void add_messenger(const char *words)
+{
+    struct hearing *hearing = &scene.others[atoi(words)];
+    const char *what = words + strcspn(words, " ");
+    VkDebugUtilsMessengerCreateInfoEXT info = hearing_messenger(hearing);
+    if (is(what, " errors"))
+        info.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+    else if (is(what, " warnings"))
+        info.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT;
+    else if (is(what, " performance"))
+        info.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
+    else if (is(what, " silent"))
+        info.pfnUserCallback = NULL;
+    reporter_add(scene.reporter, MESSENGER(atoi(words)), &info);
+}
+
+static void add_report_callback(const char *words)
+{
+    struct hearing *hearing = &scene.others[atoi(words)];
+    const char *what = words + strcspn(words, " ");
+    VkDebugReportCallbackCreateInfoEXT info = hearing_report_callback(hearing);
+    if (is(what, " errors"))
+        info.flags = VK_DEBUG_REPORT_ERROR_BIT_EXT;
+    else if (is(what, " information"))
+        info.flags = VK_DEBUG_REPORT_INFORMATION_BIT_EXT;
+    else if (is(what, " silent"))
+        info.pfnCallback = NULL;
+    assert_int_equal(reporter_add_report_callback(scene.reporter, CALLBACK(atoi(words)), &info),
+                     VK_SUCCESS);
+}
+
 /* What is sent, and to whom. Returns false if that is no such step. */
 static bool act(const char *verb, const char *words)
 {
@@ -199,6 +259,14 @@ static bool act(const char *verb, const char *words)
         reporter_add_hearing(reporter, 0, &scene.hearing);
     else if (is(verb, "unhear"))
         reporter_remove_messenger(reporter, MESSENGER(0));
+    else if (is(verb, "add"))
+        add_messenger(words);
+    else if (is(verb, "remove"))
+        reporter_remove_messenger(reporter, MESSENGER(atoi(words)));
+    else if (is(verb, "report"))
+        add_report_callback(words);
+    else if (is(verb, "remove-report"))
+        reporter_remove_report_callback(reporter, CALLBACK(atoi(words)));
     else if (is(verb, "announce"))
         reporter_announce(reporter, "1.2.3");
     else if (is(verb, "summarize"))
@@ -206,7 +274,9 @@ static bool act(const char *verb, const char *words)
     else if (is(verb, "unchecked"))
         reporter_add_unchecked(reporter, strchr(words, ' ') + 1, (uint64_t)atoi(words));
     else if (is(verb, "answer"))
-        scene.hearing.answer = VK_TRUE;
+        *(words[0] ? &scene.others[atoi(words)].answer : &scene.hearing.answer) = VK_TRUE;
+    else if (is(verb, "agree"))
+        scene.hearing.answer = VK_FALSE;
     else
         return false;
     return true;
@@ -250,6 +320,8 @@ static bool expect(const char *verb, const char *words)
     const struct hearing *hearing = &scene.hearing;
     if (is(verb, "wanted") || is(verb, "unwanted"))
         assert_int_equal(reporter_wants(scene.reporter, SENT_VUID), is(verb, "wanted"));
+    else if (is(verb, "heard") && strstr(words, " of "))
+        assert_int_equal(scene.others[atoi(strstr(words, " of ") + 4)].count, atoi(words));
     else if (is(verb, "heard"))
         assert_int_equal(hearing->count, atoi(words));
     else if (is(verb, "traps"))
@@ -301,7 +373,7 @@ TEST_OF_ROWS_BETWEEN(play_scene, scenes, const struct scene *row, surrounding_se
 {
     char text[2000], *rest;
     environment_set(row->settings);
-    scene.hearing = (struct hearing){0};
+    memset(&scene, 0, sizeof(scene));
     traps = 0;
 #ifndef _WIN32
     signal(SIGTRAP, count_trap);

@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What rules get: the flags and types that are valid on a device with one extension, those of the
- * registry; properties of formats; and the other rules that a finding names. */
+ * registry; properties of formats; the other rules that a finding names; copies of parameters of
+ * builds, and members and names of their inputs. */
+#include "src/model/build_parameters.h"
 #include "src/model/formats.h"
+#include "src/model/input_names.h"
 #include "src/view/enabled.h"
 #include "src/view/finding.h"
+#include "tests/fixture/make.h"
 #include "tests/unit/unit_test.h"
 
 #define BUILD(name) VK_BUILD_ACCELERATION_STRUCTURE_##name
@@ -103,4 +107,40 @@ TEST(a_finding_names_no_more_rules_than_fit)
         assert_false(also_violates(&finding, (enum rule)i));
         assert_int_equal(finding.also_count, i < FINDING_ALSO ? i + 1 : FINDING_ALSO);
     }
+}
+
+TEST(the_copy_of_pointers_is_an_array)
+{
+    const STRUCT(VkAccelerationStructureGeometryKHR, geometry,
+                 .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR);
+    const VkAccelerationStructureGeometryKHR *pointer = &geometry;
+    const STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info, .geometryCount = 1,
+                 .ppGeometries = &pointer);
+    struct readable_cache cache = {0};
+    struct build_parameters copy;
+    assert_int_equal(build_parameters_copy(&cache, &info, NULL, &copy), VK_SUCCESS);
+    assert_null(copy.info.ppGeometries);
+    assert_ptr_equal(copy.info.pGeometries, copy.geometries);
+    assert_int_equal(copy.geometries[0].geometryType, VK_GEOMETRY_TYPE_AABBS_KHR);
+    build_parameters_release(&copy);
+}
+
+TEST(each_input_of_a_geometry_has_a_member)
+{
+    const VkAccelerationStructureGeometryKHR geometry = {.sType = 0};
+    const struct chained_input chained = {.has_opacity = false};
+    for (enum input_role role = 0; role < INPUT_ROLES; role++)
+        assert_int_equal(input_place(&geometry, &chained, role) == NULL,
+                         role == INPUT_SCRATCH || role == INPUT_UPDATE_SCRATCH ||
+                             role == INPUT_INDIRECT);
+}
+
+/* Only inputs of VK_NV_ray_tracing have a name there. */
+TEST(each_input_has_names)
+{
+    for (unsigned role = 0; role < INPUT_ROLES; role++)
+        for (unsigned form = INPUT_PLAIN; form < INPUT_OF_NV; form++)
+            assert_true(input_name((enum input_role)role, (enum input_form)form) != NULL);
+    assert_has(input_name(INPUT_AABBS, INPUT_OF_HOST), "geometry.aabbs.data.hostAddress");
+    assert_has(input_name(INPUT_AABBS, INPUT_OF_NV), "geometry.aabbs.aabbData");
 }

@@ -10,26 +10,6 @@
 #include "vuid-tables/registry.h"
 #include "vuid-tables/rules.h"
 
-static bool row_has(const struct rule_info *row, enum vuid vuid)
-{
-    for (int command = 0; command < COMMAND_COUNT; command++)
-        if (row->vuid[command] == vuid)
-            return true;
-    return false;
-}
-
-TEST(test_every_id_has_exactly_one_row)
-{
-    for (int vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid++) {
-        enum rule rule = rule_of_vuid((enum vuid)vuid);
-        assert_in_range(rule, 0, RULE_COUNT - 1);
-        for (int other = 0; other < RULE_COUNT; other++)
-            if (row_has(&rule_infos[other], (enum vuid)vuid) != (other == (int)rule))
-                fail_msg("%s: row %s, and also %s", vuid_texts[vuid].id, rule_infos[rule].name,
-                         rule_infos[other].name);
-    }
-}
-
 TEST(test_no_id_is_no_row)
 {
     assert_int_equal(rule_of_vuid(VUID_NONE), RULE_COUNT);
@@ -50,13 +30,6 @@ TEST(test_every_row_is_whole)
         if (!has_id)
             fail_msg("%s has no id", row->name);
     }
-}
-
-TEST(test_rule_names_are_unique)
-{
-    for (int a = 0; a < RULE_COUNT; a++)
-        for (int b = a + 1; b < RULE_COUNT; b++)
-            assert_string_not_equal(rule_infos[a].name, rule_infos[b].name);
 }
 
 static bool is_only_for_nv(const struct rule_info *row)
@@ -116,18 +89,6 @@ TEST(test_hints_are_well_formed)
 static uint32_t message_id_number(enum vuid vuid)
 {
     return XXH32(vuid_texts[vuid].id, strlen(vuid_texts[vuid].id), 8);
-}
-
-/* The numbers are those that the Khronos layer has printed for these ids. */
-TEST(test_message_id_numbers_are_those_users_know)
-{
-    assert_int_equal(message_id_number(VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_10126),
-                     0xd46589c2);
-    assert_int_equal(message_id_number(VUID_vkCmdBuildAccelerationStructuresKHR_geometry_03673),
-                     0x8a7de95d);
-    assert_int_equal(
-        message_id_number(VUID_vkCmdBuildAccelerationStructuresKHR_dstAccelerationStructure_03701),
-        0xadd43ee5);
 }
 
 TEST(test_message_id_numbers_are_unique)

@@ -121,20 +121,6 @@ COMMAND_BUFFERS_TEST(a_journal_frees_what_its_entries_hold)
 }
 
 /* They outlive the queue's: this program fails if memory is left. */
-/* The owner of a copy of a stack sees that the stack was emptied. */
-TEST(a_stack_of_labels_that_is_emptied_has_changed)
-{
-    struct label_stack stack = {0};
-    label_stack_push(&stack, &(VkDebugUtilsLabelEXT){.pLabelName = "frame"});
-    label_stack_push(&stack, &(VkDebugUtilsLabelEXT){.pLabelName = "refit"});
-    const uint32_t changes = stack.changes;
-    label_stack_drop_all(&stack);
-    assert_int_equal(stack.count, 0);
-    assert_int_not_equal(stack.changes, changes);
-    label_stack_push(&stack, &(VkDebugUtilsLabelEXT){.pLabelName = "frame"});
-    label_stack_drop_all(&stack);
-}
-
 TEST(submissions_have_the_labels_of_their_queue)
 {
     struct queue_labels *labels;
@@ -163,35 +149,6 @@ TEST(readers_of_writes_and_uses_get_all_kinds_of_them)
         assert_int_equal(writes.of_kind[kind] != NULL, journal_entry_writes(&entry));
         assert_int_equal(uses.of_kind[kind] != NULL, journal_entry_use(&entry) != NO_USE);
     }
-}
-
-TEST(stages_belong_to_one_bind_point)
-{
-    static const struct {
-        VkPipelineBindPoint bind_point;
-        enum shader_point point;
-        VkShaderStageFlags stages[8]; /* 0 ends them */
-    } rows[SHADER_POINTS] = {
-        {VK_PIPELINE_BIND_POINT_COMPUTE, SHADERS_OF_COMPUTE, {VK_SHADER_STAGE_COMPUTE_BIT}},
-        {VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR,
-         SHADERS_OF_RAYS,
-         {VK_SHADER_STAGE_RAYGEN_BIT_KHR, VK_SHADER_STAGE_ANY_HIT_BIT_KHR,
-          VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, VK_SHADER_STAGE_MISS_BIT_KHR,
-          VK_SHADER_STAGE_INTERSECTION_BIT_KHR, VK_SHADER_STAGE_CALLABLE_BIT_KHR}},
-        {VK_PIPELINE_BIND_POINT_GRAPHICS,
-         SHADERS_OF_GRAPHICS,
-         {VK_SHADER_STAGE_VERTEX_BIT, VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT,
-          VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT, VK_SHADER_STAGE_GEOMETRY_BIT,
-          VK_SHADER_STAGE_FRAGMENT_BIT, VK_SHADER_STAGE_TASK_BIT_EXT,
-          VK_SHADER_STAGE_MESH_BIT_EXT}},
-    };
-    for (size_t i = 0; i < SHADER_POINTS; i++)
-        for (size_t j = 0; rows[i].stages[j]; j++) {
-            const VkShaderStageFlags stage = rows[i].stages[j];
-            assert_int_equal(shader_stages_of(rows[i].bind_point) & stage, stage);
-            for (size_t other = 0; other < SHADER_POINTS; other++)
-                assert_int_equal(shader_point_has(rows[other].point, stage), other == i);
-        }
 }
 
 TEST(each_stage_belongs_to_one_bind_point)
