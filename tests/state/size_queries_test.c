@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Which query of sizes explains a size, and in what it differs from a build. */
+/* Which query of sizes explains a size, and in what it differs from a build, beyond the programs of
+ * tests/programs/execution/size_queries.cases. */
 #include "src/state/builds/size_queries.h"
-#include "tests/fixture/scarce_memory.h"
 #include "tests/unit/unit_test.h"
 
 static const VkAccelerationStructureBuildTypeKHR build_type =
@@ -40,58 +40,12 @@ static struct size_differences find(uint32_t count, VkDeviceSize size)
     return found;
 }
 
-TEST_BETWEEN(the_query_that_returned_the_size_differs, open_queries, close_queries)
-{
-    ask(1, 1000);
-    ask(2, 2000);
-    const struct size_differences found = find(2, 1000);
-    assert_int_equal(found.count, 1);
-    assert_int_equal(found.size, 1000);
-    assert_int_equal(found.items[0].member, SIZED_PRIMITIVE_COUNT);
-    assert_int_equal(found.items[0].queried, 1);
-    assert_int_equal(found.items[0].built, 2);
-}
-
 TEST_BETWEEN(sizes_may_be_rounded_up, open_queries, close_queries)
 {
     ask(1, 1000);
     assert_int_equal(find(2, 1024).count, 1);
     assert_int_equal(find(2, 1256).count, 0);
     assert_int_equal(find(2, 999).count, 0);
-}
-
-TEST_BETWEEN(a_query_returns_scratch_sizes, open_queries, close_queries)
-{
-    const uint32_t count = 2;
-    struct size_differences found = {.build = 7};
-    ask(1, 1000);
-    size_queries_find(queries, &info, &count, build_type, SIZE_OF_BUILD_SCRATCH, 500, &found);
-    assert_int_equal(found.count, 1);
-    assert_int_equal(found.size, 500);
-    size_queries_find(queries, &info, &count, build_type, SIZE_OF_UPDATE_SCRATCH, 500, &found);
-    assert_int_equal(found.count, 0);
-}
-
-TEST_BETWEEN(the_query_that_differs_least_counts, open_queries, close_queries)
-{
-    info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
-    geometry.geometry.triangles.transformData.deviceAddress = 16;
-    ask(1, 1000);
-    info.flags = 0;
-    ask(1, 1000);
-    ask(1, 900);
-    geometry.geometry.triangles.transformData.deviceAddress = 0;
-    const struct size_differences found = find(1, 1000);
-    assert_int_equal(found.count, 1);
-    assert_int_equal(found.size, 1000);
-    assert_int_equal(found.items[0].member, SIZED_TRANSFORM);
-}
-
-TEST_BETWEEN(the_same_build_explains_nothing, open_queries, close_queries)
-{
-    assert_int_equal(find(1, 1000).count, 0);
-    ask(1, 1000);
-    assert_int_equal(find(1, 1000).count, 0);
 }
 
 TEST_BETWEEN(each_geometry_has_a_stride, open_queries, close_queries)
@@ -120,10 +74,4 @@ TEST_BETWEEN(few_differences_are_listed, open_queries, close_queries)
     geometry.flags = VK_GEOMETRY_OPAQUE_BIT_KHR;
     geometry.geometry.triangles.maxVertex = 5;
     assert_int_equal(find(2, 1000).count, SIZE_DIFFERENCES);
-}
-
-TEST_BETWEEN(without_memory_no_query_is_known, open_queries, close_queries)
-{
-    WITHOUT_MEMORY(ask(1, 1000));
-    assert_int_equal(find(2, 1000).count, 0);
 }
