@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Vertex formats, index types and several geometries in one structure. */
+/* Vertex formats, several geometries in one structure, updates, and edges of displaced triangles.
+ */
 #include <math.h>
 #include <string.h>
 
+#include "src/bvh/input/displacement.h"
 #include "src/bvh/input/formats.h"
 #include "tests/builder/fixture.h"
 #include "tests/unit/unit_test.h"
@@ -65,40 +67,6 @@ SCOPE_TEST(test_all_halves)
             assert_true(fabsf(value) == expected);
         }
         assert_int_equal(signbit(value) != 0, bits >> 15);
-    }
-}
-
-/* A square of two triangles, by each index type, and turned by a transform. */
-SCOPE_TEST(test_index_types)
-{
-    const float square[12] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
-    const uint8_t small[6] = {0, 1, 2, 0, 2, 3};
-    const uint16_t medium[6] = {0, 1, 2, 0, 2, 3};
-    const uint32_t large[6] = {0, 1, 2, 0, 2, 3};
-    const struct {
-        VkIndexType type;
-        const void *indices;
-        uint64_t size;
-    } types[] = {{VK_INDEX_TYPE_UINT8_KHR, small, sizeof(small)},
-                 {VK_INDEX_TYPE_UINT16, medium, sizeof(medium)},
-                 {VK_INDEX_TYPE_UINT32, large, sizeof(large)}};
-    for (int i = 0; i < 3; i++) {
-        INPUT(triangles, input, square, 2);
-        input.geometry.triangles.vertices_size = sizeof(square);
-        input.geometry.triangles.max_vertex = 3;
-        input.geometry.triangles.index_type = types[i].type;
-        input.geometry.triangles.indices = types[i].indices;
-        input.geometry.triangles.indices_size = types[i].size;
-        void *structure = fixture_build(&input.input, NULL);
-        for (uint32_t number = 0; number < 2; number++) {
-            struct trace_ray ray =
-                fixture_ray(number ? 0.25f : 0.75f, number ? 0.75f : 0.25f, 2, 0, 0, -1);
-            struct trace_hit hit;
-            assert_true(fixture_trace(structure, TRACE_EXACT, &ray, &hit));
-            assert_int_equal(hit.primitive, number);
-        }
-        input.geometry.triangles.indices_size--;
-        assert_null(fixture_build(&input.input, NULL));
     }
 }
 
@@ -200,4 +168,32 @@ SCOPE_TEST(test_update_to_an_inactive_primitive)
         assert_int_equal(hit.primitive, i);
         assert_true(hit.t == (i ? 3 : 2));
     }
+}
+
+/* Level 2 with its edges decimated: vertices 1 and 3 of each go to its ends. Of level 1 the middle
+ * goes to the edge's first vertex. */
+TEST(test_decimated_edges)
+{
+    for (uint32_t edges = 0; edges < 8; edges++) {
+        uint32_t seen[5][5] = {{0}}, left = 0;
+        for (uint32_t i = 0; i < 16; i++) {
+            struct displacement_corner c[3];
+            displacement_microtriangle(2, i, edges, c);
+            for (int j = 0; j < 3; j++)
+                seen[c[j].u][c[j].v]++;
+        }
+        for (uint32_t i = 0; i < 25; i++)
+            left += seen[i / 5][i % 5] > 0;
+        assert_int_equal(left, 15 - 2 * (uint32_t)__builtin_popcount(edges));
+        assert_true((seen[1][0] + seen[3][0] == 0) == (edges & 1));
+        assert_true((seen[3][1] + seen[1][3] == 0) == (edges >> 1 & 1));
+        assert_true((seen[0][1] + seen[0][3] == 0) == (edges >> 2 & 1));
+        assert_true(seen[0][0] == (edges & 1 ? edges & 4 ? 7 : 4 : edges & 4 ? 4 : 1));
+    }
+    struct displacement_corner c[3];
+    displacement_microtriangle(1, 1, 7, c); /* the middle becomes the whole */
+    assert_true(c[0].u == 2 && c[0].v == 0 && c[1].u == 0 && c[1].v == 2 && c[2].u == 0 &&
+                c[2].v == 0);
+    displacement_microtriangle(0, 0, 7, c);
+    assert_true(c[0].u == 0 && c[1].u == 1 && c[2].v == 1);
 }

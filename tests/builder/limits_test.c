@@ -87,60 +87,6 @@ SCOPE_TEST(test_indices_of_triangles)
             }
 }
 
-/* A block of one triangle, whose vertices fill the front part to the last bit. */
-TEST(test_dense_blocks)
-{
-    enum { BLOCK = 128 };
-    uint8_t blocks[2 * BLOCK] = {0};
-    for (uint32_t i = 0; i < 2; i++) {
-        const struct {
-            uint32_t at, count, value;
-        } fields[] = {
-            {0, 8, 6},
-            {10, 6, 64 - 1}, /* vertices */
-            {32, 8, 127},    /* exponent */
-            {64, 4, 4 - 1},  /* 4 bits for each coordinate */
-            {68, 4, 4 - 1},
-            {96, 4, 4 - 1},
-            {128, 29, 100 * i}, /* first primitive */
-            {160 + 12, 12, 0x123 + i},
-        };
-        for (size_t j = 0; j < sizeof(fields) / sizeof(fields[0]); j++)
-            fixture_put_bits(blocks + i * BLOCK, fields[j].at, fields[j].count, fields[j].value);
-    }
-    const struct {
-        uint64_t size;
-        uint32_t count, found;
-    } cases[] = {{2 * BLOCK, 2, 2}, {2 * BLOCK, 3, 2}, {2 * BLOCK - 1, 2, 1},
-                 {BLOCK, 1, 1},     {BLOCK - 1, 1, 0}, {0, 1, 0}};
-    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
-        const struct builder_dense dense = {blocks, cases[i].size, 0x1fffffff, NULL};
-        struct dense_triangle triangles[3];
-        dense_decode(&dense, cases[i].count, triangles);
-        for (uint32_t j = 0; j < cases[i].count; j++)
-            assert_int_equal(triangles[j].found,
-                             j < cases[i].found ? SOURCE_ACTIVE : SOURCE_OUT_OF_RANGE);
-        for (uint32_t j = 0; j < cases[i].found; j++) {
-            assert_int_equal(triangles[j].primitive, 100 * j);
-            assert_true(triangles[j].a[0] == 0 && triangles[j].b[0] == (float)(3 + j) &&
-                        triangles[j].b[1] == 2 && triangles[j].b[2] == 1);
-        }
-    }
-}
-
-TEST(test_dense_blocks_with_more_triangles_than_needed)
-{
-    enum { BLOCK = 128 };
-    uint8_t block[BLOCK] = {0};
-    struct dense_triangle triangles[2], before;
-    fixture_put_bits(block, 0, 8, 6);
-    fixture_put_bits(block, 16, 6, 2 - 1);
-    memset(triangles, 0x55, sizeof(triangles));
-    before = triangles[1];
-    dense_decode(&(struct builder_dense){block, BLOCK, 0x1fffffff, NULL}, 1, triangles);
-    assert_int_equal(memcmp(&triangles[1], &before, sizeof(before)), 0);
-}
-
 /* A block of one triangle whose geometry is an index into a palette of 3 payloads: 2 bits, so that
  * index 3 can be written. */
 TEST(test_payloads_of_dense_blocks)

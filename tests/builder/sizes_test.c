@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What builds need, what their flags change, and what scans of input find. */
+/* What builds need, rays that end early or hit nothing, and what scans of input find. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "src/bvh/bvh.h"
-#include "src/bvh/expansion.h"
 #include "src/bvh/input/formats.h"
 #include "tests/builder/fixture.h"
 #include "tests/unit/random.h"
@@ -122,31 +121,6 @@ SCOPE_TEST(test_displaced)
     assert_int_equal(builder_get_sizes(&input.input, &none, &sizes), BUILDER_UNKNOWN_FORMAT);
 }
 
-static uint64_t aligned(uint64_t size)
-{
-    return (size + BUILDER_ALIGNMENT - 1) / BUILDER_ALIGNMENT * BUILDER_ALIGNMENT;
-}
-
-/* What extensions add isn't there where none is used: a header, 8 bytes a geometry, 48 a triangle,
- * 224 a node; and rays look nothing up. */
-SCOPE_TEST(test_plain)
-{
-    struct fixture_mesh mesh = fixture_terrain(30);
-    INPUT(mesh, input, &mesh);
-    void *structure = fixture_build(&input.input, NULL);
-    uint64_t triangles = mesh.triangle_count, nodes = triangles * 9 / 100 + 1;
-    assert_int_equal(builder_size(structure),
-                     aligned(96) + aligned(8) + aligned(48 * triangles) + aligned(224 * nodes));
-    struct trace_counters counters = {0};
-    struct trace_scene scene = {
-        .structure = structure, .accuracy = TRACE_EXACT, .counters = &counters};
-    struct trace_ray ray = fixture_ray(60, 60, 100, 0, 0, -1); /* from above */
-    struct trace_hit hit;
-    ray.time = 0.5f;
-    assert_true(trace_closest(&scene, &ray, &hit));
-    assert_true(counters.nodes > 0 && counters.micromaps == 0 && counters.instances == 0);
-}
-
 SCOPE_TEST(test_too_small)
 {
     struct builder_sizes sizes;
@@ -163,70 +137,13 @@ SCOPE_TEST(test_too_small)
     assert_int_equal(builder_get_sizes(&input.input, &count, &sizes), BUILDER_UNKNOWN_FORMAT);
 }
 
-/* ---- ray flags, instance flags and geometry flags: what counts as opaque and what is culled */
+/* ---- rays */
 
 static struct trace_ray down(uint32_t flags)
 {
     struct trace_ray ray = fixture_ray(0.25f, 0.25f, 1, 0, 0, -1);
     ray.flags = flags;
     return ray;
-}
-
-/* A TLAS of one instance with these flags, over one triangle with those. */
-struct pair {
-    void *blas, *tlas;
-};
-
-static struct pair make_pair(VkGeometryFlagsKHR geometry, VkGeometryInstanceFlagsKHR flags)
-{
-    struct pair pair;
-    INPUT(triangles, input, fixture_triangle, 1);
-    input.geometry.flags = geometry;
-    pair.blas = fixture_build(&input.input, NULL);
-    VkAccelerationStructureInstanceKHR instance = fixture_instance(pair.blas);
-    instance.flags = flags & 0xff;
-    fixture_input_instances(&input, &instance, 1);
-    pair.tlas = fixture_build(&input.input, NULL);
-    return pair;
-}
-
-/* 1: hit and opaque, 0: hit and not, -1: no hit */
-static int opacity(VkGeometryFlagsKHR geometry, VkGeometryInstanceFlagsKHR flags,
-                   uint32_t ray_flags)
-{
-    struct pair pair = make_pair(geometry, flags);
-    struct trace_ray ray = down(ray_flags);
-    struct trace_hit hit;
-    return fixture_trace(pair.tlas, TRACE_EXACT, &ray, &hit) ? hit.opaque : -1;
-}
-
-/* The ray's flags win over the instance's, those over the geometry's. */
-SCOPE_TEST(test_opacity)
-{
-    const VkGeometryFlagsKHR opaque = VK_GEOMETRY_OPAQUE_BIT_KHR;
-    const VkGeometryInstanceFlagsKHR force = VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR;
-    const VkGeometryInstanceFlagsKHR forbid = VK_GEOMETRY_INSTANCE_FORCE_NO_OPAQUE_BIT_KHR;
-    assert_int_equal(opacity(0, 0, 0), 0);
-    assert_int_equal(opacity(opaque, 0, 0), 1);
-    assert_int_equal(opacity(0, force, 0), 1);
-    assert_int_equal(opacity(opaque, forbid, 0), 0);
-    assert_int_equal(opacity(opaque, force, TRACE_NO_OPAQUE), 0);
-    assert_int_equal(opacity(0, forbid, TRACE_OPAQUE), 1);
-    assert_int_equal(opacity(opaque, 0, TRACE_CULL_OPAQUE), -1);
-    assert_int_equal(opacity(0, 0, TRACE_CULL_OPAQUE), 0);
-    assert_int_equal(opacity(0, 0, TRACE_CULL_NO_OPAQUE), -1);
-    assert_int_equal(opacity(0, force, TRACE_CULL_NO_OPAQUE), 1);
-}
-
-SCOPE_TEST(test_culling)
-{
-    const VkGeometryInstanceFlagsKHR both =
-        VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR;
-    assert_int_equal(opacity(0, 0, TRACE_CULL_FRONT_FACING), -1);
-    assert_int_equal(opacity(0, 0, TRACE_CULL_BACK_FACING), 0);
-    assert_int_equal(opacity(0, both, TRACE_CULL_FRONT_FACING), 0);
-    assert_int_equal(opacity(0, 0, TRACE_SKIP_TRIANGLES), -1);
-    assert_int_equal(opacity(0, 0, TRACE_SKIP_AABBS), 0);
 }
 
 SCOPE_TEST(test_first_hit)
@@ -253,7 +170,11 @@ SCOPE_TEST(test_first_hit)
 
 SCOPE_TEST(test_rays_that_hit_nothing)
 {
-    struct pair pair = make_pair(0, 0);
+    INPUT(triangles, input, fixture_triangle, 1);
+    void *blas = fixture_build(&input.input, NULL);
+    VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
+    fixture_input_instances(&input, &instance, 1);
+    void *tlas = fixture_build(&input.input, NULL);
     struct trace_hit hit;
     for (int i = 0; i < 8; i++) {
         struct trace_ray ray = down(0);
@@ -262,8 +183,8 @@ SCOPE_TEST(test_rays_that_hit_nothing)
         const float values[] = {NAN, 0, NAN, -1, NAN, NAN, INFINITY, INFINITY};
         *fields[i] = values[i];
         for (int accuracy = TRACE_FAST; accuracy <= TRACE_EXACT; accuracy++) {
-            assert_false(fixture_trace(pair.tlas, (enum trace_accuracy)accuracy, &ray, &hit));
-            assert_false(fixture_trace(pair.blas, (enum trace_accuracy)accuracy, &ray, &hit));
+            assert_false(fixture_trace(tlas, (enum trace_accuracy)accuracy, &ray, &hit));
+            assert_false(fixture_trace(blas, (enum trace_accuracy)accuracy, &ray, &hit));
         }
     }
 }
@@ -331,40 +252,4 @@ TEST(test_positions_with_nan)
         found += has_nan;
     }
     assert_true(found > ROUNDS / 10 && found < ROUNDS);
-}
-
-/* Matrices whose last row is nearly, or exactly, a sum of the others. */
-static VkTransformMatrixKHR some_matrix(struct random *random)
-{
-    static const float scales[] = {1, 1e-20F, 1e15F, 1e-38F, 3e38F};
-    VkTransformMatrixKHR matrix = {0};
-    const float scale = scales[random_below(random, 5)];
-    for (int row = 0; row < 2; row++)
-        for (int column = 0; column < 3; column++)
-            matrix.matrix[row][column] = scale * ((float)random_below(random, 2001) / 1000 - 1);
-    for (int column = 0; column < 3; column++)
-        matrix.matrix[2][column] = matrix.matrix[0][column] - matrix.matrix[1][column];
-    const int exponent = (int)random_below(random, 121) - 60; /* rows of unequal size */
-    for (int column = 0; column < 3; column++)
-        matrix.matrix[2][column] = ldexpf(matrix.matrix[2][column], exponent);
-    float *changed = &matrix.matrix[random_below(random, 3)][random_below(random, 3)];
-    if (random_one_in(random, 2))
-        *changed = nextafterf(*changed, random_one_in(random, 2) ? INFINITY : -INFINITY);
-    if (random_one_in(random, 8))
-        *changed = random_one_in(random, 2) ? INFINITY : NAN;
-    return matrix;
-}
-
-TEST(test_sign_of_determinant)
-{
-    struct random random = random_of("sign of determinant");
-    uint32_t zeros = 0;
-    for (int round = 0; round < ROUNDS; round++) {
-        const VkTransformMatrixKHR matrix = some_matrix(&random);
-        const double exact = transform_determinant(&matrix);
-        const int sign = (exact > 0) - (exact < 0);
-        assert_int_equal(builder_determinant_sign(&matrix), sign);
-        zeros += sign == 0;
-    }
-    assert_true(zeros > ROUNDS / 20 && zeros < ROUNDS);
 }

@@ -94,6 +94,10 @@ CASE(34, 0, 0, "mirrored instance, mirrored geometry", "mirrored transform")
         EXPECT(sees_front(tlas, 0) == !is_flipped);
         EXPECT(sees_front(tlas, TRACE_CULL_BACK_FACING) == !is_flipped);
         EXPECT(!sees_front(tlas, TRACE_CULL_FRONT_FACING));
+        instance.flags |= VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR;
+        tlas = case_instances(&instance, 1);
+        EXPECT(sees_front(tlas, TRACE_CULL_FRONT_FACING) == !is_flipped);
+        EXPECT(!sees_front(tlas, TRACE_SKIP_TRIANGLES));
     }
 }
 
