@@ -87,6 +87,19 @@ SCOPE_TEST(test_indices_of_triangles)
             }
 }
 
+TEST(test_dense_blocks_with_more_triangles_than_needed)
+{
+    enum { BLOCK = 128 };
+    uint8_t block[BLOCK] = {0};
+    struct dense_triangle triangles[2], before;
+    fixture_put_bits(block, 0, 8, 6);
+    fixture_put_bits(block, 16, 6, 2 - 1);
+    memset(triangles, 0x55, sizeof(triangles));
+    before = triangles[1];
+    dense_decode(&(struct builder_dense){block, BLOCK, 0x1fffffff, NULL}, 1, triangles);
+    assert_int_equal(memcmp(&triangles[1], &before, sizeof(before)), 0);
+}
+
 /* A block of one triangle whose geometry is an index into a palette of 3 payloads: 2 bits, so that
  * index 3 can be written. */
 TEST(test_payloads_of_dense_blocks)
