@@ -69,7 +69,6 @@ struct test_case {
     void (*prepare)(struct scene *scene);
     void (*wrong)(struct scene *scene); /* the mutation */
     void (*right)(struct scene *scene); /* the twin. NULL: the prepared call is it */
-    bool has_parameters;                /* the mutation sets members of the call, not only data */
 
     /* What is done after the mutated call, and after the twin: what breaks the rule when it is
      * submitted wants `forwards`. */

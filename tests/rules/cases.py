@@ -280,8 +280,6 @@ def row(cases, name, place, items, setups, defines):
     steps["wrong"], right = alternatives(steps.pop("fine", steps.get("wrong", [])))
     if right:
         steps["right"] = right
-    # A case does not say what a call, or a define named like a function, sets.
-    own = [defines.expand(edit) for edit in steps["wrong"] if not re.match(r"(?!destroy)[a-z_]\w*\(", edit)]
     for key, edits in steps.items():
         steps[key] = [part for edit in edits for part in split(defines.expand(edit), ",")]
     for key in ("prepare", "wrong", "right", "then", "right_then"):
@@ -292,8 +290,6 @@ def row(cases, name, place, items, setups, defines):
         says = next(filter(None, map(path_of, map(edited, steps["wrong"]))), None)
     if says and says != "anything":
         fields.append(f".path = {says}")
-    if any(re.match(r"destroy\(|[^@]*? \+?= ", edit) for edit in own):
-        fields.append(".has_parameters = true")
     for key in ("setup", "right_setup"):
         if key in items:
             fields.append(f".{key} = {cases.setup(setups.get(items[key], items[key]))}")

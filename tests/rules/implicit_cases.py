@@ -229,7 +229,7 @@ def row(vuid, case, function):
     rule = f"{scope}_{tail}".replace("-", "_")
     name = f"{scope}_{tail}".replace("-", "_") + (f"_{case.name}" if case.name else "")
     fields = [f'.name = "{name}"', f".rules = (const enum rule[]){{RULE_{rule}}}", ".rule_count = 1",
-              f".wrong = {function}", ".has_parameters = true"]
+              f".wrong = {function}"]
     if scope in PREPARES:
         fields.append(f".prepare = prepare_{scope}")
     enable = case.fields.get("enable") or SETUPS.get(scope)

@@ -8,7 +8,6 @@
 #include "tests/rules/case.h"
 
 struct call;
-struct variant; /* of --submitted */
 
 /* One way to play a case. */
 struct play {
@@ -22,9 +21,8 @@ struct play {
     bool geometry_pointers; /* ppGeometries instead of pGeometries */
     const char *level;      /* NULL, or a setting instead of the case's own */
     bool is_mutation_alone; /* neither the valid call nor the twin is played */
-    const struct variant *variant;
-    bool base_is_known;  /* the valid call was silent in this form before */
-    bool is_made_better; /* the data of the mutation is exchanged for valid data */
+    const struct variant *variant; /* of --submitted, or NULL */
+    bool base_is_known;            /* the valid call was silent in this form before */
 };
 
 /* One of the three calls of a case. */
@@ -65,5 +63,21 @@ bool judge_is_same_setup(const struct setup *a, const struct setup *b);
 /* The make_call of rules_test (play.c). */
 bool play_call(const struct play *play, struct fixture *fixture, const struct call *call,
                struct report *report);
+
+/* Forms of builds whose data rules_test --submitted plays (submitted.c). */
+struct variant {
+    const char *name;
+    enum build_command command;
+    bool geometry_pointers; /* ppGeometries */
+    bool instance_pointers; /* arrays of pointers to instances, which wants compute shaders */
+};
+extern const struct variant variants[];
+extern const uint32_t variant_count;
+/* Whether a case can be played so at all. */
+bool variant_fits(const struct variant *variant, const struct platform *platform,
+                  const struct test_case *test_case);
+/* The make_call of --submitted. */
+bool content_call(const struct play *play, struct fixture *fixture, const struct call *call,
+                  struct report *report);
 
 #endif

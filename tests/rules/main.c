@@ -3,7 +3,7 @@
  *            [--level NAME] [--misaligned] [--fail]
  *
  * Plays every case on every command that it fits; with --submitted, the cases about the data of
- * builds by command buffers, in every variant that fits (submitted/). --results writes what fired
+ * builds by command buffers, in every variant that fits (submitted.c). --results writes what fired
  * and what stayed silent as lines of tab-separated values: platform, case, command, id,
  * fired|silent|failed; at a level that is asked for, unseen where it can't see what is broken. */
 #include <signal.h>
@@ -12,7 +12,6 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "tests/rules/submitted/variant.h"
 #include "tests/rules/wording.h"
 
 #define LIST(name) &cases_##name,
@@ -77,7 +76,6 @@ static void write_results(struct run *run, const struct play *play)
 {
     const struct test_case *test_case = play->test_case;
     const struct report *report = &run->report;
-    const bool is_silent = test_case->silent || play->is_made_better;
 
     if (play->is_mutation_alone || report->outcome == OUTCOME_SKIPPED)
         return;
@@ -85,8 +83,8 @@ static void write_results(struct run *run, const struct play *play)
         const enum rule rule = test_case->rules[i];
         const enum vuid vuid = rule_infos[rule].vuid[play->command];
         const bool stayed_silent =
-            is_silent ? report->outcome == OUTCOME_PASSED : report->stayed_silent;
-        if (!is_silent)
+            test_case->silent ? report->outcome == OUTCOME_PASSED : report->stayed_silent;
+        if (!test_case->silent)
             tally_note(&run->tally, current_name, play->command, vuid,
                        !report->fired              ? SIGHT_FAILED
                        : judge_expects(play, rule) ? SIGHT_FIRED
@@ -191,7 +189,7 @@ static uint32_t find_setup(struct run *run, const struct setup *setup)
 static void plan(struct run *run, const struct case_list *list, const struct play *play)
 {
     struct muted_play muted;
-    if (run->mutes && (play->is_made_better || !wording_mute(play, &muted)))
+    if (run->mutes && !wording_mute(play, &muted))
         return;
     const struct play *played = run->mutes ? &muted.play : play;
     if (play->variant && !variant_fits(play->variant, play->platform, played->test_case))
@@ -254,8 +252,7 @@ static void plan_all_variants(struct run *run, const struct case_list *list,
                                   .test_case = test_case,
                                   .command = variants[i].command,
                                   .geometry_pointers = variants[i].geometry_pointers,
-                                  .variant = &variants[i],
-                                  .is_made_better = variants[i].change == CHANGE_FOR_THE_BETTER};
+                                  .variant = &variants[i]};
         plan(run, list, &play);
     }
 }

@@ -23,8 +23,6 @@ MESSAGES_END = re.compile(r"\(before the mutation\)$|tests/programs/|execution/\
 
 # Plays at levels that the Khronos layer does not have, and repetitions.
 REPEATED = re.compile(r"@(parameters|state)$|\+ppGeometries$")
-# --submitted plays each case with data that comes to the device in many ways. One is enough.
-COPIED = re.compile(r"/(|indirect_|nv_)copied(_pointers)?$")
 
 Message = collections.namedtuple("Message", "id text")
 
@@ -143,9 +141,7 @@ def names_of(program):
     done = subprocess.run([*program, "--list"], env=environment({}), check=False,
                           stdout=subprocess.PIPE, text=True)
     for line in done.stdout.splitlines() if done.returncode == 0 else ():
-        if line.startswith("[") or REPEATED.search(line):
-            continue
-        if "--submitted" not in program or COPIED.search(line):
+        if not line.startswith("[") and not REPEATED.search(line):
             lists[list_of(line)].append(line)
     return lists
 

@@ -46,7 +46,7 @@ static struct scene *open_scene(bool in_secondary)
 {
     fixture_open_by_environment(&fixture, command == COMMAND_NV ? ENABLE_RAY_TRACING_NV : 0);
     fixture.records_secondary = in_secondary;
-    fixture.inputs = INPUTS_VISIBLE;
+    fixture.copies_inputs = true;
     return scene_open(&fixture, command);
 }
 
@@ -56,6 +56,7 @@ static void prepare(struct scene *scene)
         ((float *)(void *)(scene->boxes.bytes + BOX_SIZE))[0] = 2.5f; /* minX of the second box */
     if (strcmp(mistake, "execution") == 0 && command == COMMAND_HOST)
         scene->ranges[UPDATE][0].primitiveCount--;
+    scene_inputs_copy(scene, scene->command_buffer);
     if (is_deferred)
         GET(scene->vk->CreateDeferredOperationKHR(fixture.device, NULL,
                                                   &scene->deferred_operation));

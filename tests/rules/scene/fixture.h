@@ -5,7 +5,7 @@
 #define ASSAY_TESTS_RULES_SCENE_FIXTURE_H
 
 #include "tests/fixture/instance.h"
-#include "tests/rules/scene/scene_inputs.h"
+#include "tests/fixture/objects.h"
 
 /* Extensions with their features, beside those that every world has. */
 enum setup_enable {
@@ -86,9 +86,7 @@ struct fixture {
     VkQueueFamilyProperties families[FIXTURE_QUEUE_FAMILIES];
     uint32_t family_count;
     bool has_indirect, has_host; /* features that the driver offers */
-    /* The route of the inputs of scenes to be opened. */
-    enum input_route inputs;
-    bool uses_two_queues;   /* of families 0 and 1: what comes before the call is for the other */
+    bool copies_inputs;     /* see scene_input() */
     bool fails;             /* debug_action is fail: calls that break rules are skipped */
     bool misaligns;         /* calls lead to misaligned copies, see scene_misalign() */
     bool records_secondary; /* the command buffer of the call is a secondary one */

@@ -81,7 +81,7 @@ static void make_inputs(struct scene *scene)
     struct device_buffer *const buffers[] = {&scene->vertices, &scene->indices, &scene->transforms,
                                              &scene->boxes, &scene->instances};
     for (size_t i = 0; i < sizeof(buffers) / sizeof(buffers[0]); i++) {
-        *buffers[i] = scene_input(scene, SCENE_BUFFER_SIZE, INPUT_USAGE, true);
+        *buffers[i] = scene_input(scene, SCENE_BUFFER_SIZE, INPUT_USAGE);
         memset(buffers[i]->bytes, 0, SCENE_BUFFER_SIZE);
     }
     fill_vertices(scene);
@@ -90,7 +90,7 @@ static void make_inputs(struct scene *scene)
     fill_instances(scene);
     scene->indirect = scene_input(
         scene, sizeof(scene->ranges),
-        VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, false);
+        VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     for (uint32_t build = 0; build < SCENE_BUILDS; build++) {
         scene->indirect_addresses[build] =
             scene->indirect.address + build * sizeof(scene->ranges[build]);
@@ -330,7 +330,7 @@ static void call_indirect(struct scene *scene)
         for (uint32_t i = 0; i < SCENE_GEOMETRIES; i++)
             scene->counts[build][i] = scene->ranges[build][i].primitiveCount;
     }
-    scene_inputs_stage(scene, scene->command_buffer);
+    scene_inputs_copy(scene, scene->command_buffer);
     if (scene->fixture->misaligns)
         scene_misalign(scene);
     scene->vk->CmdBuildAccelerationStructuresIndirectKHR(
@@ -345,7 +345,7 @@ VkResult scene_call(struct scene *scene)
         scene_misalign(scene);
     switch ((int)scene->command) {
     case COMMAND_DEVICE:
-        scene_inputs_stage(scene, scene->command_buffer);
+        scene_inputs_copy(scene, scene->command_buffer);
         scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, scene->info_count,
                                                      scene->infos_argument, scene->ranges_argument);
         break;

@@ -9,7 +9,6 @@
 
 #include "tests/fixture/make.h"
 #include "tests/rules/scene/fixture.h"
-#include "tests/rules/scene/scene_inputs.h"
 #include "vuid-tables/rules.h"
 
 /* The builds of the call. */
@@ -27,6 +26,7 @@ enum {
     SCENE_BUILDS = 40,
     SCENE_GEOMETRIES = 8,
     SCENE_CLEANUPS = 512,
+    SCENE_INPUTS_MAX = 24,
     SCENE_BUFFER_SIZE = 4096, /* of each input buffer, bytes */
     SCENE_TRANSFORM_OFFSET = 48,
 };
@@ -47,6 +47,12 @@ struct test_memory {
 };
 
 struct scene;
+
+/* What command buffers copy to a buffer of inputs. */
+struct scene_input_copy {
+    VkBuffer source, buffer;
+    VkDeviceSize size;
+};
 
 struct scene_cleanup {
     void (*destroy)(struct scene *scene, VkDevice device, uint64_t handle);
@@ -170,9 +176,6 @@ struct scene {
 
     /* The call. The pointers lead to the arrays below until a case edits them. */
     VkCommandBuffer command_buffer;
-    VkFence fence; /* these three: of who submits it, if that has any */
-    VkSemaphore timeline;
-    uint64_t timeline_value;
     bool is_edited;  /* a case has edited it: queries of sizes may have findings */
     VkDevice device; /* these two: COMMAND_HOST */
     VkDeferredOperationKHR deferred_operation;
@@ -202,7 +205,8 @@ struct scene {
 
     /* What the builds use. */
     struct device_buffer vertices, indices, transforms, boxes, instances;
-    struct scene_inputs inputs;
+    struct scene_input_copy inputs[SCENE_INPUTS_MAX];
+    uint32_t input_count;
     struct scene_micromaps micromaps;
     struct device_buffer dst_buffers[SCENE_BUILDS], scratch_buffers[SCENE_BUILDS];
     VkDevice other_device; /* made by scene_enter_other_device */
@@ -246,12 +250,22 @@ void scene_give_objects(struct scene *scene, uint32_t build);
 void scene_fit(struct scene *scene, uint32_t build);
 
 /* Carries out builds of the scene by a call of their own that comes before the scene's, with the
- * inputs as they are now if those are staged. */
+ * inputs as they are now. */
 void scene_build_before(struct scene *scene, uint32_t first, uint32_t count);
 
 /* What updates start from: on the host, where they are judged when they are called, their sources
  * have to be built before. */
 void scene_build_source(struct scene *scene, uint32_t update);
+
+/* A bound buffer of inputs, which cases write by its `bytes`. If the fixture copies inputs, builds on
+ * the device read it in device-local memory, and the `bytes` are copied there just before. Then
+ * builds that come before the call are submitted at once, by command buffers of their own. */
+struct device_buffer scene_input(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage);
+/* Records these copies, for the build that is recorded next. */
+void scene_inputs_copy(struct scene *scene, VkCommandBuffer command_buffer);
+/* Where builds that come before the call are recorded; and their end. */
+VkCommandBuffer scene_begin_before(struct scene *scene);
+void scene_end_before(struct scene *scene, VkCommandBuffer command_buffer);
 
 /* Copies a structure before the call, by the command of the same kind: on the host, or recorded.
  * VK_SUCCESS if it is recorded: backend cpu may refuse copies on the host. */

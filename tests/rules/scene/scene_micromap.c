@@ -30,9 +30,9 @@ void scene_build_micromap(struct scene *scene)
     struct scene_micromaps *micromaps = &scene->micromaps;
     VkAccelerationStructureBuildGeometryInfoKHR *info = &scene->infos[AABBS];
     const struct device_buffer data =
-        scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE, true);
+        scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE);
     const struct device_buffer triangles =
-        scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE, true);
+        scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE);
 
     micromaps->triangles = (VkMicromapTriangleKHR *)(void *)triangles.bytes;
     micromaps->triangle_buffer = triangles;
@@ -65,7 +65,7 @@ void scene_record_micromap_in(struct scene *scene, VkAccelerationStructureKHR mi
                               uint32_t triangle_count)
 {
     const struct device_buffer input =
-        scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE, true);
+        scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE);
     const struct device_buffer scratch = scene_buffer(scene, MICROMAP_SIZE, SCRATCH_USAGE);
     fill_triangles((VkMicromapTriangleKHR *)(void *)input.bytes);
     const VkMicromapUsageKHR usage = {.count = triangle_count,

@@ -104,7 +104,7 @@ uint64_t scene_nv_foreign_buffer(struct scene *scene)
 static struct device_buffer copy_of(struct scene *scene, const struct device_buffer *input)
 {
     const struct device_buffer copy =
-        scene_input(scene, input->size, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV, true);
+        scene_input(scene, input->size, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
     memcpy(copy.bytes, input->bytes, input->size);
     return copy;
 }
@@ -203,7 +203,7 @@ void scene_nv_call(struct scene *scene)
 {
     const struct scene_nv *nv = &scene->nv;
 
-    scene_inputs_stage(scene, scene->command_buffer);
+    scene_inputs_copy(scene, scene->command_buffer);
     scene->vk->CmdBuildAccelerationStructureNV(scene->command_buffer, nv->info_argument,
                                                nv->instance_data, nv->instance_offset, nv->update,
                                                nv->dst, nv->src, nv->scratch, nv->scratch_offset);
