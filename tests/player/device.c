@@ -218,6 +218,12 @@ static void find_features(struct play *play, struct device_wish *wish)
     for (size_t i = 0; i < ARRAY_COUNT(extensions); i++)
         if (has(play, &extensions[i]))
             device_wish_add(wish, extensions[i].name);
+    /* Its micromaps are created by address. Backend cpu has the feature without the extension. */
+    if (play_has(play, "VK_KHR_opacity_micromap")) {
+        if (instance_fixture_count_extension(fixture, "VK_KHR_device_address_commands") > 0)
+            device_wish_add(wish, "VK_KHR_device_address_commands");
+        device_wish_features(wish, VkPhysicalDeviceDeviceAddressCommandsFeaturesKHR_sType);
+    }
     device_wish_features(wish, VkPhysicalDeviceVulkan12Features_sType);
     VkPhysicalDeviceVulkan13Features *core_13 =
         device_wish_features(wish, VkPhysicalDeviceVulkan13Features_sType);
@@ -449,6 +455,17 @@ const char *play_unknown_extension(const struct program *program)
     return NULL;
 }
 
+/* Whether it is about a command of VK_NV_ray_tracing which builds nothing. */
+static bool is_about_nv(const struct program *program)
+{
+    enum vuid vuid;
+    enum build_command command;
+    if (!program_subject(program, &vuid, &command) || vuid == VUID_NONE || command == COMMAND_NV)
+        return false;
+    const char *name = build_command_name(command);
+    return strcmp(name + strlen(name) - 2, "NV") == 0;
+}
+
 /* Returns what the program needs and the device lacks. */
 static const char *missing(const struct play *play)
 {
@@ -478,7 +495,7 @@ static const char *missing(const struct play *play)
             return needs[i].what;
     /* Backend cpu has one kind of structures, which the commands of KHR take, too. */
     if (!play->is_unjudged && !program_find(program, "only", "cpu") &&
-        program_find(program, "structures", "nv") && lacks_nv(program))
+        program_find(program, "structures", "nv") && lacks_nv(program) && !is_about_nv(program))
         return "a command that VK_NV_ray_tracing lacks";
     return has_host_work(program) && !play->has_host ? "builds on the host" : NULL;
 }

@@ -165,6 +165,7 @@ VkQueryPool play_create_queries(const struct play *play, const char *name)
 {
     const VkQueryType type =
         name[1] == 'M'   ? VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT
+        : name[1] == 'C' ? VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT
         : name[1] == 'N' ? VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV
         : name[1] == 'O' ? VK_QUERY_TYPE_OCCLUSION
         : name[1] == 'T' ? VK_QUERY_TYPE_TIMESTAMP
@@ -299,9 +300,10 @@ static struct alias read_alias(struct play *play, char **words, VkDeviceSize siz
             alias.info.usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR;
         } else if (play_is(*words, "unbound")) {
             alias.is_unbound = true;
-        } else if (play_is(*words, "sparse")) {
-            alias.info.flags =
-                VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT;
+        } else if (play_is(*words, "sparse") || play_is(*words, "aliased")) {
+            alias.info.flags = VK_BUFFER_CREATE_SPARSE_BINDING_BIT |
+                               (play_is(*words, "sparse") ? VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT
+                                                          : VK_BUFFER_CREATE_SPARSE_ALIASED_BIT);
             alias.is_sparse = true;
             alias.bound = play_number(play, *++words);
         } else {

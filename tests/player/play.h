@@ -4,7 +4,7 @@
  *
  * An object exists from its first use on. The first letter of its name says what it is:
  * B and T bottom- and top-level structures, M micromaps, E events, F images (FC: of blocks of 4 * 4
- * texels), P query pools (PM, PN, PO: see play_create_queries()),
+ * texels), P query pools (PM, PC, PN, PO: see play_create_queries()),
  * c command buffers, d deferred operations, s binary semaphores, t timelines, q queues, all other
  * capital letters buffers, which the host has mapped but for U; D has serialized data of the null
  * driver, no command writes H, and W is large. NAME+OFFSET is a place in a buffer, and where a
@@ -300,8 +300,8 @@ void play_destroy_nameless(struct play *play);
 bool play_life(struct play *play, char **words);
 /* alias NAME PLACE [SIZE] [KIND]: a buffer in the memory of another one. KIND: `protected`,
  * `imported`, `replayed`; `described`: whose descriptor can be captured and replayed; `for-nv`:
- * with VK_BUFFER_USAGE_RAY_TRACING_BIT_NV alone; `plain`: without
- * VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT; `sparse BYTES`: memory is bound to the first BYTES;
+ * with VK_BUFFER_USAGE_RAY_TRACING_BIT_NV alone; `plain`: without the usage for addresses;
+ * `sparse BYTES`, with residency, and `aliased BYTES`: memory is bound to the first BYTES;
  * `unbound`: to none, until `back NAME PLACE`.
  * place NAME PLACE: a structure in a buffer.
  */

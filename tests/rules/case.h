@@ -70,11 +70,6 @@ struct test_case {
     void (*wrong)(struct scene *scene); /* the mutation */
     void (*right)(struct scene *scene); /* the twin. NULL: the prepared call is it */
 
-    /* What is done after the mutated call, and after the twin: what breaks the rule when it is
-     * submitted wants `forwards`. */
-    void (*then)(struct scene *scene);
-    void (*right_then)(struct scene *scene);
-
     uint64_t commands; /* enum command_mask, or bits 1 << COMMAND_... */
     /* Where the case is played, too: there it breaks that rule beside its own, and the unmutated
      * call is the twin. NULL: nowhere. */
@@ -91,7 +86,6 @@ struct test_case {
     bool keep_arrays;   /* not to be repeated with ppGeometries */
     bool forwards;      /* the callback lets the call pass; null driver only */
     bool below_content; /* what the data says is wrong, too, and the case isn't about that */
-    bool submits;       /* what is recorded is judged when it is submitted */
     /* For --submitted, which plays the cases of level content by command buffers, too: */
     bool is_wild;         /* a driver that trusts the data reads where nothing is */
     bool has_pointers;    /* which a shader has to follow */

@@ -14,9 +14,9 @@ TEXT = re.compile(r'"(?:[^"\\]|\\.)*"')
 WRITE = re.compile(r"(float|uint\d+_t) (.+)@(.+)")
 MEMBER = re.compile(r"[a-z]\w*(\.\w+|\[[^]]*\])*")
 LOCAL = re.compile(r"[a-z]\w*(\.\w+)*")
-STEPS = ("prepare", "wrong", "fine", "right", "then", "right_then")
+STEPS = ("prepare", "wrong", "fine", "right")
 FLAGS = ("needs_null_driver", "needs_drivers_sizes", "spares_drivers", "may_fail_on_cpu",
-         "keep_arrays", "forwards", "below_content", "submits", "is_wild", "has_pointers", "is_for_the_call",
+         "keep_arrays", "forwards", "below_content", "is_wild", "has_pointers", "is_for_the_call",
          "is_for_contents")
 TYPES = ("float", "uint8_t", "uint16_t", "uint32_t", "uint64_t")
 # Calls in edits that take no scene.
@@ -282,7 +282,7 @@ def row(cases, name, place, items, setups, defines):
         steps["right"] = right
     for key, edits in steps.items():
         steps[key] = [part for edit in edits for part in split(defines.expand(edit), ",")]
-    for key in ("prepare", "wrong", "right", "then", "right_then"):
+    for key in ("prepare", "wrong", "right"):
         if steps.get(key):
             fields.append(f".{key} = {cases.function(steps[key])}")
     says = items.get("says")

@@ -255,7 +255,6 @@ static void play_twin(const struct play *play, struct fixture *fixture, struct r
     const struct call twin = {.what = "twin",
                               .prepare = test_case->prepare,
                               .mutate = test_case->right,
-                              .then = test_case->right_then,
                               .may_fail_on_cpu = test_case->may_fail_on_cpu};
 
     report->stayed_silent = (play->base_is_known || expect_silence(play, fixture, &base, report)) &&
@@ -285,7 +284,6 @@ static bool play_mutation(const struct play *play, struct fixture *fixture, stru
     const struct call call = {.what = breaks ? "mutation" : "valid mutation",
                               .prepare = test_case->prepare,
                               .mutate = test_case->wrong,
-                              .then = test_case->then,
                               .is_mutation = true,
                               .breaks = breaks,
                               .forwards = test_case->forwards || passes,

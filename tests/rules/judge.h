@@ -18,9 +18,9 @@ struct play {
     const struct platform *platform;
     const struct test_case *test_case;
     enum build_command command;
-    bool geometry_pointers; /* ppGeometries instead of pGeometries */
-    const char *level;      /* NULL, or a setting instead of the case's own */
-    bool is_mutation_alone; /* neither the valid call nor the twin is played */
+    bool geometry_pointers;        /* ppGeometries instead of pGeometries */
+    const char *level;             /* NULL, or a setting instead of the case's own */
+    bool is_mutation_alone;        /* neither the valid call nor the twin is played */
     const struct variant *variant; /* of --submitted, or NULL */
     bool base_is_known;            /* the valid call was silent in this form before */
 };
@@ -28,9 +28,8 @@ struct play {
 /* One of the three calls of a case. */
 struct call {
     const char *what;
-    void (*prepare)(struct scene *scene); /* these three: NULL: nothing is done */
+    void (*prepare)(struct scene *scene); /* both: NULL: nothing is done */
     void (*mutate)(struct scene *scene);
-    void (*then)(struct scene *scene);
     bool is_mutation, breaks, forwards, may_fail_on_cpu;
 };
 

@@ -303,15 +303,16 @@ static void play_all(struct run *run)
 
 /* ---- every id has a case: on the null driver, which takes everything ---- */
 
-/* --submitted breaks what command buffers read. */
+/* Programs are about what executes, and --submitted is about what command buffers read. */
 static bool is_asked_of_calls(const struct rule_info *info, enum build_command command)
 {
-    return info->level != LEVEL_CONTENT || command == COMMAND_HOST;
+    return info->level < LEVEL_EXECUTION ||
+           (info->level == LEVEL_CONTENT && command == COMMAND_HOST);
 }
 
 static bool is_asked_of_submissions(const struct rule_info *info, enum build_command command)
 {
-    return command < BUILD_COMMAND_COUNT && !is_asked_of_calls(info, command);
+    return command < BUILD_COMMAND_COUNT && command != COMMAND_HOST && info->level == LEVEL_CONTENT;
 }
 
 static void check_every_id_has_a_case(struct run *run)

@@ -5,22 +5,16 @@
 
 #include "tests/rules/judge.h"
 
-static bool is_submitted(const struct play *play)
-{
-    return play->test_case->submits && command_is_recorded(play->command);
-}
-
 /* Whether a callback has the call itself skipped. */
-static bool is_skipped(const struct play *play, const struct call *call)
+static bool is_skipped(const struct call *call)
 {
-    return call->breaks && !call->forwards && !is_submitted(play);
+    return call->breaks && !call->forwards;
 }
 
 /* Whether the driver below has seen the call when it should, and only then. */
-static bool check_forwarding(const struct play *play, const struct call *call, uint64_t seen,
-                             struct report *report)
+static bool check_forwarding(const struct call *call, uint64_t seen, struct report *report)
 {
-    const uint64_t wanted = is_skipped(play, call) ? 0 : 1;
+    const uint64_t wanted = is_skipped(call) ? 0 : 1;
     if (seen == wanted)
         return true;
     report_say(report, "%s: the driver got the call %u times instead of %u\n", call->what,
@@ -33,28 +27,12 @@ static bool check_result(const struct play *play, const struct call *call, VkRes
                          struct report *report)
 {
     const bool is_host = command_returns_result(play->command);
-    const bool skipped = is_host && is_skipped(play, call);
+    const bool skipped = is_host && is_skipped(call);
     const bool may_fail = is_host && call->may_fail_on_cpu && play->platform->is_cpu;
     if ((skipped ? result == VK_ERROR_VALIDATION_FAILED_EXT : result >= VK_SUCCESS) ||
         (may_fail && result == VK_ERROR_VALIDATION_FAILED_EXT))
         return true;
     report_say(report, "%s: the call returned %d\n", call->what, result);
-    return false;
-}
-
-/* Submits what was recorded without a word; a callback has it skipped where it breaks rules. */
-static bool submit(struct fixture *fixture, struct scene *scene, const struct call *call,
-                   struct report *report)
-{
-    if (!report_expect_none(report, &fixture->instance.messages, call->what,
-                            "before the submission"))
-        return false;
-    fixture->instance.messages.answer = call->breaks && !fixture->fails ? VK_TRUE : VK_FALSE;
-    const VkResult result = scene_submit_call(scene);
-    const bool is_skipped = call->breaks && !(fixture->fails && call->forwards);
-    if (result == (is_skipped ? VK_ERROR_VALIDATION_FAILED_EXT : VK_SUCCESS))
-        return true;
-    report_say(report, "%s: the submission returned %d\n", call->what, result);
     return false;
 }
 
@@ -125,7 +103,7 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
     } else if (report_expect_none(report, &fixture->instance.messages, call->what,
                                   "before the call")) {
         fixture->instance.messages.answer =
-            is_skipped(play, call) && !fixture->fails ? VK_TRUE : VK_FALSE;
+            is_skipped(call) && !fixture->fails ? VK_TRUE : VK_FALSE;
         const bool reaches_driver = play->platform->is_null && !play->platform->is_cpu;
         const uint64_t before = reaches_driver ? driver->calls(name) : 0;
         /* A call on an unknown device cannot go down, with or without a message. */
@@ -133,12 +111,8 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
             !command_is_recorded(play->command) && scene->device != fixture->device;
         const VkResult result = scene_call(scene);
         good = (can_fail && !call->breaks) || check_result(play, call, result, report);
-        if (call->then != NULL)
-            call->then(scene);
-        if (is_submitted(play))
-            good = submit(fixture, scene, call, report) && good;
         if (reaches_driver && (!can_fail || call->breaks))
-            good = check_forwarding(play, call, driver->calls(name) - before, report) && good;
+            good = check_forwarding(call, driver->calls(name) - before, report) && good;
         fixture->instance.messages.answer = VK_FALSE;
     }
     const uint32_t count = fixture->instance.messages.count;

@@ -156,8 +156,7 @@ static bool expect_refusal_alone(const struct play *play, const struct fixture *
     return (judge_is_refused(play) && call->prepare != NULL &&
             messages_count(messages, rule_id(refusal->rule, refusal->command), NULL) ==
                 messages->count) ||
-           report_expect_none(report, messages, call->what,
-                              "before the submission was waited for");
+           report_expect_none(report, messages, call->what, "before the submission was waited for");
 }
 
 static bool record_and_submit(const struct play *play, struct fixture *fixture, struct scene *scene,
@@ -165,8 +164,6 @@ static bool record_and_submit(const struct play *play, struct fixture *fixture, 
 {
     const VkQueue queue = scene_queue(scene, scene_family(scene));
     scene_call(scene);
-    if (call->then != NULL)
-        call->then(scene);
     scene_end(scene, scene->command_buffer);
     GET(commands_submit(scene->vk, queue, scene->command_buffer, VK_NULL_HANDLE));
     const bool good = expect_refusal_alone(play, fixture, call, report);

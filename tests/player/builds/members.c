@@ -58,6 +58,7 @@ static const struct play_member members[] = {
     MEMBER(opacity.indexStride),
     MEMBER(opacity.indexBuffer),
     MEMBER(opacity.baseTriangle),
+    MEMBER(opacity.micromap),
     MEMBER(usage_khr.count),
     MEMBER(usage_khr.subdivisionLevel),
     MEMBER(usage_khr.format),

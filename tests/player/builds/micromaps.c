@@ -2,10 +2,11 @@
 /* Micromaps:
  *
  *     micromap NAME [data PLACE] [triangles PLACE] [scratch PLACE] [usage pointer] [mixed PLACE]
- *         [and NAME ...]
+ *         [flags NUMBER] [and NAME ...]
  *     clone | compact | serialize | deserialize SRC > DST
- *     query NAME > POOL          of the serialization size; the pool's name begins with PM
- *     host micromap ...          host clone | serialize | deserialize ...
+ *     query NAME > POOL          of the serialization size if the pool's name begins with PM, of
+ * the compacted size if it begins with PC host micromap ...          host clone | serialize |
+ * deserialize ...
  *
  * A micromap has 2 triangles; its data are in V0, and the triangles in V1. With `mixed` it has what
  * play_mixed_usages() says, and the triangles are those that the host has written to the place. */
@@ -50,6 +51,8 @@ static char **read_build(struct play *play, char **words, bool is_host,
             triangles = words[1];
         } else if (play_is(words[0], "scratch")) {
             info->scratchData = play_address_for(play, words[1], is_host);
+        } else if (play_is(words[0], "flags")) {
+            info->flags = (VkBuildMicromapFlagsEXT)play_number(play, words[1]);
         } else if (play_is(words[0], "usage") && play_is(words[1], "pointer")) {
             info->pUsageCounts = NULL;
             info->ppUsageCounts = &usage_pointer;

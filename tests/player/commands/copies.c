@@ -110,10 +110,12 @@ static void query(struct play *play, char **words)
     VkAccelerationStructureKHR structures[PLAY_ITEMS];
     uint32_t count = 0;
     if (words[1] && words[1][0] == 'M') {
-        PLAY_REQUIRE(play, play_is(words[2], ">"));
+        PLAY_REQUIRE(play, play_is(words[2], ">") && words[3]);
         play->vk.CmdWriteMicromapsPropertiesEXT(
             play_commands(play), 1, &play_object(play, words[1])->micromap,
-            VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT, play_object(play, words[3])->queries, 0);
+            words[3][1] == 'C' ? VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT
+                               : VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT,
+            play_object(play, words[3])->queries, 0);
         return;
     }
     if (words[1] && play_object(play, words[1])->is_nv) {

@@ -4,17 +4,14 @@
  *     structures generic | nv [boxes | instances | GEOMETRIES] | khr      what new structures are:
  *                              `generic` is about those whose names begin with B, and the others
  *                              about all
- *     create NAME at PLACE [micromap]     a structure, by vkCreateAccelerationStructure2KHR; or an
- *                              opacity micromap
- *     create NAME of BYTES     a buffer
- *     create NAME scratch build | update STRUCTURE SHAPE       a buffer, for the scratch of a build
- *     create NAME [generic | sparse | fitting SHAPE | last-size [less BYTES]]      a structure, in
- *                              its old buffer or a sparse one; SHAPE is the words of a build, and
- *                              `last-size`: the size that the host read last
- *     have NAME...             creates what is not there yet
- *     destroy NAME             destroy buffer NAME: of a structure
- *     free NAME                its memory
- *     renew NAME               destroys and creates a buffer with its memory, an operation, or a
+ *     create NAME at PLACE [micromap | bound]     a structure, by
+ * vkCreateAccelerationStructure2KHR, which says that it is `bound`; or an opacity micromap create
+ * NAME of BYTES [less BYTES]    a buffer create NAME scratch build | update STRUCTURE SHAPE       a
+ * buffer, for the scratch of a build create NAME [generic | sparse [long] | fitting SHAPE |
+ * last-size [less BYTES]]      a structure, in its old buffer or a sparse one; SHAPE is the words
+ * of a build, and `last-size`: the size that the host read last have NAME...             creates
+ * what is not there yet destroy NAME             destroy buffer NAME: of a structure free NAME its
+ * memory renew NAME               destroys and creates a buffer with its memory, an operation, or a
  *                              pool of queries, which nothing has reset
  *     event NAME               only the device can set it
  *     create nameless PLACE COUNT      structures without names, one behind the other
@@ -41,9 +38,9 @@ static void choose_structures(struct play *play, char **words)
 
 /* ---- creation */
 
-static void create_sparse_buffer(struct play *play, struct play_object *object)
+static void create_sparse_buffer(struct play *play, struct play_object *object, VkDeviceSize size)
 {
-    VkBufferCreateInfo info = play_buffer_info(play, PLAY_PAGE_SIZE);
+    VkBufferCreateInfo info = play_buffer_info(play, size);
     VkMemoryRequirements requirements;
     info.flags = VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_SPARSE_ALIASED_BIT;
     buffer_destroy(&play->vk, play->device, &object->buffer);
@@ -73,18 +70,25 @@ static void create_scratch(struct play *play, char **words)
             play_is(words[3], "update") ? sizes.updateScratchSize : sizes.buildScratchSize);
 }
 
-/* create NAME at PLACE [micromap] */
+/* create NAME at PLACE [micromap | bound] */
 static void create_at(struct play *play, char **words)
 {
     struct play_object *object = play_object(play, words[1]);
-    const STRUCT(VkAccelerationStructureCreateInfo2KHR, info,
-                 .addressRange = {play_address(play, words[3]), PLAY_STRUCTURE_SIZE},
-                 .addressFlags = VK_ADDRESS_COMMAND_STORAGE_BUFFER_USAGE_BIT_KHR,
-                 .type = play_is(words[4], "micromap")
-                             ? VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR
-                             : play->bottom_type);
+    const STRUCT(
+        VkAccelerationStructureCreateInfo2KHR, info,
+        .addressRange = {play_address(play, words[3]), PLAY_STRUCTURE_SIZE},
+        .addressFlags = VK_ADDRESS_COMMAND_STORAGE_BUFFER_USAGE_BIT_KHR |
+                        (play_is(words[4], "bound") ? VK_ADDRESS_COMMAND_FULLY_BOUND_BIT_KHR : 0),
+        .type = play_is(words[4], "micromap") ? VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR
+                                              : play->bottom_type);
     play_destroy_object(play, object);
     GET(play->vk.CreateAccelerationStructure2KHR(play->device, &info, NULL, &object->structure));
+}
+
+/* create NAME last-size [less BYTES] */
+static VkDeviceSize last_size(const struct play *play, char **words)
+{
+    return play->last_size - (words[3] ? (VkDeviceSize)atoi(words[4]) : 0);
 }
 
 static void create(struct play *play, char **words)
@@ -96,14 +100,14 @@ static void create(struct play *play, char **words)
     play_destroy_object(play, object);
     if (play->is_nv) {
         play->vk.FreeMemory(play->device, object->buffer.memory, NULL);
-        play_create_nv(play, object, play_is(words[2], "last-size") ? play->last_size : 0);
+        play_create_nv(play, object, play_is(words[2], "last-size") ? last_size(play, words) : 0);
         return;
     }
     if (play_is(words[2], "generic")) {
         type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR;
     } else if (play_is(words[2], "sparse")) {
-        create_sparse_buffer(play, object);
-        size = PLAY_PAGE_SIZE;
+        size = PLAY_PAGE_SIZE * (play_is(words[3], "long") ? 2 : 1);
+        create_sparse_buffer(play, object, size);
     } else if (play_is(words[2], "fitting")) {
         words[2] = words[1];
         size = play_build_sizes(play, words + 2, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR)
@@ -112,7 +116,7 @@ static void create(struct play *play, char **words)
             enlarge(play, object, size);
     } else if (play_is(words[2], "last-size")) {
         if (play->last_size) /* else memory has run out */
-            size = play->last_size - (words[3] ? (VkDeviceSize)atoi(words[4]) : 0);
+            size = last_size(play, words);
     } else {
         PLAY_REQUIRE(play, !words[2]);
     }
@@ -244,7 +248,8 @@ bool play_life(struct play *play, char **words)
     else if (play_is(words[0], "create") && play_is(words[2], "scratch"))
         create_scratch(play, words);
     else if (play_is(words[0], "create") && play_is(words[2], "of"))
-        enlarge(play, play_object(play, words[1]), play_number(play, words[3]));
+        enlarge(play, play_object(play, words[1]),
+                play_number(play, words[3]) - (words[4] ? play_number(play, words[5]) : 0));
     else if (play_is(words[0], "create") && play_is(words[2], "at"))
         create_at(play, words);
     else if (play_is(words[0], "create"))

@@ -5,8 +5,9 @@
  *     submit [QUEUE] COMMANDS SEMAPHORES [fence]   submits it by vkQueueSubmit2; `submit1`: by
  *                                                  vkQueueSubmit; `submit2KHR`: by its older name
  *     again [QUEUE]           submits the last batch's command buffers once more
- *     bind QUEUE [NAME page NUMBER | NAME nothing] SEMAPHORES [fence]     vkQueueBindSparse of the
- *                                            sparse buffer of a structure, or without bindings
+ *     bind QUEUE [NAME page NUMBER [NUMBER] | NAME nothing] SEMAPHORES [fence]
+ *                             vkQueueBindSparse of the sparse buffer of a structure, or without
+ *                             bindings; the second page is that of a long buffer
  *
  * COMMANDS: names of command buffers, in front of those that were recorded without a name. In a
  * group of devices, `mask NUMBER` says which ones execute them; all if there is none.
@@ -97,20 +98,24 @@ static void submit(struct play *play, char **words)
     submit_batches(play, play->queues[queue], words[0], fence);
 }
 
-/* bind QUEUE [NAME page NUMBER | NAME nothing] SEMAPHORES [fence] */
+/* bind QUEUE [NAME page NUMBER [NUMBER] | NAME nothing] SEMAPHORES [fence] */
 static void bind(struct play *play, char **words)
 {
-    VkSparseMemoryBind bind = {.size = PLAY_PAGE_SIZE};
-    VkSparseBufferMemoryBindInfo info = {.bindCount = 1, .pBinds = &bind};
+    VkSparseMemoryBind binds[] = {{.size = PLAY_PAGE_SIZE},
+                                  {.resourceOffset = PLAY_PAGE_SIZE, .size = PLAY_PAGE_SIZE}};
+    VkSparseBufferMemoryBindInfo info = {.bindCount = 1, .pBinds = binds};
     const VkQueue queue = play->queues[play_queue_of(play, words[1])];
     char **rest = words + 2;
     if (*rest && **rest == 'B') {
         info.buffer = play_object(play, *rest)->buffer.handle;
-        if (play_is(rest[1], "page")) {
-            bind.memory = play->pages;
-            bind.memoryOffset = (VkDeviceSize)atoi(rest[2]) * PLAY_PAGE_SIZE;
+        const bool has_pages = play_is(rest[1], "page");
+        uint32_t count = 0;
+        for (rest += 2; has_pages && *rest && **rest >= '0' && **rest <= '9'; rest++) {
+            PLAY_REQUIRE(play, count < ARRAY_COUNT(binds));
+            binds[count].memory = play->pages;
+            binds[count++].memoryOffset = (VkDeviceSize)atoi(*rest) * PLAY_PAGE_SIZE;
         }
-        rest += bind.memory ? 3 : 2;
+        info.bindCount = has_pages ? count : 1;
     }
     add_batch(play, rest);
     const struct batch *batch = &play->batches[--play->batch_count];

@@ -138,32 +138,4 @@ static void use_instances(struct scene *scene)
     scene_instance(scene, 2)->flags = VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR;
 }
 
-/* A build of the host's, from the same data by device addresses. */
-static void record_on_device(struct scene *scene, uint32_t build, VkCommandBuffer command_buffer)
-{
-    VkAccelerationStructureGeometryKHR geometry = scene->geometries[build][0];
-    VkAccelerationStructureGeometryTrianglesDataKHR *triangles = &geometry.geometry.triangles;
-    VkAccelerationStructureBuildGeometryInfoKHR info = scene->infos[build];
-    triangles->vertexData.deviceAddress = scene->vertices.address;
-    triangles->indexData.deviceAddress = scene->indices.address;
-    triangles->transformData.deviceAddress = scene->transforms.address;
-    info.pGeometries = &geometry;
-    info.scratchData.deviceAddress = scene->scratch_buffers[build].address;
-    scene->vk->CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info,
-                                                 &scene->range_pointers[build]);
-}
-
-/* What the host has built with other flags before. */
-static void rebuild_on_device(struct scene *scene)
-{
-    use_instances(scene);
-    const uint32_t build = build_blas(scene, ALLOW_DISABLING);
-    const VkCommandBuffer command_buffer = scene_begin_own(scene);
-    scene_refer(scene, 0, scene->infos[build].dstAccelerationStructure);
-    scene->infos[build].flags = 0;
-    record_on_device(scene, build, command_buffer);
-    scene_end(scene, command_buffer);
-    GET(commands_submit(scene->vk, scene_queue(scene, scene_family(scene)), command_buffer,
-                        VK_NULL_HANDLE));
-}
 #include "disabling.inc"

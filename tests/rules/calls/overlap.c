@@ -93,27 +93,3 @@ static void use_different_instances(struct scene *scene)
     use_instances(scene, first, second);
 }
 #include "memory.inc"
-
-/* Where bytes are is known as far as bindings are known to have executed. */
-
-/* The two buffers are sparse here; their pages are counted on. */
-enum { PAGES = 4, FIRST = 0, SECOND = PAGES };
-static struct test_memory memory; /* of 2 * PAGES pages */
-static VkDeviceSize page_size;
-
-static struct device_buffer aliased_buffer(struct scene *scene, VkBufferUsageFlags usage)
-{
-    return scene_sparse_buffer(scene, PAGES * page_size, usage,
-                               VK_BUFFER_CREATE_SPARSE_ALIASED_BIT);
-}
-static VkAccelerationStructureKHR
-place_bound_accel(struct scene *scene, const struct device_buffer *buffer, VkDeviceSize offset)
-{
-    const VkDeviceAddressRangeKHR range = {.address = buffer->address + offset,
-                                           .size = place_size(scene, INDEXED)};
-    return scene_accel_at(scene, &MAKE(VkAccelerationStructureCreateInfo2KHR, .addressRange = range,
-                                       .addressFlags = VK_ADDRESS_COMMAND_FULLY_BOUND_BIT_KHR,
-                                       .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR));
-}
-
-#include "sparse.inc"

@@ -86,10 +86,10 @@ struct fixture {
     VkQueueFamilyProperties families[FIXTURE_QUEUE_FAMILIES];
     uint32_t family_count;
     bool has_indirect, has_host; /* features that the driver offers */
-    bool copies_inputs;     /* see scene_input() */
-    bool fails;             /* debug_action is fail: calls that break rules are skipped */
-    bool misaligns;         /* calls lead to misaligned copies, see scene_misalign() */
-    bool records_secondary; /* the command buffer of the call is a secondary one */
+    bool copies_inputs;          /* see scene_input() */
+    bool fails;                  /* debug_action is fail: calls that break rules are skipped */
+    bool misaligns;              /* calls lead to misaligned copies, see scene_misalign() */
+    bool records_secondary;      /* the command buffer of the call is a secondary one */
 };
 
 /* Returns NULL, or why the platform cannot have such a world. Anything that fails though it should

@@ -88,9 +88,9 @@ static void make_inputs(struct scene *scene)
     fill_transforms(scene);
     fill_boxes(scene);
     fill_instances(scene);
-    scene->indirect = scene_input(
-        scene, sizeof(scene->ranges),
-        VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    scene->indirect = scene_input(scene, sizeof(scene->ranges),
+                                  VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
+                                      VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     for (uint32_t build = 0; build < SCENE_BUILDS; build++) {
         scene->indirect_addresses[build] =
             scene->indirect.address + build * sizeof(scene->ranges[build]);

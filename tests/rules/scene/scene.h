@@ -161,7 +161,7 @@ struct scene_micromaps {
     VkMicromapUsageKHR usages[SCENE_USAGES];
     const VkMicromapUsageKHR *usage_pointers[SCENE_USAGES];
     /* For the other functions. */
-    VkAccelerationStructureTrianglesOpacityMicromapKHR opacity, opacity_of_update;
+    VkAccelerationStructureTrianglesOpacityMicromapKHR opacity;
     VkAccelerationStructureTrianglesOpacityMicromapEXT opacity_ext;
     VkAccelerationStructureTrianglesDisplacementMicromapNV displacement;
     VkMicromapUsageEXT usages_ext[SCENE_USAGES];
@@ -257,8 +257,8 @@ void scene_build_before(struct scene *scene, uint32_t first, uint32_t count);
  * have to be built before. */
 void scene_build_source(struct scene *scene, uint32_t update);
 
-/* A bound buffer of inputs, which cases write by its `bytes`. If the fixture copies inputs, builds on
- * the device read it in device-local memory, and the `bytes` are copied there just before. Then
+/* A bound buffer of inputs, which cases write by its `bytes`. If the fixture copies inputs, builds
+ * on the device read it in device-local memory, and the `bytes` are copied there just before. Then
  * builds that come before the call are submitted at once, by command buffers of their own. */
 struct device_buffer scene_input(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage);
 /* Records these copies, for the build that is recorded next. */
@@ -376,13 +376,9 @@ VkAccelerationStructureKHR scene_accel_in(struct scene *scene, const struct devi
                                           VkDeviceSize offset, VkDeviceSize size,
                                           VkAccelerationStructureTypeKHR type);
 
-/* A sparse buffer, no page bound; and binding pages of it, in units of bytes. */
+/* A sparse buffer, no page bound. */
 struct device_buffer scene_sparse_buffer(struct scene *scene, VkDeviceSize size,
                                          VkBufferUsageFlags usage, VkBufferCreateFlags flags);
-void scene_bind_sparse(struct scene *scene, const struct device_buffer *buffer,
-                       VkDeviceSize resource_offset, VkDeviceSize size, VkDeviceMemory memory,
-                       VkDeviceSize memory_offset);
-VkDeviceSize scene_sparse_page(struct scene *scene, const struct device_buffer *buffer);
 
 /* Between these what the scene creates is of another VkDevice. */
 void scene_enter_other_device(struct scene *scene);
@@ -423,9 +419,6 @@ struct scene_micromap_build scene_build_of_micromap(struct scene *scene, VkMicro
 /* A structure that the command buffer of the scene has made an opacity micromap of so many
  * triangles. */
 VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count);
-/* Records the same build, into a structure that the caller has created. */
-void scene_record_micromap_in(struct scene *scene, VkAccelerationStructureKHR micromap,
-                              uint32_t triangle_count);
 
 /* Deserializes the source of an update on the host, or records a deserialization of anything. */
 /* The address of serialized data of the null driver. */
@@ -480,8 +473,6 @@ struct test_memory scene_nv_allocate(struct scene *scene, VkAccelerationStructur
 void scene_nv_bind(struct scene *scene, VkAccelerationStructureNV accel, VkDeviceMemory memory,
                    VkDeviceSize offset);
 VkAccelerationStructureNV scene_nv_accel(struct scene *scene);
-/* For a compacting copy. */
-VkAccelerationStructureNV scene_nv_accel_of_size(struct scene *scene, VkDeviceSize compacted);
 
 /* A buffer of another VkDevice, for what a build reads; its handle. */
 uint64_t scene_nv_foreign_buffer(struct scene *scene);
@@ -522,8 +513,6 @@ void scene_barrier(struct scene *scene, VkCommandBuffer command_buffer);
  */
 VkCommandBuffer scene_begin_own(struct scene *scene);
 void scene_run(struct scene *scene, VkCommandBuffer command_buffer);
-/* Does that with the command buffer of the call, which goes on in another one. */
-void scene_run_so_far(struct scene *scene);
 /* Submits to the family's first queue and waits. */
 void scene_submit(struct scene *scene, uint32_t family, VkCommandBuffer command_buffer);
 

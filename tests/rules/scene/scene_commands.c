@@ -90,12 +90,6 @@ void scene_run(struct scene *scene, VkCommandBuffer command_buffer)
     scene_submit(scene, scene_family(scene), command_buffer);
 }
 
-void scene_run_so_far(struct scene *scene)
-{
-    scene_run(scene, scene->command_buffer);
-    scene->command_buffer = scene_begin_own(scene);
-}
-
 void scene_record_in_family(struct scene *scene, uint32_t family, VkCommandPoolCreateFlags flags)
 {
     if (family == UINT32_MAX) {

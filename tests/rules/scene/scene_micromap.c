@@ -29,8 +29,7 @@ void scene_build_micromap(struct scene *scene)
 {
     struct scene_micromaps *micromaps = &scene->micromaps;
     VkAccelerationStructureBuildGeometryInfoKHR *info = &scene->infos[AABBS];
-    const struct device_buffer data =
-        scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE);
+    const struct device_buffer data = scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE);
     const struct device_buffer triangles =
         scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE);
 
@@ -61,11 +60,11 @@ void scene_build_micromap(struct scene *scene)
         scene->range_pointers[AABBS] = NULL;
 }
 
-void scene_record_micromap_in(struct scene *scene, VkAccelerationStructureKHR micromap,
-                              uint32_t triangle_count)
+VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count)
 {
-    const struct device_buffer input =
-        scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE);
+    const VkAccelerationStructureKHR micromap =
+        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    const struct device_buffer input = scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE);
     const struct device_buffer scratch = scene_buffer(scene, MICROMAP_SIZE, SCRATCH_USAGE);
     fill_triangles((VkMicromapTriangleKHR *)(void *)input.bytes);
     const VkMicromapUsageKHR usage = {.count = triangle_count,
@@ -83,13 +82,6 @@ void scene_record_micromap_in(struct scene *scene, VkAccelerationStructureKHR mi
     const VkCommandBuffer command_buffer = scene_begin_before(scene);
     scene->vk->CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &no_range);
     scene_end_before(scene, command_buffer);
-}
-
-VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count)
-{
-    const VkAccelerationStructureKHR micromap =
-        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
-    scene_record_micromap_in(scene, micromap, triangle_count);
     return micromap;
 }
 

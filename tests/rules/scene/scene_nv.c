@@ -51,15 +51,6 @@ VkAccelerationStructureNV scene_nv_accel(struct scene *scene)
     return accel;
 }
 
-VkAccelerationStructureNV scene_nv_accel_of_size(struct scene *scene, VkDeviceSize compacted)
-{
-    const STRUCT(VkAccelerationStructureCreateInfoNV, info, .compactedSize = compacted,
-                 .info = MAKE(VkAccelerationStructureInfoNV, .type = scene->nv.info.type));
-    const VkAccelerationStructureNV accel = create(scene, &info);
-    scene_nv_bind(scene, accel, scene_nv_allocate(scene, accel, 0).handle, 0);
-    return accel;
-}
-
 static VkDeviceSize larger_scratch(const struct scene *scene, VkAccelerationStructureNV accel)
 {
     const VkDeviceSize build_size =

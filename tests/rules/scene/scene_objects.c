@@ -308,28 +308,3 @@ struct device_buffer scene_sparse_buffer(struct scene *scene, VkDeviceSize size,
     buffer.address = scene_buffer_address(scene, buffer.handle);
     return buffer;
 }
-
-VkDeviceSize scene_sparse_page(struct scene *scene, const struct device_buffer *buffer)
-{
-    VkMemoryRequirements requirements;
-    scene->vk->GetBufferMemoryRequirements(scene->fixture->device, buffer->handle, &requirements);
-    return requirements.alignment;
-}
-
-void scene_bind_sparse(struct scene *scene, const struct device_buffer *buffer,
-                       VkDeviceSize resource_offset, VkDeviceSize size, VkDeviceMemory memory,
-                       VkDeviceSize memory_offset)
-{
-    const VkSparseMemoryBind bind = {.resourceOffset = resource_offset,
-                                     .size = size,
-                                     .memory = memory,
-                                     .memoryOffset = memory_offset};
-    const VkSparseBufferMemoryBindInfo buffer_bind = {
-        .buffer = buffer->handle, .bindCount = 1, .pBinds = &bind};
-    const STRUCT(VkBindSparseInfo, info, .bufferBindCount = 1, .pBufferBinds = &buffer_bind);
-    const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_SPARSE_BINDING_BIT, 0);
-    const VkQueue queue = scene_queue(scene, family);
-
-    GET(scene->vk->QueueBindSparse(queue, 1, &info, VK_NULL_HANDLE));
-    GET(scene->vk->QueueWaitIdle(queue));
-}
