@@ -420,8 +420,7 @@ struct scene_micromap_build scene_build_of_micromap(struct scene *scene, VkMicro
  * triangles. */
 VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count);
 
-/* Deserializes the source of an update on the host, or records a deserialization of anything. */
-/* The address of serialized data of the null driver. */
+/* The address of serialized data of the null driver; and records a deserialization of them. */
 VkDeviceAddress scene_serialized(struct scene *scene);
 void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure);
 

@@ -85,16 +85,6 @@ VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t t
     return micromap;
 }
 
-/* Returns what the source of an update is serialized to. */
-static const void *serialized_on_host(struct scene *scene)
-{
-    const struct device_buffer buffer = scene_buffer(scene, SERIALIZED_SIZE, SCRATCH_USAGE);
-    const VkCopyAccelerationStructureToMemoryInfoKHR info =
-        serialize_info(scene->infos[REFIT].srcAccelerationStructure, (uintptr_t)buffer.bytes);
-    scene->vk->CopyAccelerationStructureToMemoryKHR(scene->fixture->device, VK_NULL_HANDLE, &info);
-    return buffer.bytes;
-}
-
 VkDeviceAddress scene_serialized(struct scene *scene)
 {
     const struct device_buffer buffer = scene_buffer(scene, SERIALIZED_SIZE, SCRATCH_USAGE);
@@ -104,14 +94,8 @@ VkDeviceAddress scene_serialized(struct scene *scene)
 
 void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure)
 {
-    VkCopyMemoryToAccelerationStructureInfoKHR info =
+    const VkCopyMemoryToAccelerationStructureInfoKHR info =
         deserialize_info(scene_serialized(scene), structure);
-    if (command_is_on_host(scene->command)) {
-        info.src.hostAddress = serialized_on_host(scene);
-        scene->vk->CopyMemoryToAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE,
-                                                        &info);
-        return;
-    }
     scene->vk->CmdCopyMemoryToAccelerationStructureKHR(scene->command_buffer, &info);
     scene_barrier(scene, scene->command_buffer);
 }
