@@ -5,6 +5,7 @@
 #include "src/model/build_parameters.h"
 #include "src/model/formats.h"
 #include "src/model/input_names.h"
+#include "src/model/inputs.h"
 #include "src/view/enabled.h"
 #include "src/view/finding.h"
 #include "tests/fixture/make.h"
@@ -123,6 +124,30 @@ TEST(the_copy_of_pointers_is_an_array)
     assert_ptr_equal(copy.info.pGeometries, copy.geometries);
     assert_int_equal(copy.geometries[0].geometryType, VK_GEOMETRY_TYPE_AABBS_KHR);
     build_parameters_release(&copy);
+}
+
+/* A micromap of dense geometry has an index for each primitive up to the largest one. */
+TEST(dense_geometry_reads_its_micromap_indices)
+{
+    const STRUCT(VkAccelerationStructureGeometryKHR, geometry,
+                 .geometryType =
+                     (VkGeometryTypeKHR)VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX);
+    const struct chained_input chained = {
+        .dense = MAKE(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX,
+                      .compressedData.deviceAddress = 0x1000, .dataSize = 384, .numTriangles = 2,
+                      .maxPrimitiveIndex = 6),
+        .has_opacity = true,
+        .opacity = MAKE(VkAccelerationStructureTrianglesOpacityMicromapEXT,
+                        .indexType = VK_INDEX_TYPE_UINT32, .indexStride = 4,
+                        .indexBuffer.deviceAddress = 0x6000),
+    };
+    const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = 2};
+    struct geometry_input inputs[GEOMETRY_INPUTS];
+    assert_int_equal(inputs_of_geometry(0, &geometry, &chained, &range, inputs), 2);
+    assert_int_equal(inputs[0].address.deviceAddress, 0x1000);
+    assert_int_equal(input_end(&inputs[0]), 384);
+    assert_int_equal(inputs[1].address.deviceAddress, 0x6000);
+    assert_int_equal(input_end(&inputs[1]), 7 * 4);
 }
 
 TEST(each_input_of_a_geometry_has_a_member)
