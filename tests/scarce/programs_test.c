@@ -200,7 +200,7 @@ static bool has_words(const char *first, const char *second)
 static bool depends_on_backend(void)
 {
     return platform.is_cpu && (has_words("fitting", NULL) || has_words("scratch", "build") ||
-                               has_words("scratch", "update") ||
+                               has_words("scratch", "update") || has_words("size", "less") ||
                                (has_words("host", "query") && !has_words("host", "build")));
 }
 
