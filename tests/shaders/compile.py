@@ -20,7 +20,7 @@ layout(set = 0, binding = 0) uniform accelerationStructureEXT top;
 layout(set = 0, binding = 1, rgba32f) uniform image2D picture;
 layout(set = 1, binding = 2, std430) buffer Numbers { uint numbers[]; };
 layout(set = 1, binding = 5) uniform Uniforms { uint flag; uvec2 size; };
-layout(push_constant, std430) uniform Constants { uint rays; uint width; uint height; } push;
+layout(push_constant, std430) uniform Constants { uint rays; uint width; uint height; uvec2 pair; uint list[2]; } push;
 
 void trace(accelerationStructureEXT traced)
 {
