@@ -14,7 +14,7 @@
 
 enum { SIDE = 8, VERTICES = VERTICES_OF(SIDE), TRIANGLES = TRIANGLES_OF(SIDE) };
 
-/* Those of a square of side * side smaller squares, each of two triangles. */
+/* Writes the indices of a square that has side * side smaller squares, each of two triangles. */
 static void write_indices(uint32_t side, uint32_t (*indices)[3])
 {
     for (uint32_t i = 0; i < TRIANGLES_OF(side); i++) {

@@ -238,6 +238,18 @@ void offer_packed_format(struct null_driver_config *config)
 
 /* ---- the case ---- */
 
+struct scene *judge_open_scene(const struct play *play, struct fixture *fixture,
+                               const struct call *call)
+{
+    struct scene *scene = scene_open(fixture, play->command);
+    if (call->prepare != NULL)
+        call->prepare(scene);
+    scene->is_edited = true;
+    if (call->mutate != NULL)
+        call->mutate(scene);
+    return scene;
+}
+
 static bool expect_silence(const struct play *play, struct fixture *fixture,
                            const struct call *call, struct report *report)
 {

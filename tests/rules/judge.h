@@ -52,6 +52,10 @@ bool judge_lacks_features(const struct test_case *test_case);
  * reused from play to play; zero-initialized before the first, closed after the last. */
 void judge_play(const struct play *play, struct fixture *fixture, struct report *report);
 
+/* Opens a scene, prepares it and edits it as the call says. */
+struct scene *judge_open_scene(const struct play *play, struct fixture *fixture,
+                               const struct call *call);
+
 /* The default one for NULL. */
 const struct setup *judge_setup(const struct setup *setup);
 /* The setup of the fixture in which judge_play() begins. Another setup takes a new instance and

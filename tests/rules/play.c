@@ -85,12 +85,7 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
 
     messages_clear(&fixture->instance.messages);
     fixture->instance.messages.answer = VK_FALSE;
-    struct scene *scene = scene_open(fixture, play->command);
-    if (call->prepare != NULL)
-        call->prepare(scene);
-    scene->is_edited = true;
-    if (call->mutate != NULL)
-        call->mutate(scene);
+    struct scene *scene = judge_open_scene(play, fixture, call);
     choose_build(play, scene);
     if (play->geometry_pointers)
         scene_use_geometry_pointers(scene);

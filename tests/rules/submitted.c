@@ -31,7 +31,7 @@ static uint32_t commands_for(enum build_command command)
     }
 }
 
-/* Those with motion have other pointers. */
+/* use_instance_pointers() writes no pointers to instances with motion. */
 static bool has_plain_instances(const struct test_case *test_case)
 {
     return strstr(test_case->name, "instance") != NULL && strstr(test_case->name, "motion") == NULL;
@@ -130,12 +130,7 @@ static struct scene *open_scene(const struct play *play, struct fixture *fixture
 {
     const struct platform *platform = play->platform;
     fixture->copies_inputs = true;
-    struct scene *scene = scene_open(fixture, play->command);
-    if (call->prepare != NULL)
-        call->prepare(scene);
-    scene->is_edited = true;
-    if (call->mutate != NULL)
-        call->mutate(scene);
+    struct scene *scene = judge_open_scene(play, fixture, call);
     if (play->geometry_pointers)
         scene_use_geometry_pointers(scene);
     if (play->variant->instance_pointers)
