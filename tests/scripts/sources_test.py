@@ -8,7 +8,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 BUILD = pathlib.Path(sys.argv.pop(1))
-OTHERS = {"tests/windows", "tests/unit/coverage_at_crash.c"}  # only presets mingw and coverage compile these
+OTHERS = {"tests/windows", "tests/coverage"}  # only presets mingw and coverage compile these
 
 
 class Sources(unittest.TestCase):
