@@ -2,6 +2,7 @@
 /* Signal handlers of the application beside the layer's. */
 #include "tests/postmortem/crash_child.h"
 
+#include <pthread.h>
 #include <setjmp.h>
 #include <signal.h>
 #include <string.h>
@@ -180,7 +181,20 @@ static void write_to_protected_pages(void)
     _exit(HANDLED);
 }
 
-#ifndef __SANITIZE_THREAD__ /* which lets no handler interrupt itself */
+/* The thread sanitizer lets no handler interrupt itself, and no child start threads. */
+#ifndef __SANITIZE_THREAD__
+static void crash_in_a_child_with_a_device(void)
+{
+    open_at(NULL);
+    const pid_t child = fork();
+    if (child == 0) {
+        open_at(NULL);
+        CRASH(.signal = 0);
+    }
+    waitpid(child, &status, 0);
+    _exit(WIFSIGNALED(status) && WTERMSIG(status) == SIGSEGV ? HANDLED : 1);
+}
+
 /* Accesses the second page, and so is called again, when the first one is accessed. */
 static void unprotect_both(int number, siginfo_t *info, void *context)
 {
@@ -278,6 +292,40 @@ static void crash_without_stderr(void)
     CRASH(.signal = 0);
 }
 
+/* The device is the parent's, whose builds are none of the child's. */
+static void crash_in_a_child(void)
+{
+    open_at(NULL);
+    scene_submit(scene_record_boxes(0, 1));
+    const pid_t child = fork();
+    if (child == 0)
+        raise(SIGSEGV);
+    waitpid(child, &status, 0);
+    _exit(WIFSIGNALED(status) && WTERMSIG(status) == SIGSEGV ? HANDLED : 1);
+}
+
+static pthread_barrier_t together;
+
+static void *crash_together(void *unused)
+{
+    pthread_barrier_wait(&together);
+    raise(SIGSEGV);
+    return unused;
+}
+
+/* The first one's report is whole, though the others' faults would end the process. */
+static void crash_in_several_threads(void)
+{
+    enum { THREADS = 4 };
+    pthread_t thread;
+    open_at(NULL);
+    scene_submit(scene_record_boxes(0, 1));
+    pthread_barrier_init(&together, NULL, THREADS);
+    for (int i = 1; i < THREADS; i++)
+        pthread_create(&thread, NULL, crash_together, NULL);
+    crash_together(NULL);
+}
+
 static const struct row {
     const char *test;
     void (*child)(void);
@@ -296,7 +344,8 @@ static const struct row {
     {"test_protected_pages",
      write_to_protected_pages,
      {0, {"unprotects\nunprotects"}, "ASSAY-crash"}},
-#ifndef __SANITIZE_THREAD__ /* which lets no handler interrupt itself */
+#ifndef __SANITIZE_THREAD__
+    {"test_child_with_a_device", crash_in_a_child_with_a_device, {0, {"ASSAY-crash", "minX"}}},
     {"test_fault_in_a_handler", fault_in_a_handler, {0, {"unprotects\nunprotects"}, "ASSAY-crash"}},
 #endif
     {"test_crash_after_a_protected_page",
@@ -311,6 +360,8 @@ static const struct row {
      {SIGSEGV, {"returns", "ASSAY-crash"}}},
     {"test_handlers_are_put_back", open_often, {0}},
     {"test_no_stderr", crash_without_stderr, {SIGSEGV, .lacks = "ASSAY-crash"}},
+    {"test_child", crash_in_a_child, {.lacks = "ASSAY-crash"}},
+    {"test_several_threads", crash_in_several_threads, {SIGSEGV, {"ASSAY-crash", "minX"}}},
     {"test_many_devices", crash_with_many_devices, {SIGSEGV, {"ASSAY-crash"}, "runtime error"}},
 };
 
