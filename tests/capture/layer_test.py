@@ -49,8 +49,10 @@ class CaptureTest(unittest.TestCase):
                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=300)
         captures = [Capture(path) for path in self.folder.iterdir()]
         builds = [line for capture in captures for line in capture.of_type("Build")]
-        types = {geometry["type"] for build in builds for geometry in build.get("geometry", ())}
-        self.assertLessEqual({"triangles", "aabbs", "instances"}, types)
+        geometries = [geometry for build in builds for geometry in build.get("geometry", ())]
+        self.assertLessEqual({"triangles", "aabbs", "instances", "spheres"}, {part["type"] for part in geometries})
+        self.assertLessEqual({"vertices", "centers", "radii", "displacement vectors"},
+                             {part["role"] for geometry in geometries for part in geometry["inputs"] if "data" in part})
         self.assertGreater(sum("missing" not in build for build in builds), len(builds) // 2)
         self.assertTrue(any(capture.of_type("Copy") for capture in captures))
         self.assertTrue(any(capture.of_type("Destroyed") for capture in captures))

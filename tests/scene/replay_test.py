@@ -133,6 +133,29 @@ class ReplayTest(unittest.TestCase):
         self.assertEqual([build.get("references", []) for build in lines(small, "Build")], [[]])
         self.assertEqual(len(lines(small, "Structure")), 1)
 
+    def test_buffers_without_their_places(self):
+        """A buffer that cannot lie where it lay, or lay nowhere, has memory of its own."""
+        moved = self.folder / "moved"
+        shutil.copytree(self.mistakes, moved)
+        made = [json.loads(line) for line in (moved / "builds.jsonl").read_text("utf-8").splitlines()]
+        buffers = [line for line in made if line["Type"] == "Buffer" and "memory_offset" in line]
+        for buffer in buffers[::2]:
+            buffer["memory_offset"] += 1
+        for buffer in buffers[1::2]:
+            del buffer["memory"]
+        (moved / "builds.jsonl").write_text("".join(json.dumps(line) + "\n" for line in made), "utf-8")
+        self.assertGreater(len(buffers), 2)
+        before, after = (scene(NULL, "replay", folder) for folder in (self.mistakes, moved))
+        self.assertEqual(after.returncode, before.returncode)
+        self.assertEqual(after.stdout.replace(str(moved), str(self.mistakes)), before.stdout)
+
+    def test_dump_to_a_file(self):
+        (self.folder / "file").touch()
+        for path in (self.folder / "file", self.folder / "file/below"):
+            result = scene(NULL, "replay", self.mistakes, "--dump", path)
+            self.assertEqual(result.returncode, 2)
+            self.assertIn(f"assay-scene: {path}: ", result.stderr)
+
     @unittest.skipUnless(LAVAPIPE, "no lavapipe")
     def test_capture_of_a_replay(self):
         """A replay builds from the same data: captured again, all arrays but the instances are equal."""

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Which shaders certainly trace rays. */
+#include "src/shaders/facts.h"
 #include "src/shaders/paths.h"
 
 #include <stdlib.h>
@@ -103,6 +104,20 @@ TEST(the_descriptor_is_found)
     const struct path_case *both = find_case("both sides trace");
     assert_true(is_certain(both->words, both->size, &launch, &traced));
     assert_false(traced.is_known);
+}
+
+/* A function gets a pointer to the structure that it traces. */
+TEST(structures_that_calls_get_are_found)
+{
+    const struct path_case *path = find_case("nothing in the way");
+    struct shader_facts facts = shader_facts_unknown();
+    struct spirv spirv;
+    assert_true(spirv_open(&spirv, path->words, path->size));
+    shader_facts_read(&spirv, entry_of(&spirv), &facts);
+    spirv_close(&spirv);
+    assert_true(facts.is_known && facts.may_trace);
+    assert_int_equal(facts.structures.count, 1);
+    assert_true(shader_bindings_have(&facts.structures, 0, 0));
 }
 
 /* Code may be damaged in any way. Copies end where the memory does, for the sanitizers. */
