@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Generates the null driver's tables and stubs from the registry: extensions and entry points
 (generated.h), the structures of features, the function of each entry point and what it does by
-default (stubs.c), the sType of each structure (structures.h)."""
+default (stubs.c), the sType of each structure (structures.h), and the features of extensions (device_features.h)."""
 
 import argparse
 import fnmatch
@@ -413,6 +413,26 @@ def structures(registry):
     return HEAD + "".join(f"#define {name}_sType {kind}\n" for name, kind in found.items() if kind)
 
 
+def features(registry):
+    """What device_wish (tests/fixture/device_wish.c) needs: each feature, and the structures of the features of an
+    extension, unless a structure of Vulkan 1.1 to 1.3 has them all."""
+    structures, core = registry.structures, "VkPhysicalDeviceFeatures2"
+    in_core = {member for minor in range(1, 4) for member in registry.members_of(f"VkPhysicalDeviceVulkan1{minor}Features")}
+    rows, of_extensions = {core: [f"features.{name}" for name in registry.members_of("VkPhysicalDeviceFeatures")]}, []
+    for guard, name in registry.owned("type"):
+        name = structures[name].get("alias", name) if name in structures else None
+        if not name or core not in structures[name].get("structextends", "").split(","):
+            continue
+        rows[name] = [member for member in registry.members_of(name)]
+        if not guard.startswith("V1_") and not in_core.issuperset(rows[name]):
+            of_extensions.append(f'    {{"VK_{guard}", {name}_sType}},\n')
+    return "".join([
+        HEAD, "static const struct feature features[] = {\n",
+        *(f'    {{{name}_sType, "{name}", "{member.split(".")[-1]}", offsetof({name}, {member})}},\n'
+          for name, members in rows.items() for member in members),
+        "};\nstatic const struct extension_features features_of_extensions[] = {\n", *of_extensions, "};\n"])
+
+
 def constants(registry):
     """Yields the definition of each of CONSTANTS."""
     for declaration, values in CONSTANTS.items():
@@ -445,6 +465,7 @@ def main():
     arguments.out.mkdir(parents=True, exist_ok=True)
     (arguments.out / "generated.h").write_text(header(registry, commands))
     (arguments.out / "structures.h").write_text(structures(registry))
+    (arguments.out / "device_features.h").write_text(features(registry))
     (arguments.out / "stubs.c").write_text(stubs(registry, commands, rows))
 
 

@@ -3,7 +3,7 @@
 # tests/fixture/make.h, which the demo uses without the driver.
 set(generated ${PROJECT_BINARY_DIR}/tests/null_driver/generated)
 add_custom_command(
-    OUTPUT ${generated}/generated.h ${generated}/stubs.c ${generated}/structures.h
+    OUTPUT ${generated}/generated.h ${generated}/stubs.c ${generated}/structures.h ${generated}/device_features.h
     COMMAND Python3::Interpreter -B ${CMAKE_CURRENT_LIST_DIR}/generate.py
         --registry ${ASSAY_REGISTRY_DIR}/vk.xml --out ${generated}
     DEPENDS ${CMAKE_CURRENT_LIST_DIR}/generate.py ${ASSAY_REGISTRY_DIR}/vk.xml
@@ -11,7 +11,7 @@ add_custom_command(
     VERBATIM)
 
 # For tests/fixture/make.h.
-add_custom_target(generate_structures DEPENDS ${generated}/structures.h)
+add_custom_target(generate_structures DEPENDS ${generated}/structures.h ${generated}/device_features.h)
 add_library(vulkan_structures INTERFACE)
 add_dependencies(vulkan_structures generate_structures)
 target_include_directories(vulkan_structures INTERFACE ${generated} ${PROJECT_SOURCE_DIR})

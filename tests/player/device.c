@@ -5,7 +5,7 @@
  *     with EXTENSION             and its features; VK_NV_displacement_micromap: all micromaps
  *                                have displacements
  *     with group                 the device has all physical devices of its group, at least two
- *     without FEATURE            maintenance1, synchronization2, deviceFault, accelerationStructure
+ *     without FEATURE            see device_wish_set()
  *     only null                  for programs that need the null driver
  *     only shaders               for programs that need a driver which executes shaders
  *     only driver                for programs that backend cpu plays otherwise
@@ -24,7 +24,9 @@
  *                                failure, and lines that cannot be played are left out
  *
  * Programs that ask for the same share them. */
+#include "tests/fixture/device_wish.h"
 #include "tests/player/play.h"
+#include "vuid-tables/registry.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -162,51 +164,16 @@ bool play_sees_executions(const struct play *play)
 
 /* ---- the device */
 
-/* Extensions that every program has if the device has them, and others that a program names. */
-static const struct extension {
-    const char *name;
-    bool is_always;
-} extensions[] = {
-    {"VK_KHR_ray_tracing_maintenance1", true},
-    {"VK_EXT_opacity_micromap", true},
-    {"VK_KHR_opacity_micromap", false},
-    {"VK_NV_displacement_micromap", false},
-    {"VK_AMD_buffer_marker", true},
-    {"VK_KHR_synchronization2", false},
-    {"VK_KHR_timeline_semaphore", false},
-    {"VK_KHR_copy_commands2", false},
-    {"VK_KHR_create_renderpass2", false},
-    {"VK_KHR_swapchain", false},
-    {"VK_KHR_external_semaphore_fd", false},
-    {"VK_KHR_external_fence_fd", false},
-    {"VK_NV_low_latency2", false},
-    {"VK_NV_ray_tracing", false},
-    {"VK_NV_ray_tracing_motion_blur", false},
-    {"VK_NV_ray_tracing_linear_swept_spheres", false},
-    {"VK_AMDX_dense_geometry_format", false},
-    {"VK_EXT_device_fault", false},
-    {"VK_KHR_ray_query", false},
-    {"VK_KHR_ray_tracing_pipeline", false},
-    {"VK_KHR_device_address_commands", false},
-    {"VK_KHR_push_descriptor", false},
-    {"VK_EXT_conditional_rendering", false},
-    {"VK_NV_cluster_acceleration_structure", false},
-    {"VK_NV_partitioned_acceleration_structure", false},
-    {"VK_KHR_maintenance5", false},
-};
-
-static bool has(const struct play *play, const struct extension *extension)
-{
-    return (extension->is_always || program_find(play->program, "with", extension->name)) &&
-           instance_fixture_count_extension(&play->fixture, extension->name) > 0;
-}
-
+/* Whether the device of the program has an extension: those that every program has, and those that
+ * it names. */
 bool play_has(const struct play *play, const char *extension)
 {
-    size_t i = 0;
-    while (strcmp(extensions[i].name, extension) != 0)
-        i++;
-    return has(play, &extensions[i]);
+    static const char *const always[] = {"VK_KHR_ray_tracing_maintenance1",
+                                         "VK_EXT_opacity_micromap", "VK_AMD_buffer_marker"};
+    bool is_wanted = program_find(play->program, "with", extension);
+    for (size_t i = 0; i < ARRAY_COUNT(always); i++)
+        is_wanted |= strcmp(always[i], extension) == 0;
+    return is_wanted && instance_fixture_count_extension(&play->fixture, extension) > 0;
 }
 
 /* Enables all features that the device has, and the program does not disable. */
@@ -215,9 +182,9 @@ static void find_features(struct play *play, struct device_wish *wish)
     const struct program *program = play->program;
     const struct instance_fixture *fixture = &play->fixture;
     device_wish_begin(wish);
-    for (size_t i = 0; i < ARRAY_COUNT(extensions); i++)
-        if (has(play, &extensions[i]))
-            device_wish_add(wish, extensions[i].name);
+    for (size_t i = 0; i < registry_extension_count; i++)
+        if (play_has(play, registry_extensions[i]))
+            device_wish_add(wish, registry_extensions[i]);
     /* Its micromaps are created by address. Backend cpu has the feature without the extension. */
     if (play_has(play, "VK_KHR_opacity_micromap")) {
         if (instance_fixture_count_extension(fixture, "VK_KHR_device_address_commands") > 0)
@@ -225,28 +192,16 @@ static void find_features(struct play *play, struct device_wish *wish)
         device_wish_features(wish, VkPhysicalDeviceDeviceAddressCommandsFeaturesKHR_sType);
     }
     device_wish_features(wish, VkPhysicalDeviceVulkan12Features_sType);
-    VkPhysicalDeviceVulkan13Features *core_13 =
-        device_wish_features(wish, VkPhysicalDeviceVulkan13Features_sType);
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR *structures =
-        device_wish_features(wish, VkPhysicalDeviceAccelerationStructureFeaturesKHR_sType);
+    device_wish_features(wish, VkPhysicalDeviceVulkan13Features_sType);
     fixture->vk.GetPhysicalDeviceFeatures2(fixture->physical, &wish->features);
-    wish->features.features.robustBufferAccess = VK_FALSE;
-    structures->accelerationStructureCaptureReplay = VK_FALSE;
-    VkPhysicalDeviceRayTracingMaintenance1FeaturesKHR *maintenance =
-        device_wish_find(wish, VkPhysicalDeviceRayTracingMaintenance1FeaturesKHR_sType);
-    if (maintenance && program_find(program, "without", "maintenance1"))
-        maintenance->rayTracingMaintenance1 = VK_FALSE;
-    VkPhysicalDeviceFaultFeaturesEXT *fault =
-        device_wish_find(wish, VkPhysicalDeviceFaultFeaturesEXT_sType);
-    if (fault && program_find(program, "without", "deviceFault"))
-        fault->deviceFault = VK_FALSE;
-    if (program_find(program, "without", "accelerationStructure"))
-        *structures =
-            MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .pNext = structures->pNext);
-    if (program_find(program, "without", "synchronization2"))
-        core_13->synchronization2 = VK_FALSE;
-    play->has_indirect = structures->accelerationStructureIndirectBuild;
-    play->has_host = structures->accelerationStructureHostCommands;
+    device_wish_set(wish, "robustBufferAccess", VK_FALSE);
+    device_wish_set(wish, "accelerationStructureCaptureReplay", VK_FALSE);
+    for (unsigned i = 0; i < program->line_count; i++)
+        if (play_is(program->lines[i].words[0], "without") &&
+            !device_wish_set(wish, program->lines[i].words[1], VK_FALSE))
+            program_fail(program->name, program->lines[i].number, "without what?");
+    play->has_indirect = device_wish_has(wish, "accelerationStructureIndirectBuild");
+    play->has_host = device_wish_has(wish, "accelerationStructureHostCommands");
 }
 
 /* Chooses the queues: two of family 0, one of family 1, as far as there are. */
@@ -437,19 +392,12 @@ static const char *missing_platform(const struct play *play)
     return NULL;
 }
 
-static bool is_extension(const char *word)
-{
-    bool found = play_is(word, "group");
-    for (size_t i = 0; i < ARRAY_COUNT(extensions); i++)
-        found |= play_is(word, extensions[i].name);
-    return found;
-}
-
 const char *play_unknown_extension(const struct program *program)
 {
     for (unsigned i = 0; i < program->line_count; i++) {
         char *const *words = program->lines[i].words;
-        if (play_is(words[0], "with") && !is_extension(words[1]))
+        if (play_is(words[0], "with") && !play_is(words[1], "group") &&
+            !(words[1] && registry_knows_extension(words[1])))
             return words[1] ? words[1] : "nothing";
     }
     return NULL;
@@ -487,9 +435,11 @@ static const char *missing(const struct play *play)
         {"records", "level execution", play_sees_executions(play)},
         {"when", "level execution", play_sees_executions(play)},
     };
-    for (size_t i = 0; i < ARRAY_COUNT(extensions); i++)
-        if (program_find(program, "with", extensions[i].name) && !has(play, &extensions[i]))
-            return extensions[i].name;
+    for (unsigned i = 0; i < program->line_count; i++) {
+        char *const *words = program->lines[i].words;
+        if (play_is(words[0], "with") && !play_is(words[1], "group") && !play_has(play, words[1]))
+            return words[1];
+    }
     for (size_t i = 0; i < ARRAY_COUNT(needs); i++)
         if (!needs[i].is_there && has_beginning(program, needs[i].word))
             return needs[i].what;

@@ -52,10 +52,11 @@ PREPARES = {"VkAccelerationStructureMotionInfoNV":
             "scene_use_cluster_op(scene, VK_CLUSTER_ACCELERATION_STRUCTURE_OP_TYPE_MOVE_OBJECTS_NV);",
             "VkPartitionedAccelerationStructureFlagsNV":
             "scene->life.partition.input.pNext = &scene->life.partition_flags;"}
-SETUPS = {"VkAccelerationStructureCaptureDescriptorDataInfoEXT": "ENABLE_RAY_TRACING_NV",
-          "VkAccelerationStructureMotionInfoNV": "ENABLE_MOTION",
-          "VkWriteDescriptorSetAccelerationStructureNV": "ENABLE_RAY_TRACING_NV",
-          "VkWriteDescriptorSetPartitionedAccelerationStructureNV": "ENABLE_CLUSTERS"}
+QUEUELESS = '"queueless"'
+SETUPS = {"VkAccelerationStructureCaptureDescriptorDataInfoEXT": '"VK_NV_ray_tracing"',
+          "VkAccelerationStructureMotionInfoNV": "WITH_MOTION",
+          "VkWriteDescriptorSetAccelerationStructureNV": '"VK_NV_ray_tracing"',
+          "VkWriteDescriptorSetPartitionedAccelerationStructureNV": "WITH_CLUSTERS"}
 # Structures that others chain: the chain is wrong, too, if the sType is.
 CHAINED = {"VkAccelerationStructureMotionInfoNV": "VkAccelerationStructureCreateInfoKHR_pNext_pNext",
            "VkPartitionedAccelerationStructureFlagsNV":
@@ -125,13 +126,12 @@ def of_stype(value, is_chained):
 
 
 def of_unique(scope):
-    uses = {"VkAccelerationStructureCreateInfoKHR": ("life_use_two_motions", "ENABLE_MOTION"),
-            "VkAccelerationStructureCreateInfo2KHR": ("life_use_two_captures", "ENABLE_DESCRIPTOR_BUFFER"),
-            "VkAccelerationStructureCreateInfoNV": ("life_use_two_nv_captures",
-                                                    "ENABLE_DESCRIPTOR_BUFFER"),
+    uses = {"VkAccelerationStructureCreateInfoKHR": ("life_use_two_motions", "WITH_MOTION"),
+            "VkAccelerationStructureCreateInfo2KHR": ("life_use_two_captures", "WITH_DESCRIPTOR_CAPTURE"),
+            "VkAccelerationStructureCreateInfoNV": ("life_use_two_nv_captures", "WITH_DESCRIPTOR_CAPTURE"),
             "VkPartitionedAccelerationStructureInstancesInputNV": ("life_use_two_partition_flags", None)}
-    use, enable = uses[scope]
-    yield Case("pNext", f"(void)&it sType; {use}(scene);", enable=enable)
+    use, needed = uses[scope]
+    yield Case("pNext", f"(void)&it sType; {use}(scene);", needed=needed)
 
 
 def of_address(scope, member, may_be_null):
@@ -193,7 +193,7 @@ PATTERNS = [(re.compile(pattern), make) for pattern, make in (
     (rf"Each of commandBuffer, \w+, and the elements of {MEMBER} must have been created, .*",
      lambda scope, m: of_elements_parent(m[1])),
     (r"The device must have been created with at least 1 queue",
-     lambda scope, m: [Case("device", "(void)&it device;", enable="ENABLE_NO_QUEUES", clears=True)]),
+     lambda scope, m: [Case("device", "(void)&it device;", needed=QUEUELESS, clears=True)]),
 )]
 UNDECIDABLE = re.compile(r"If \w+ is not 0, \w+ must be a valid VkDeviceAddress value")
 
@@ -232,12 +232,12 @@ def row(vuid, case, function):
               f".wrong = {function}"]
     if scope in PREPARES:
         fields.append(f".prepare = prepare_{scope}")
-    enable = case.fields.get("enable") or SETUPS.get(scope)
-    if enable == "ENABLE_NO_QUEUES":
-        fields += [".setup = &(const struct setup){.enable = ENABLE_NO_QUEUES}",
+    needed = case.fields.get("needed") or SETUPS.get(scope)
+    if needed == QUEUELESS:
+        fields += [f".setup = &(const struct setup){{.with = {needed}}}",
                    ".right_setup = &(const struct setup){0}", ".needs_null_driver = true"]
-    elif enable:
-        fields.append(f".setup = &(const struct setup){{.enable = {enable}}}")
+    elif needed:
+        fields.append(f".setup = &(const struct setup){{.with = {needed}}}")
     if scope in CHAINED and tail.startswith("sType"):
         names = CHAINED[scope]
     else:

@@ -38,9 +38,9 @@ static bool is_same_text(const char *a, const char *b)
 bool judge_is_same_setup(const struct setup *a, const struct setup *b)
 {
     return is_same_text(a->level, b->level) && is_same_text(a->muted, b->muted) &&
-           a->configure == b->configure && a->enable == b->enable && a->disable == b->disable &&
-           a->route == b->route && a->api_version == b->api_version &&
-           a->by_environment == b->by_environment;
+           is_same_text(a->with, b->with) && is_same_text(a->needs, b->needs) &&
+           a->configure == b->configure && a->route == b->route &&
+           a->api_version == b->api_version && a->by_environment == b->by_environment;
 }
 
 /* A setup of the case, with what the play and its command need besides. */
@@ -49,7 +49,11 @@ static struct setup setup_wanted(const struct play *play, const struct setup *se
     struct setup wanted = *setup;
     if (play->level != NULL)
         wanted.level = play->level;
-    wanted.enable |= command_enables(play->command);
+    wanted.needs = command_needs(play->command);
+    if (wanted.with == NULL || (wanted.needs != NULL && strstr(wanted.with, wanted.needs))) {
+        wanted.with = wanted.with != NULL ? wanted.with : wanted.needs;
+        wanted.needs = NULL;
+    }
     return wanted;
 }
 
@@ -73,7 +77,8 @@ static const char *enter_fixture(const struct play *play, struct fixture *fixtur
 
 bool judge_lacks_features(const struct test_case *test_case)
 {
-    return test_case->setup != NULL && test_case->setup->disable != 0 && !test_case->silent;
+    const char *with = judge_setup(test_case->setup)->with;
+    return with != NULL && strchr(with, '-') != NULL && !test_case->silent;
 }
 
 /* Whether commands besides those that build structures have ids of the case's rules. */
@@ -320,7 +325,7 @@ void judge_play(const struct play *play, struct fixture *fixture, struct report 
         missing = cannot_play(play, fixture);
     if (missing == NULL && test_case->forwards && fixture->fails)
         missing = "debug_action = fail lets no such call pass";
-    const bool lacks_queues = setup != NULL && (setup->enable & ENABLE_NO_QUEUES) != 0;
+    const bool lacks_queues = setup_has(setup, "queueless");
     if (missing == NULL && fixture->fails &&
         (lacks_queues || (judge_lacks_features(test_case) && is_felt_by_others(test_case))))
         missing = "debug_action = fail lets no scene be opened";

@@ -31,8 +31,7 @@ struct run {
 
 struct effect {
     const char *name;
-    uint32_t enable;  /* enum setup_enable, where it isn't `never` */
-    uint32_t disable; /* enum setup_disable, where it is */
+    const char *with, *never; /* of setups: where it isn't `never`, and where it is; or NULL */
     enum build_command command;
     void (*use)(struct run *run); /* before the first run; builds are plain as yet */
 };
@@ -124,13 +123,13 @@ static void use_spheres(struct run *run)
 }
 
 static const struct effect effects[] = {
-    {"update", 0, 0, COMMAND_DEVICE, use_update},
-    {"compaction", 0, 0, COMMAND_DEVICE, use_compaction},
-    {"instances", 0, 0, COMMAND_DEVICE, use_instances},
-    {"motion", ENABLE_MOTION, 0, COMMAND_DEVICE, use_motion},
-    {"micromap", ENABLE_OPACITY_MICROMAP_KHR, 0, COMMAND_DEVICE, use_micromap},
-    {"spheres", ENABLE_SPHERES, 0, COMMAND_DEVICE, use_spheres},
-    {"indirect", 0, DISABLE_INDIRECT_BUILD, COMMAND_INDIRECT, NULL},
+    {"update", NULL, NULL, COMMAND_DEVICE, use_update},
+    {"compaction", NULL, NULL, COMMAND_DEVICE, use_compaction},
+    {"instances", NULL, NULL, COMMAND_DEVICE, use_instances},
+    {"motion", WITH_MOTION, NULL, COMMAND_DEVICE, use_motion},
+    {"micromap", WITH_MICROMAP_KHR, NULL, COMMAND_DEVICE, use_micromap},
+    {"spheres", WITH_SPHERES, NULL, COMMAND_DEVICE, use_spheres},
+    {"indirect", NULL, "-accelerationStructureIndirectBuild", COMMAND_INDIRECT, NULL},
 };
 enum { EFFECTS = sizeof(effects) / sizeof(effects[0]) };
 
@@ -204,8 +203,7 @@ static int run_effect(const struct effect *effect, enum use use, uint32_t times)
     static struct platform platform;
     static struct fixture fixture;
     struct run run, other;
-    const struct setup setup = {.enable = use == NEVER ? 0 : effect->enable,
-                                .disable = use == NEVER ? effect->disable : 0};
+    const struct setup setup = {.with = use == NEVER ? effect->never : effect->with};
     const char *missing = platform_open(&platform, "null");
     if (missing == NULL)
         missing = fixture_open(&fixture, &platform, &setup);

@@ -31,7 +31,7 @@ static void open_scene(void)
 {
     if (scene != NULL)
         return;
-    fixture_open_by_environment(&fixture, 0);
+    fixture_open_by_environment(&fixture, NULL);
     fixture.instance.messages.answer = VK_TRUE;
     scene = scene_open(&fixture, COMMAND_DEVICE);
 }

@@ -44,7 +44,7 @@ static void read_argument(const char *word)
 
 static struct scene *open_scene(bool in_secondary)
 {
-    fixture_open_by_environment(&fixture, command == COMMAND_NV ? ENABLE_RAY_TRACING_NV : 0);
+    fixture_open_by_environment(&fixture, command == COMMAND_NV ? "VK_NV_ray_tracing" : NULL);
     fixture.records_secondary = in_secondary;
     fixture.copies_inputs = true;
     return scene_open(&fixture, command);

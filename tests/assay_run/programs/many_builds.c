@@ -25,7 +25,7 @@ static VkQueryPool query_pool;
 
 static void open_scene(uint32_t structure_count)
 {
-    fixture_open_by_environment(&fixture, 0);
+    fixture_open_by_environment(&fixture, NULL);
     scene = scene_open(&fixture, COMMAND_DEVICE);
     scene->info_count = 1;
     scene->infos[0].flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |

@@ -7,53 +7,30 @@
 #include "tests/fixture/instance.h"
 #include "tests/fixture/objects.h"
 
-/* Extensions with their features, beside those that every world has. */
-enum setup_enable {
-    ENABLE_UINT8_KHR = 1 << 0,
-    ENABLE_UINT8_EXT = 1 << 1,
-    ENABLE_UINT8_CORE = 1 << 2, /* by VkPhysicalDeviceVulkan14Features; wants api 1.4 */
-    ENABLE_OPACITY_MICROMAP_EXT = 1 << 3,
-    ENABLE_OPACITY_MICROMAP_KHR = 1 << 4,
-    ENABLE_DISPLACEMENT_MICROMAP = 1 << 5,
-    ENABLE_MOTION = 1 << 6,
-    ENABLE_SPHERES = 1 << 7,
-    ENABLE_VIDEO = 1 << 8,
-    ENABLE_PROTECTED = 1 << 9,
-    ENABLE_SPARSE = 1 << 10,
-    ENABLE_MAINTENANCE5 = 1 << 11,
-    ENABLE_FUTURE = 1 << 12, /* an extension that no registry knows */
-    ENABLE_GROUP = 1 << 13,  /* a logical device of two physical ones */
-    ENABLE_RAY_TRACING_NV = 1 << 14,
-    ENABLE_SYNCHRONIZATION_2 = 1 << 15, /* by its extension, too */
-    ENABLE_DENSE = 1 << 16,             /* with VK_KHR_maintenance5 */
-    ENABLE_DESCRIPTOR_BUFFER = 1 << 17, /* with capture and replay */
-    ENABLE_PUSH_DESCRIPTOR = 1 << 18,   /* with VK_KHR_maintenance6 */
-    ENABLE_RAY_TRACING_MAINTENANCE_1 = 1 << 19,
-    ENABLE_NO_QUEUES = 1 << 20, /* the device has no queues */
-    ENABLE_CAPTURE_REPLAY = 1 << 21,
-    ENABLE_NULL_DESCRIPTOR = 1 << 23,
-    ENABLE_MICROMAP_REPLAY = 1 << 22, /* with VK_EXT_opacity_micromap */
-    ENABLE_CLUSTERS = 1 << 24,        /* and partitioned structures */
-};
-
-/* Features that are left off though their extension is enabled. */
-enum setup_disable {
-    DISABLE_ACCELERATION_STRUCTURE = 1 << 0,
-    DISABLE_INDIRECT_BUILD = 1 << 1,
-    DISABLE_HOST_COMMANDS = 1 << 2,
-    DISABLE_BUILDS =
-        DISABLE_ACCELERATION_STRUCTURE | DISABLE_INDIRECT_BUILD | DISABLE_HOST_COMMANDS,
-    DISABLE_SPHERES = 1 << 3,
-    DISABLE_LINEAR_SWEPT_SPHERES = 1 << 4,
-    DISABLE_MICROMAP_EXT = 1 << 5,
-    DISABLE_MICROMAP_KHR = 1 << 6,
-    DISABLE_DENSE = 1 << 7,
-    DISABLE_MICROMAP_HOST_COMMANDS = 1 << 8,
-    DISABLE_DEVICE_ADDRESS_COMMANDS = 1 << 9,
-    DISABLE_DESCRIPTOR_CAPTURE = 1 << 10,
-    DISABLE_MULTI_DEVICE_ADDRESS = 1 << 11,
-    DISABLE_CLUSTERS = 1 << 12, /* and partitioned structures */
-};
+/* What a device has beside what every world's has, in words with spaces between them:
+ *
+ *     VK_...      an extension, with its features, except those of capture and replay
+ *     +FEATURE    a feature that the driver must have; see device_wish_set()
+ *     -FEATURE    a feature that is off though its extension is there
+ *     group       it is a logical device of two physical ones
+ *     queueless   it has no queues
+ *
+ * These are parts of such texts. */
+#define WITH_MICROMAP_KHR "VK_KHR_opacity_micromap VK_KHR_device_address_commands "
+#define WITHOUT_MICROMAP_KHR "-VkPhysicalDeviceOpacityMicromapFeaturesKHR.micromap"
+#define WITH_DESCRIPTOR_CAPTURE "VK_EXT_descriptor_buffer +descriptorBufferCaptureReplay "
+#define WITH_DISPLACEMENT "VK_NV_displacement_micromap VK_EXT_opacity_micromap "
+#define WITH_MOTION "VK_NV_ray_tracing_motion_blur VK_KHR_ray_tracing_pipeline "
+#define WITH_SPHERES "VK_NV_ray_tracing_linear_swept_spheres VK_KHR_ray_tracing_pipeline "
+#define WITH_DENSE "VK_KHR_maintenance5 VK_AMDX_dense_geometry_format "
+#define WITH_CLUSTERS                                                                              \
+    "VK_NV_cluster_acceleration_structure VK_NV_partitioned_acceleration_structure "
+#define WITH_VIDEO "VK_KHR_video_queue VK_KHR_video_decode_queue VK_KHR_video_decode_h264 "
+#define PROTECTED_FEATURE "+VkPhysicalDeviceProtectedMemoryFeatures.protectedMemory"
+#define WITH_PROTECTED PROTECTED_FEATURE " "
+#define WITH_SPARSE "+sparseBinding +sparseResidencyBuffer +sparseResidencyAliased "
+#define WITH_GROUP "group +VkPhysicalDeviceVulkan12Features.bufferDeviceAddressMultiDevice "
+#define FUTURE_EXTENSION "VK_TEST_not_yet_invented" /* which no registry knows */
 
 /* How features are asked for, and buffer addresses retrieved. */
 enum setup_route {
@@ -66,8 +43,7 @@ enum setup_route {
 struct setup {
     void (*configure)(struct null_driver_config *config); /* only the null driver has that */
     const char *level;                                    /* assay_validation.level */
-    uint32_t enable;                                      /* enum setup_enable */
-    uint32_t disable;                                     /* enum setup_disable */
+    const char *with, *needs; /* words, of the case and of its command; NULL: none */
     enum setup_route route;
     uint32_t api_version; /* that the application asks for; 0: 1.3 */
     const char *muted;    /* NULL, or an id (its last digits) of which nothing is to be said */
@@ -98,8 +74,11 @@ const char *fixture_open(struct fixture *fixture, const struct platform *platfor
                          const struct setup *setup);
 void fixture_close(struct fixture *fixture);
 /* Opens it with the layer and the driver that the environment names, and no others; if there is
- * none, the program ends with status 3. `enable`: of the setup. */
-void fixture_open_by_environment(struct fixture *fixture, uint32_t enable);
+ * none, the program ends with status 3. `with`: of the setup. */
+void fixture_open_by_environment(struct fixture *fixture, const char *with);
+
+/* Whether the word is one of the setup's. */
+bool setup_has(const struct setup *setup, const char *word);
 
 /* Another device like the world's own. */
 VkDevice fixture_create_device(struct fixture *fixture);

@@ -263,10 +263,10 @@ static void set_pointers(struct scene *scene)
 
 static bool can_build(const struct scene *scene)
 {
-    const uint32_t needed = command_is_on_host(scene->command)
-                                ? DISABLE_ACCELERATION_STRUCTURE | DISABLE_HOST_COMMANDS
-                                : DISABLE_ACCELERATION_STRUCTURE;
-    return (scene->fixture->setup.disable & needed) == 0;
+    const struct setup *setup = &scene->fixture->setup;
+    return !setup_has(setup, "-accelerationStructure") &&
+           (!command_is_on_host(scene->command) ||
+            !setup_has(setup, "-accelerationStructureHostCommands"));
 }
 
 static void become_updates(struct scene *scene)

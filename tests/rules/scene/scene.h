@@ -488,7 +488,7 @@ bool command_writes_descriptors(enum build_command command);
 void scene_use_nv_descriptor(struct scene *scene);
 bool command_is_on_host(enum build_command command); /* its work is done by the host */
 bool command_returns_result(enum build_command command);
-uint32_t command_enables(enum build_command command); /* enum setup_enable */
+const char *command_needs(enum build_command command); /* of the setup, or NULL */
 
 void scene_life_open(struct scene *scene);
 VkResult scene_life_call(struct scene *scene);

@@ -41,19 +41,19 @@ bool command_returns_result(enum build_command command)
     return command == COMMAND_HOST || life_command_returns_result(command);
 }
 
-uint32_t command_enables(enum build_command command)
+const char *command_needs(enum build_command command)
 {
     if (command == COMMAND_CreateAccelerationStructure2KHR)
-        return ENABLE_OPACITY_MICROMAP_KHR; /* with VK_KHR_device_address_commands */
+        return WITH_MICROMAP_KHR;
     if (command == COMMAND_GetAccelerationStructureOpaqueCaptureDescriptorDataEXT)
-        return ENABLE_DESCRIPTOR_BUFFER;
+        return WITH_DESCRIPTOR_CAPTURE;
     if (command == COMMAND_CmdPushDescriptorSet || command == COMMAND_CmdPushDescriptorSet2)
-        return ENABLE_PUSH_DESCRIPTOR;
+        return "VK_KHR_push_descriptor VK_KHR_maintenance6";
     if (command_builds_at_addresses(command))
-        return ENABLE_CLUSTERS;
+        return WITH_CLUSTERS;
     if (command_is_of_nv(command))
-        return ENABLE_RAY_TRACING_NV;
-    return command_is_of_micromaps(command) ? ENABLE_OPACITY_MICROMAP_EXT : 0;
+        return "VK_NV_ray_tracing";
+    return command_is_of_micromaps(command) ? "VK_EXT_opacity_micromap" : NULL;
 }
 
 /* ---- what calls use */

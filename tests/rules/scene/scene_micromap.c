@@ -13,7 +13,7 @@ VkAccelerationStructureKHR scene_micromap_structure(struct scene *scene,
 {
     const struct device_buffer buffer = scene_buffer(scene, 4 * MICROMAP_SIZE, ACCEL_USAGE);
     /* Without the feature, a micromap cannot be created. */
-    if (scene->fixture->setup.disable & DISABLE_MICROMAP_KHR)
+    if (setup_has(&scene->fixture->setup, WITHOUT_MICROMAP_KHR))
         type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR;
     return scene_accel_in(scene, &buffer, 0, buffer.size, type);
 }
