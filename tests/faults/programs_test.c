@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* faults_programs_test [--programs N] [--threaded N] [--only N]: random programs (tests/execution),
+/* faults_programs_test --frames: the programs of tests/programs/frames, each again and again on one
+ * device. The layer must not need more memory from one to the next.
+ *
+ * faults_programs_test [--programs N] [--threaded N] [--only N]: random programs (tests/execution),
  * and the same with a fault: an allocation of the layer fails, a command of the driver fails, or
  * the device is lost. No fault may crash the layer, leak memory, or bring a finding that the model
  * does not expect. Handles and addresses of the driver are used again, so that what the layer
@@ -7,6 +10,7 @@
  *
  * ASSAY_TEST_SEED and --only repeat a program. One with threads may need several attempts. */
 #include <inttypes.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdio.h>
@@ -312,6 +316,59 @@ static bool fails(uint64_t number, uint32_t threads)
     return false;
 }
 
+/* ---- what stays behind frames */
+
+/* More destructions than the layer remembers, and then so many frames that one block for each is
+ * more than the noise of tables whose size depends on addresses. */
+enum { FIRST_FRAMES = 1100, FRAMES = 500, BLOCKS_MAX = 50, BYTES_MAX = 20000 };
+
+static long bytes_now(void)
+{
+#ifdef __GLIBC__
+    return (long)mallinfo2().uordblks;
+#else
+    return 0;
+#endif
+}
+
+/* Returns whether a frame fails, or memory grows. */
+static bool frames_fail(const struct source *source, unsigned variant)
+{
+    struct play *play = &shared;
+    int blocks = 0;
+    long bytes = 0;
+    program_make(&whole, source, variant, true);
+    linked_open(&platform, program_find(&whole, "only", "cpu"));
+    *play = (struct play){.platform = &platform};
+    for (int i = 0; i < FIRST_FRAMES + FRAMES && play->report.outcome == OUTCOME_PASSED; i++) {
+        if (i == FIRST_FRAMES) {
+            blocks = allocations_now();
+            bytes = bytes_now();
+        }
+        play_program(play, &whole);
+    }
+    blocks = allocations_now() - blocks;
+    bytes = bytes_now() - bytes;
+    play_close(play);
+    if (play->report.outcome == OUTCOME_PASSED)
+        printf("%s: %d frames need %d blocks more (at most %d), %ld bytes more (at most %d)\n",
+               whole.name, FRAMES, blocks, BLOCKS_MAX, bytes, BYTES_MAX);
+    else
+        printf("%s\n", play->report.text);
+    return play->report.outcome != OUTCOME_PASSED || blocks > BLOCKS_MAX || bytes > BYTES_MAX;
+}
+
+static int play_frames(void)
+{
+    static struct sources sources;
+    bool fails = false;
+    sources_read_all(&sources, "frames");
+    for (unsigned i = 0; i < sources.count; i++)
+        for (unsigned j = 0; j < source_variants(&sources.items[i]); j++)
+            fails |= frames_fail(&sources.items[i], j);
+    return fails;
+}
+
 int main(int count, char **arguments)
 {
     enum { FAILURES_MAX = 5 };
@@ -329,6 +386,8 @@ int main(int count, char **arguments)
             abort();
     }
     setenv("VK_ASSAY_VALIDATION_ENABLE_MESSAGE_LIMIT", "false", 1);
+    if (count > 1 && strcmp(arguments[1], "--frames") == 0)
+        return play_frames();
     current.seed = random_seed(20261127);
     differences_fill();
     print_at_death();

@@ -186,26 +186,7 @@ struct gathering {
     uint32_t count, range_count, words, typed, first, stride, parts, reserved;
 };
 
-bool ranges_contain(VkDeviceAddress ranges, uint32_t count, VkDeviceAddress address,
-                    VkDeviceSize size)
-{
-    for (uint32_t i = 0; i < count; i++) {
-        VkDeviceAddress range[2];
-        if (!address_read(ranges + i * sizeof(range), range, sizeof(range)))
-            return false;
-        if (range[0] <= address && address < range[1])
-            return size <= range[1] - address;
-    }
-    return false;
-}
-
-enum { WORDS_MAX = 36 };
-
-uint32_t instance_words(uint32_t type)
-{
-    static const uint32_t words[] = {16, 28, WORDS_MAX};
-    return type < COUNT_OF(words) ? words[type] : 0;
-}
+enum { WORDS_MAX = 36 }; /* of an instance */
 
 static void gather(const struct dispatch *dispatch)
 {

@@ -36,6 +36,27 @@ struct guarding {
     bool is_open;
 };
 
+/* ---- ranges and instances */
+
+bool ranges_contain(VkDeviceAddress ranges, uint32_t count, VkDeviceAddress address,
+                    VkDeviceSize size)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        VkDeviceAddress range[2];
+        if (!address_read(ranges + i * sizeof(range), range, sizeof(range)))
+            return false;
+        if (range[0] <= address && address < range[1])
+            return size <= range[1] - address;
+    }
+    return false;
+}
+
+uint32_t instance_words(uint32_t type)
+{
+    static const uint32_t words[] = {16, 28, 36};
+    return type < COUNT_OF(words) ? words[type] : 0;
+}
+
 /* ---- references */
 
 static bool is_within(VkDeviceAddress ranges, uint32_t count, VkDeviceAddress address,

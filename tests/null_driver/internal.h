@@ -362,7 +362,7 @@ ENTRIES(ENTRY)
 CREATIONS(CREATION)
 #undef CREATION
 
-enum level { INSTANCE, PHYSICAL, DEVICE };
+enum entry_level { INSTANCE, PHYSICAL, DEVICE };
 
 /* A name of a command. The guard is the core version, or the extension to enable, with which
  * vkGetDeviceProcAddr gives the command. */
@@ -370,7 +370,7 @@ struct entry_point {
     const char *name;
     PFN_vkVoidFunction function;
     enum entry entry;
-    enum level level;
+    enum entry_level level;
     enum guard guard;
 };
 extern const struct entry_point entry_points[]; /* sorted by name */

@@ -445,7 +445,8 @@ static const char *missing(const struct play *play)
             return needs[i].what;
     /* Backend cpu has one kind of structures, which the commands of KHR take, too. */
     if (!play->is_unjudged && !program_find(program, "only", "cpu") &&
-        program_find(program, "structures", "nv") && lacks_nv(program) && !is_about_nv(program))
+        program_find(program, "structures", "nv") && !program_find(program, "structures", "khr") &&
+        lacks_nv(program) && !is_about_nv(program))
         return "a command that VK_NV_ray_tracing lacks";
     return has_host_work(program) && !play->has_host ? "builds on the host" : NULL;
 }

@@ -173,6 +173,10 @@ void play_words(struct play *play, char *const *line)
                 play_words(play, word + 2);
             return;
         }
+        if (play_is(word[0], "floats")) {
+            play_floats(play, word);
+            return;
+        }
         if (play_is(word[0], "when")) {
             play_await(play);
             return;

@@ -369,6 +369,7 @@ bool play_cpu(struct play *play, char **words);
 void play_probe(struct play *play, char **words);
 /* foreign.c */
 bool play_foreign(struct play *play, char **words);
+void play_floats(struct play *play, char *const *words);
 /* faults.c */
 bool play_fault(struct play *play, char **words);
 VkResult play_result_named(const struct play *play, const char *name);

@@ -20,31 +20,18 @@ enum {
     UNTOUCHED = 0xa5,
 };
 
-static VkPipelineLayout layout;
-static VkPipeline pipeline;
 static struct device_buffer source, target, list, gate;
 
 static void open_scene(void)
 {
-    fixture_open(&fixture, &platform, &(struct instance_settings){.without_layer = true});
-    layout = constants_layout_create(&fixture.vk, fixture.device, 0, 2 * sizeof(uint64_t));
-    pipeline = compute_pipeline_create(&fixture.vk, fixture.device, layout, code, sizeof(code));
-    source = fixture_buffer(&fixture, SOURCE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    target =
-        fixture_buffer(&fixture, (VkDeviceSize)ORDERS * ROOM, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    gate = fixture_buffer(&fixture, sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    list = fixture_buffer(&fixture, ORDERS * sizeof(struct copy_order),
-                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    shader_open(code, sizeof(code), 2 * sizeof(uint64_t));
+    source = fixture_buffer(SOURCE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    target = fixture_buffer((VkDeviceSize)ORDERS * ROOM, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    gate = fixture_buffer(sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    list = fixture_buffer(ORDERS * sizeof(struct copy_order), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
 }
 
-static void close_scene(void)
-{
-    fixture.vk.DestroyPipeline(fixture.device, pipeline, NULL);
-    fixture.vk.DestroyPipelineLayout(fixture.device, layout, NULL);
-    fixture_close(&fixture);
-}
-
-#define COPY_TEST(name) TEST_BETWEEN_IF(name, open_scene, close_scene, true)
+#define COPY_TEST(name) TEST_BETWEEN_IF(name, open_scene, shader_close, true)
 
 static struct copy_order draw(struct random *random, uint32_t i)
 {
@@ -66,14 +53,8 @@ static struct copy_order draw(struct random *random, uint32_t i)
 static void run(bool is_open)
 {
     *(uint32_t *)gate.bytes = is_open;
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    fixture.vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
     const VkDeviceAddress constants[] = {gate.address, list.address};
-    fixture.vk.CmdPushConstants(commands, layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(constants),
-                                constants);
-    fixture.vk.CmdDispatch(commands, ORDERS, 1, 1);
-    fixture_barrier(&fixture, commands);
-    fixture_finish(&fixture, commands);
+    shader_run(constants, sizeof(constants), ORDERS);
 }
 
 COPY_TEST(test_copies)
