@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* faults_programs_test --frames: the programs of tests/programs/frames, each again and again on one
- * device. The layer must not need more memory from one to the next.
+/* faults_programs_test --frames: the programs of tests/programs/frames, each again and again with one
+ * instance. The layer must not need more memory from one to the next.
  *
  * faults_programs_test [--programs N] [--threaded N] [--only N]: random programs (tests/execution),
  * and the same with a fault: an allocation of the layer fails, a command of the driver fails, or
@@ -318,9 +318,9 @@ static bool fails(uint64_t number, uint32_t threads)
 
 /* ---- what stays behind frames */
 
-/* More destructions than the layer remembers, and then so many frames that one block for each is
- * more than the noise of tables whose size depends on addresses. */
-enum { FIRST_FRAMES = 1100, FRAMES = 500, BLOCKS_MAX = 50, BYTES_MAX = 20000 };
+/* More objects first than the layer remembers of those that are gone, and then so many frames that
+ * one block for each is more than the noise of tables whose size depends on addresses. */
+enum { FIRST_FRAMES = 400, FRAMES = 200, BLOCKS_MAX = 50, BYTES_MAX = 12000 };
 
 static long bytes_now(void)
 {

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The instance and the device of a program, as lines ask for them, wherever they stand:
  *
- *     setting NAME VALUE         of the layer; log_filename: a file of the process
+ *     setting NAME VALUE         of the layer; log_filename: a file of the process, unless VALUE
+ *                                begins with a slash
  *     with EXTENSION             and its features; VK_NV_displacement_micromap: all micromaps
  *                                have displacements
  *     with group                 the device has all physical devices of its group, at least two
@@ -138,7 +139,7 @@ static void open_instance(struct play *play)
         char *const *words = play->program->lines[i].words;
         if (!play_is(words[0], "setting"))
             continue;
-        const bool is_log = play_is(words[1], "log_filename");
+        const bool is_log = play_is(words[1], "log_filename") && words[2] && words[2][0] != '/';
         if (is_log)
             name_log(play);
         add_setting(&chain, settings, words[1], is_log ? (const void *)&log_name : &words[2]);

@@ -161,7 +161,7 @@ static void read_log(struct play *play, char *text)
 void play_skip_records(struct play *play)
 {
     char text[TEXT_SIZE] = "";
-    if (program_find(play->program, "setting", "log_filename"))
+    if (play->log_name[0])
         read_log(play, text);
 }
 
