@@ -25,10 +25,12 @@ static struct device_buffer source, target, list, gate;
 static void open_scene(void)
 {
     shader_open(code, sizeof(code), 2 * sizeof(uint64_t));
-    source = fixture_buffer(SOURCE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    target = fixture_buffer((VkDeviceSize)ORDERS * ROOM, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    gate = fixture_buffer(sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    list = fixture_buffer(ORDERS * sizeof(struct copy_order), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    source = fixture_buffer(&fixture, SOURCE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    target =
+        fixture_buffer(&fixture, (VkDeviceSize)ORDERS * ROOM, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    gate = fixture_buffer(&fixture, sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    list = fixture_buffer(&fixture, ORDERS * sizeof(struct copy_order),
+                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
 }
 
 #define COPY_TEST(name) TEST_BETWEEN_IF(name, open_scene, shader_close, true)

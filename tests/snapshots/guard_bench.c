@@ -1,26 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What guarded builds cost the device: builds of a TLAS between two timestamps, without the layer,
  * at level content, and with setting guard. The argument is a platform. */
-#include "tests/fixture/geometry.h"
 #include "tests/snapshots/scene.h"
 
 #include <stdio.h>
 #include <string.h>
 
-enum { ROUNDS = 15, ALIGNMENT = 256 };
-
-#define INPUT VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR
-
-/* A build of `range.primitiveCount` elements of one geometry. It must not move. */
-struct build {
-    VkAccelerationStructureGeometryKHR geometry;
-    VkAccelerationStructureBuildGeometryInfoKHR info;
-    VkAccelerationStructureBuildRangeInfoKHR range;
-};
+enum { ROUNDS = 15, BOX_STRUCTURE_SIZE = 1 << 16, ALIGNMENT = 256 };
 
 static struct device_buffer storage(VkDeviceSize size, VkBufferUsageFlags usage)
 {
-    return fixture_buffer(size + ALIGNMENT, usage);
+    return fixture_buffer(&fixture, size + ALIGNMENT, usage);
 }
 
 static VkDeviceAddress aligned(const struct device_buffer *buffer)
@@ -30,49 +20,22 @@ static VkDeviceAddress aligned(const struct device_buffer *buffer)
 
 /* ---- the scene: `count` instances of a box */
 
-/* Creates the structure, and the scratch buffer. */
-static void open_build(struct build *build, VkAccelerationStructureTypeKHR type)
+static VkAccelerationStructureKHR build_box(void)
 {
-    STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
-    build->info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR, .type = type,
-                       .geometryCount = 1, .pGeometries = &build->geometry);
-    fixture.vk.GetAccelerationStructureBuildSizesKHR(
-        fixture.device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &build->info,
-        &build->range.primitiveCount, &sizes);
-    const VkDeviceSize size = sizes.accelerationStructureSize;
-    const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .size = size, .type = type,
-                 .buffer =
-                     storage(size, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR).handle);
-    GET(fixture.vk.CreateAccelerationStructureKHR(fixture.device, &info, NULL,
-                                                  &build->info.dstAccelerationStructure));
-    const struct device_buffer scratch =
-        storage(sizes.buildScratchSize, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    build->info.scratchData.deviceAddress = aligned(&scratch);
-}
-
-static void close_build(const struct build *build)
-{
-    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, build->info.dstAccelerationStructure,
-                                               NULL);
-}
-
-static void record(VkCommandBuffer commands, const struct build *build)
-{
-    const VkAccelerationStructureBuildRangeInfoKHR *ranges = &build->range;
-    fixture.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &build->info, &ranges);
-}
-
-static void build_box(struct build *build)
-{
-    const struct device_buffer box = storage(sizeof(VkAabbPositionsKHR), INPUT);
+    const VkBufferUsageFlags input =
+        VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR;
+    struct device_buffer box = storage(sizeof(VkAabbPositionsKHR), input),
+                         memory = storage(BOX_STRUCTURE_SIZE,
+                                          VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR),
+                         scratch = storage(BOX_STRUCTURE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     const VkAabbPositionsKHR bounds = {.maxX = 1, .maxY = 1, .maxZ = 1};
     memcpy(box.bytes, &bounds, sizeof(bounds));
-    *build = (struct build){.geometry = boxes_geometry(box.address, sizeof(bounds)),
-                            .range.primitiveCount = 1};
-    open_build(build, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-    VkCommandBuffer commands = fixture_begin();
-    record(commands, build);
-    fixture_finish(commands);
+    VkAccelerationStructureKHR structure = fixture_structure(
+        &fixture, &memory, 0, BOX_STRUCTURE_SIZE, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    fixture_build_boxes(&fixture, commands, structure, box.address, 1, aligned(&scratch));
+    fixture_finish(&fixture, commands);
+    return structure;
 }
 
 static void write_instances(unsigned char *bytes, uint32_t count, uint64_t reference)
@@ -88,19 +51,44 @@ static void write_instances(unsigned char *bytes, uint32_t count, uint64_t refer
     }
 }
 
+static struct fixture_build describe(uint32_t count, const struct device_buffer *instances)
+{
+    struct fixture_build build = {
+        .geometry = instances_geometry(instances->address, false),
+        .info = {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
+                 .geometryCount = 1},
+        .range.primitiveCount = count,
+    };
+    build.info.pGeometries = &build.geometry;
+    STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
+    fixture.vk.GetAccelerationStructureBuildSizesKHR(
+        fixture.device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &build.info, &count,
+        &sizes);
+    struct device_buffer memory = storage(sizes.accelerationStructureSize,
+                                          VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR),
+                         scratch =
+                             storage(sizes.buildScratchSize, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    build.info.dstAccelerationStructure =
+        fixture_structure(&fixture, &memory, 0, sizes.accelerationStructureSize,
+                          VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
+    build.info.scratchData.deviceAddress = aligned(&scratch);
+    return build;
+}
+
 /* ---- measuring */
 
 /* Ticks between the timestamps around a build. */
-static uint64_t time_build(const struct build *build, VkQueryPool queries)
+static uint64_t time_build(const struct fixture_build *build, VkQueryPool queries)
 {
     uint64_t ticks[2];
-    VkCommandBuffer commands = fixture_begin();
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
     fixture.vk.CmdResetQueryPool(commands, queries, 0, 2);
     fixture.vk.CmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries, 0);
-    record(commands, build);
-    commands_barrier(&fixture.vk, commands);
+    fixture_build(&fixture, commands, build);
+    fixture_barrier(&fixture, commands);
     fixture.vk.CmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries, 1);
-    fixture_finish(commands);
+    fixture_finish(&fixture, commands);
     GET(fixture.vk.GetQueryPoolResults(fixture.device, queries, 0, 2, sizeof(ticks), ticks,
                                        sizeof(ticks[0]), VK_QUERY_RESULT_64_BIT));
     return ticks[1] - ticks[0];
@@ -111,30 +99,25 @@ static double measure(uint32_t count, const struct instance_settings *settings)
 {
     uint64_t best = UINT64_MAX;
     VkPhysicalDeviceProperties properties;
-    struct build box, top = {.range.primitiveCount = count};
-    fixture_open(settings);
+    fixture_open(&fixture, &platform, settings);
     fixture.instance.vk.GetPhysicalDeviceProperties(fixture.instance.physical, &properties);
-    build_box(&box);
-    const struct device_buffer instances =
-        storage((VkDeviceSize)count * sizeof(VkAccelerationStructureInstanceKHR), INPUT);
-    write_instances(
-        instances.bytes, count,
-        structure_address(&fixture.vk, fixture.device, box.info.dstAccelerationStructure));
-    top.geometry = instances_geometry(instances.address, false);
-    open_build(&top, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
+    uint64_t reference = structure_address(&fixture.vk, fixture.device, build_box());
+    struct device_buffer instances =
+        storage((VkDeviceSize)count * sizeof(VkAccelerationStructureInstanceKHR),
+                VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+    write_instances(instances.bytes, count, reference);
+    const struct fixture_build build = describe(count, &instances);
     VkQueryPool queries =
         query_pool_create(&fixture.vk, fixture.device, VK_QUERY_TYPE_TIMESTAMP, 2);
-    time_build(&top, queries);
+    time_build(&build, queries);
     for (int i = 0; i < ROUNDS; i++) {
-        uint64_t ticks = time_build(&top, queries);
+        uint64_t ticks = time_build(&build, queries);
         best = ticks < best ? ticks : best;
     }
     if (fixture.instance.messages.count)
         fprintf(stderr, "%s\n", fixture.instance.messages.items[0].text);
     fixture.vk.DestroyQueryPool(fixture.device, queries, NULL);
-    close_build(&box);
-    close_build(&top);
-    fixture_close();
+    fixture_close(&fixture);
     return (double)best * (double)properties.limits.timestampPeriod / 1e6;
 }
 

@@ -51,8 +51,8 @@ static struct device_buffer source, target;
 static void open_scene(void)
 {
     shader_open(code, sizeof(code), 64);
-    source = fixture_buffer(SOURCE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    target = fixture_buffer(TARGET_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    source = fixture_buffer(&fixture, SOURCE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    target = fixture_buffer(&fixture, TARGET_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
 }
 
 #define GUARD_TEST(name) TEST_BETWEEN_IF(name, open_scene, shader_close, true)
