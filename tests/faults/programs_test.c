@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* faults_programs_test --frames: the programs of tests/programs/frames, each again and again with one
- * instance. The layer must not need more memory from one to the next.
+/* faults_programs_test --frames: the programs of tests/programs/frames, each again and again with
+ * one instance. The layer must not need more memory from one to the next.
  *
  * faults_programs_test [--programs N] [--threaded N] [--only N]: random programs (tests/execution),
  * and the same with a fault: an allocation of the layer fails, a command of the driver fails, or
