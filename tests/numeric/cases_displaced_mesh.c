@@ -188,9 +188,12 @@ CASE(75, 0, 0, "displaced triangles beside others", "displacement")
     input.input.ranges = ranges;
     void *structure = case_build(&input);
     EXPECT(report.active == 12 * 1024 + 2);
-    input.input.threads = 1;
-    void *alone = fixture_build(&input.input, NULL);
-    EXPECT(memcmp(structure, alone, builder_size(alone)) == 0);
+    if (setting.threads > 1 &&
+        setting.accuracy == TRACE_EXACT) { /* this has nothing to do with rays */
+        input.input.threads = 1;
+        void *alone = fixture_build(&input.input, NULL);
+        EXPECT(memcmp(structure, alone, builder_size(alone)) == 0);
+    }
     for (int i = 0; i < 50; i++) {
         struct trace_ray ray = fixture_ray(0, 0, 0, 1, 0, 0);
         uint32_t of_geometry[3] = {0};
