@@ -124,6 +124,7 @@ static const char *gpu_lacks(struct gpu *gpu, VkPhysicalDevice physical)
         physical, &MAKE(VkPhysicalDeviceFeatures2, .pNext = &core));
     if (!structures.accelerationStructure)
         return "the feature accelerationStructure";
+    gpu->has_host = structures.accelerationStructureHostCommands;
     if (gpu->wants_queries && !query.rayQuery)
         return "the feature rayQuery";
     if (!core.bufferDeviceAddress)
@@ -184,7 +185,8 @@ static void gpu_open_device(struct gpu *gpu)
 {
     STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query, .rayQuery = VK_TRUE);
     STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures,
-           .pNext = gpu->wants_queries ? &query : NULL, .accelerationStructure = VK_TRUE);
+           .pNext = gpu->wants_queries ? &query : NULL, .accelerationStructure = VK_TRUE,
+           .accelerationStructureHostCommands = gpu->has_host);
     const STRUCT(VkPhysicalDeviceVulkan12Features, core, .pNext = &structures,
                  .bufferDeviceAddress = VK_TRUE);
     const float priority = 1.0f;

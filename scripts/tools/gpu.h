@@ -29,7 +29,7 @@ struct gpu {
     uint32_t queue_family;
     VkQueueFlags queue_flags;
     VkQueue queue;
-    bool wants_queries;
+    bool wants_queries, has_host; /* rays; builds by the host, which are enabled if there are any */
     VkCommandPool pool;
 };
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What a frame costs without the layer, at level execution and at level content, there also with
- * setting hazards: each frame builds, submits and waits. Prints medians in milliseconds. */
+ * setting hazards; or at each level: each frame builds, submits and waits. Prints medians. */
 #include <stdio.h>
 #include <string.h>
 
@@ -9,11 +9,14 @@
 #include "scripts/tools/measure.h"
 #include "tests/null_driver/null_driver.h"
 
-enum { MOST_SIDES = 8, MOST_FRAMES = 1001 };
+enum { MOST_SIDES = 14, MOST_FRAMES = 1001 };
 
 static const VkBool32 on = VK_TRUE, off = VK_FALSE;
-static const char *const execution = "execution", *const content = "content";
-enum { MOST_SETTINGS = 2 };
+static const char *const parameters = "parameters", *const state = "state",
+                         *const execution = "execution", *const content = "content",
+                         *const json = "json";
+static const uint32_t compared_rays = 1000;
+enum { MOST_SETTINGS = 3 };
 #define SETTING(layer, key, type, value)                                                           \
     {                                                                                              \
         layer, key, VK_LAYER_SETTING_TYPE_##type##_EXT, 1, value                                   \
@@ -22,30 +25,52 @@ enum { MOST_SETTINGS = 2 };
 #define SWITCH(layer, key) SETTING(layer, key, BOOL32, &on)
 #define NO_HAZARDS SETTING(GPU_LAYER, "hazards", BOOL32, &off)
 
-/* Sides of both comparisons, or of one. */
-enum comparison { IN_BOTH, OF_CONTENT, OF_HAZARDS };
+/* What is compared; a side may take part in several comparisons. */
+enum { OF_CONTENT = 1, OF_HAZARDS = 2, OF_LEVELS = 4, OF_ALL = 7 };
 
 static const struct side_kind {
     const char *name, *layer;
-    enum comparison comparison;
+    uint32_t comparisons;
     VkLayerSettingEXT settings[MOST_SETTINGS]; /* those without a name are none */
 } side_kinds[MOST_SIDES] = {
-    {"none", NULL, IN_BOTH, {{0}}},
-    {"execution", GPU_LAYER, IN_BOTH, {LEVEL(&execution), NO_HAZARDS}},
+    {"none", NULL, OF_ALL, {{0}}},
+    {"execution", GPU_LAYER, OF_CONTENT | OF_HAZARDS, {LEVEL(&execution), NO_HAZARDS}},
     {"content", GPU_LAYER, OF_CONTENT, {LEVEL(&content), NO_HAZARDS}},
     {"content, hazards", GPU_LAYER, OF_CONTENT, {LEVEL(&content), SWITCH(GPU_LAYER, "hazards")}},
     {"hazards", GPU_LAYER, OF_HAZARDS, {SWITCH(GPU_LAYER, "hazards")}},
-    {"khronos", BENCH_PEER, IN_BOTH, {{0}}},
+    {"parameters", GPU_LAYER, OF_LEVELS, {LEVEL(&parameters)}},
+    {"state", GPU_LAYER, OF_LEVELS, {LEVEL(&state)}},
+    {"execution", GPU_LAYER, OF_LEVELS, {LEVEL(&execution)}},
+    {"content", GPU_LAYER, OF_LEVELS, {LEVEL(&content)}},
+    /* To the file that the environment names. */
+    {"execution + record",
+     GPU_LAYER,
+     OF_LEVELS,
+     {LEVEL(&execution), SWITCH(GPU_LAYER, "record_builds"),
+      SETTING(GPU_LAYER, "log_format", STRING, &json)}},
+    {"content + compare",
+     GPU_LAYER,
+     OF_LEVELS,
+     {LEVEL(&content), SETTING(GPU_LAYER, "compare_rays", UINT32, &compared_rays)}},
+    {"khronos", BENCH_PEER, OF_CONTENT | OF_HAZARDS, {{0}}},
     {"khronos GPU-AV", BENCH_PEER, OF_CONTENT, {SWITCH(BENCH_PEER, "gpuav_enable")}},
     {"khronos syncval", BENCH_PEER, OF_HAZARDS, {SWITCH(BENCH_PEER, "validate_sync")}},
 };
 
-static uint32_t count_settings(const struct side_kind *kind)
+static bool is_peer(const struct side_kind *kind)
+{
+    return kind->layer && strcmp(kind->layer, BENCH_PEER) == 0;
+}
+
+static void open_side(struct side *side, const struct side_kind *kind)
 {
     uint32_t count = 0;
     while (count < MOST_SETTINGS && kind->settings[count].pSettingName)
         count++;
-    return count;
+    side_open_with(side, kind->layer, kind->settings, count);
+    /* Ray queries are not enabled; and drivers may differ in what rays hit. */
+    if (is_peer(kind) || kind->settings[1].pValues == &compared_rays)
+        side->findings->is_open = false;
 }
 
 /* The first one without a name ends the list. */
@@ -69,13 +94,21 @@ static const struct frame_kind hazard_kinds[] = {
     {0},
 };
 
+/* Each by the device, and by the host if it can build; a frame of many is a sample. */
+static const struct frame_kind level_kinds[] = {
+    {"one mesh", 1, 70000, false, false, 0, 0, .has_own_inputs = true},
+    {"1,000 small meshes", 1000, 12, false, false, 0, 0, .has_own_inputs = true},
+    {"100,000 instances", 1, 100000, true, false, 0, 0},
+    {0},
+};
+
 struct options {
     const char *driver; /* NULL: the environment's */
     uint32_t frames;    /* 0: by the size of the scene */
     const char *only;   /* a side; NULL: all */
     const char *scene;  /* part of a scene's name; NULL: all scenes */
     const char *csv;    /* or NULL */
-    bool with_peer, hazards;
+    bool with_peer, hazards, levels, quick;
 };
 
 struct bench {
@@ -85,14 +118,17 @@ struct bench {
     FILE *csv;
 };
 
+/* Of each frame, in milliseconds; at each level of each build, in nanoseconds. */
 struct samples {
-    double wall[MOST_FRAMES], cpu[MOST_FRAMES];
+    double wall[MOST_FRAMES], cpu[MOST_FRAMES], thread[MOST_FRAMES];
 };
 
 static uint32_t frames_of(const struct options *options, const struct frame_kind *kind)
 {
     if (options->frames)
         return options->frames;
+    if (options->levels)
+        return options->quick ? 3 : strcmp(options->driver, "null") == 0 ? 31 : 7;
     const uint32_t primitives = kind->builds * kind->primitives;
     if (kind->builds_a_call)
         return kind->builds >= 100000 ? 5 : kind->builds >= 10000 ? 11 : 51;
@@ -114,6 +150,102 @@ static void take_samples(struct frames *const frames[MOST_SIDES], uint32_t count
         }
     }
 }
+
+/* ---- what each level adds */
+
+/* So many frames as take a millisecond, in which a level of some nanoseconds is not lost; one
+ * where the driver takes its time. */
+static void take_level_sample(const struct bench *bench, struct frames *frames,
+                              const struct frame_kind *kind, uint32_t times, struct samples *to,
+                              uint32_t i)
+{
+    to->cpu[i] = to->thread[i] = 0;
+    for (uint32_t n = 0; n < times; n++) {
+        const struct frame_times frame = frames_run(frames);
+        to->cpu[i] += frame.cpu / kind->builds / times;
+        to->thread[i] += frame.thread / kind->builds / times;
+    }
+}
+
+/* Bytes that stay allocated once a scene is there and built, in a world that has seen nothing
+ * else. */
+static double measure_bytes(const struct side_kind *side_kind, const struct frame_kind *kind)
+{
+    struct side side;
+    open_side(&side, side_kind);
+    const double before = bytes_allocated();
+    struct frames *frames = frames_open(kind, &side);
+    frames_run(frames);
+    const double bytes = (bytes_allocated() - before) / kind->builds;
+    frames_close(frames);
+    side_close(&side);
+    return bytes;
+}
+
+static void print_level(const struct bench *bench, const struct frame_kind *kind, int s,
+                        uint32_t count, double bytes)
+{
+    const double spread =
+        quantile(samples[s].thread, count, 0.75) - quantile(samples[s].thread, count, 0.25);
+    const double without = quantile(samples[0].thread, count, 0.5);
+    printf("%s,\"%s\",%s,%s,%u,%.0f,%.0f,%.0f,%.0f,%.0f\n", bench->options.driver, kind->name,
+           kind->by_host ? "host" : "device", side_kinds[s].name, kind->builds, without,
+           quantile(samples[s].thread, count, 0.5) - without, spread / 2,
+           quantile(samples[s].cpu, count, 0.5) - quantile(samples[0].cpu, count, 0.5), bytes);
+}
+
+static void measure_levels(struct bench *bench, const struct frame_kind *kind)
+{
+    const uint32_t count = frames_of(&bench->options, kind);
+    const bool is_null = strcmp(bench->options.driver, "null") == 0;
+    struct frames *frames[MOST_SIDES] = {NULL};
+    double bytes[MOST_SIDES];
+    uint32_t times[MOST_SIDES];
+    fprintf(stderr, "  levels: %s, %s, by the %s\n", bench->options.driver, kind->name,
+            kind->by_host ? "host" : "device");
+    for (int s = 0; s < MOST_SIDES; s++) {
+        if (!bench->is_open[s])
+            continue;
+        bytes[s] = measure_bytes(&side_kinds[s], kind);
+        frames[s] = frames_open(kind, &bench->sides[s]);
+        frames_run(frames[s]);
+        for (times[s] = 1; is_null; times[s] *= 2) {
+            take_level_sample(bench, frames[s], kind, times[s], &samples[s], 0);
+            if (samples[s].thread[0] * kind->builds * times[s] >= 1e6)
+                break;
+        }
+    }
+    for (uint32_t i = 0; i < count; i++)
+        for (uint32_t turn = 0; turn < MOST_SIDES; turn++) {
+            const uint32_t s = (i + turn) % MOST_SIDES;
+            if (frames[s])
+                take_level_sample(bench, frames[s], kind, times[s], &samples[s], i);
+        }
+    for (int s = 0; s < MOST_SIDES; s++) {
+        if (s && frames[s])
+            print_level(bench, kind, s, count, bytes[s] - bytes[0]);
+        frames_close(frames[s]);
+    }
+    fflush(stdout);
+}
+
+static void measure_all_levels(struct bench *bench)
+{
+    printf(
+        "driver,scene,by,level,builds,without_ns,added_ns,spread_ns,added_all_threads_ns,"
+        "added_bytes\n");
+    for (size_t i = 0; level_kinds[i].name; i++) {
+        struct frame_kind kind = level_kinds[i];
+        if (bench->options.quick)
+            *(kind.builds > 1 ? &kind.builds : &kind.primitives) /= 100;
+        measure_levels(bench, &kind);
+        kind.by_host = true;
+        if (bench->sides[0].gpu.has_host)
+            measure_levels(bench, &kind);
+    }
+}
+
+/* ---- frames */
 
 static void print(const struct bench *bench, const struct frame_kind *kind, uint32_t count)
 {
@@ -162,6 +294,10 @@ static const char usage[] =
     "  --frames N       of each scene (default: 11 to 201, by its size)\n"
     "  --hazards        compares many small builds, with a barrier every 100, with and without\n"
     "                   setting hazards (and the Khronos layer's synchronization validation)\n"
+    "  --levels         prints what each level, setting record_builds and setting compare_rays\n"
+    "                   add to a build of another list of scenes, in nanoseconds of CPU time\n"
+    "                   and in bytes, as CSV; needs --driver\n"
+    "  --quick          with --levels: a hundredth of the size, and three samples\n"
     "  --peer           with VK_LAYER_KHRONOS_validation, too: as it is by default, and with\n"
     "                   its GPU-assisted checks\n"
     "  --only SIDE      for a profiler: the name of a column\n"
@@ -174,6 +310,8 @@ static const struct command_line_option option_table[] = {
     {"frames", command_line_count, offsetof(struct options, frames), true},
     {"only", command_line_text, offsetof(struct options, only), true},
     {"hazards", command_line_set, offsetof(struct options, hazards), false},
+    {"levels", command_line_set, offsetof(struct options, levels), false},
+    {"quick", command_line_set, offsetof(struct options, quick), false},
     {"peer", command_line_set, offsetof(struct options, with_peer), false},
     {"csv", command_line_text, offsetof(struct options, csv), true},
 };
@@ -195,14 +333,13 @@ static void open_sides(struct bench *bench)
     uint32_t count = 0;
     for (int s = 0; s < MOST_SIDES; s++) {
         const struct side_kind *kind = &side_kinds[s];
-        const bool is_peer = kind->layer && strcmp(kind->layer, BENCH_PEER) == 0;
-        const bool is_compared = kind->comparison != (options->hazards ? OF_CONTENT : OF_HAZARDS);
-        bench->is_open[s] = options->only ? strcmp(options->only, kind->name) == 0
-                                          : is_compared && (!is_peer || options->with_peer);
+        const bool is_compared = kind->comparisons & (options->levels    ? OF_LEVELS
+                                                      : options->hazards ? OF_HAZARDS
+                                                                         : OF_CONTENT);
+        bench->is_open[s] = is_compared && (options->only ? strcmp(options->only, kind->name) == 0
+                                                          : !is_peer(kind) || options->with_peer);
         if (bench->is_open[s])
-            side_open_with(&bench->sides[s], kind->layer, kind->settings, count_settings(kind));
-        if (bench->is_open[s] && is_peer)
-            bench->sides[s].findings->is_open = false; /* ray queries are not enabled */
+            open_side(&bench->sides[s], kind);
         count += bench->is_open[s];
     }
     if (!count)
@@ -234,12 +371,18 @@ int main(int argc, char **argv)
     if (options->driver && strcmp(options->driver, "null") == 0)
         raise_limits();
     bench.csv = command_line_open_csv(options->csv, "scene,side,wall_ms,cpu_ms");
+    if (options->levels && !options->driver)
+        tool_fail("--levels needs --driver");
     open_sides(&bench);
-    print_heads(&bench);
-    const struct frame_kind *kinds = options->hazards ? hazard_kinds : content_kinds;
-    for (size_t i = 0; kinds[i].name; i++)
-        if (!options->scene || strstr(kinds[i].name, options->scene))
-            measure(&bench, &kinds[i]);
+    if (options->levels) {
+        measure_all_levels(&bench);
+    } else {
+        print_heads(&bench);
+        const struct frame_kind *kinds = options->hazards ? hazard_kinds : content_kinds;
+        for (size_t i = 0; kinds[i].name; i++)
+            if (!options->scene || strstr(kinds[i].name, options->scene))
+                measure(&bench, &kinds[i]);
+    }
     for (int s = 0; s < MOST_SIDES; s++)
         if (bench.is_open[s])
             side_close(&bench.sides[s]);

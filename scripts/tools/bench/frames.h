@@ -13,6 +13,8 @@ struct frame_kind {
     bool is_top_level;
     bool updates;                             /* each frame updates what the first has built */
     uint32_t builds_a_call, builds_a_barrier; /* 0: one call, after one barrier */
+    bool has_own_inputs;                      /* each build; otherwise all read the same */
+    bool by_host;                             /* vkBuildAccelerationStructuresKHR */
 };
 
 struct frames;
@@ -22,7 +24,7 @@ struct frames *frames_open(const struct frame_kind *kind, struct side *side);
 void frames_close(struct frames *frames);
 
 struct frame_times {
-    double wall, cpu; /* nanoseconds; CPU time of all threads of the process */
+    double wall, cpu, thread; /* nanoseconds; CPU time of all threads of the process, and of this */
 };
 
 struct frame_times frames_run(struct frames *frames);
