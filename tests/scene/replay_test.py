@@ -6,6 +6,7 @@ replay_test.py ASSAY_SCENE DEMO LAYER_FOLDER NULL_MANIFEST [LAVAPIPE_MANIFEST]""
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -48,9 +49,22 @@ def arrays(folder):
     return {path.name for path in (folder / "data").iterdir()}
 
 
+def read_lines(path):
+    return [json.loads(line) for line in path.read_text("utf-8").splitlines()]
+
+
 def lines(folder, kind):
-    text = (folder / "builds.jsonl").read_text("utf-8")
-    return [line for line in map(json.loads, text.splitlines()) if line["Type"] == kind]
+    return [line for line in read_lines(folder / "builds.jsonl") if line["Type"] == kind]
+
+
+def what_is_built(build):
+    """A line without what a replay chooses: addresses, handles, and the contents of instances, which have addresses."""
+    kept = {key: build.get(key) for key in ("mode", "type", "flags", "primitives", "size", "dst_name", "src_name")}
+    kept["geometry"] = [
+        {**geometry, "inputs": [{key: value for key, value in data.items() if key not in ("address", "buffer", "offset")
+                                 and (key, data["role"]) != ("data", "instances")} for data in geometry["inputs"]]}
+        for geometry in build["geometry"]]
+    return kept
 
 
 class ReplayTest(unittest.TestCase):
@@ -66,7 +80,7 @@ class ReplayTest(unittest.TestCase):
             capture(LAVAPIPE, cls.demo)
 
     def test_mistakes_are_found_again(self):
-        found = [json.loads(line) for line in (self.mistakes / "findings.jsonl").read_text("utf-8").splitlines()]
+        found = read_lines(self.mistakes / "findings.jsonl")
         before = {finding["VUID"] for finding in found if finding["Severity"] == "Error"}
         result = scene(NULL, "replay", "--layer", self.mistakes)
         after = {line.split()[1] for line in result.stdout.splitlines() if line.startswith("finding: ")}
@@ -114,6 +128,30 @@ class ReplayTest(unittest.TestCase):
         self.assertIn("it needs structures that were not built in the capture", result.stdout)
         self.assertIn("findings: 0", result.stdout)
         self.assertEqual(result.returncode, 2)
+
+    @unittest.skipUnless(LAVAPIPE, "no lavapipe")
+    def test_kept(self):
+        """With capture_keep the same capture has what was built before, too: as much as the whole one."""
+        kept = self.folder / "kept"
+        capture(LAVAPIPE, kept, capture_from="submission:2", capture_keep="true")
+        self.assertFalse(any("missing" in structure for structure in lines(kept, "Structure")))
+        self.expect_same_builds(kept, self.demo)
+        result = scene(LAVAPIPE, "replay", kept, "--layer")
+        self.assertIn("built: 4; copied: 1; not replayed: 0", result.stdout)
+        self.assertIn("findings: 0", result.stdout)
+
+    @unittest.skipUnless(LAVAPIPE, "no lavapipe")
+    def test_hits(self):
+        """lavapipe misses some hits and doubles others: those of the demo and of the replay are the same."""
+        compares = {"compare_rays": 300, "duplicate_message_limit": 0, "log_format": "json", "debug_action": "log"}
+        logs = [self.folder / name for name in ("before.jsonl", "after.jsonl")]
+        capture(LAVAPIPE, self.folder / "compared", log_filename=logs[0], **compares)
+        result = scene(LAVAPIPE, "replay", self.demo, "--compare", log_filename=logs[1], **compares)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        before, after = ([re.sub(" Command buffer .*", "", line["MainMessage"]) for line in read_lines(log)
+                          if line.get("VUID", "").startswith("ASSAY-compare-")] for log in logs)
+        self.assertGreater(len(before), 0)
+        self.assertEqual(before, after)
 
     @unittest.skipUnless(LAVAPIPE, "no lavapipe")
     def test_wild_reference(self):
@@ -165,9 +203,11 @@ class ReplayTest(unittest.TestCase):
         instances = {data["data"] + ".npy" for build in lines(self.demo, "Build") for geometry in build["geometry"]
                      for data in geometry["inputs"] if data["role"] == "instances"}
         self.assertEqual(arrays(self.demo) - arrays(again), instances)
-        keep = ("mode", "type", "flags", "primitives", "size", "dst_name", "src_name")
-        self.assertEqual([{key: build.get(key) for key in keep} for build in lines(again, "Build")],
-                         [{key: build.get(key) for key in keep} for build in lines(self.demo, "Build")])
+        self.expect_same_builds(again, self.demo)
+
+    def expect_same_builds(self, one, other):
+        one, other = (sorted(map(what_is_built, lines(folder, "Build")), key=str) for folder in (one, other))
+        self.assertEqual(one, other)
 
     def test_arguments(self):
         for arguments, text in ((["replay"], "name a capture"), (["replay", "a", "b"], "one argument too many: b"),
