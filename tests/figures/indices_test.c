@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Indices of one type that are read as another, and valid ones that look alike. */
+/* Indices of 16 bits that are read as 32, and valid ones that look like a mistake.
+ * tests/programs/advice/data.cases has other mistakes. */
 #include <string.h>
 
 #include "src/advice/figures/indices.h"
@@ -28,32 +29,6 @@ static bool suit(const void *indices, uint32_t size, uint64_t count, uint64_t li
 {
     return indices_suit_another_size(indices, size, count, indices_max(indices, size, count), limit,
                                      other);
-}
-
-TEST(test_wide_indices_read_as_narrow_ones)
-{
-    uint32_t indices[COUNT];
-    struct other_indices other;
-    mesh(indices, 0);
-    assert_false(suit(indices, 4, COUNT, VERTICES, &other));
-    assert_true(suit(indices, 2, COUNT, VERTICES, &other));
-    assert_int_equal(other.size, 4);
-    assert_int_equal(other.triangles, COUNT / 6);
-    assert_true(other.max < VERTICES);
-    assert_true(suit(indices, 1, COUNT, 256, &other));
-    assert_int_equal(other.size, 4);
-}
-
-TEST(test_short_indices_read_as_bytes)
-{
-    uint32_t indices[COUNT];
-    uint16_t shorts[COUNT];
-    struct other_indices other;
-    mesh(indices, 0);
-    narrow(indices, shorts);
-    assert_false(suit(shorts, 2, COUNT, VERTICES, &other));
-    assert_true(suit(shorts, 1, COUNT, VERTICES, &other));
-    assert_int_equal(other.size, 2);
 }
 
 /* One index beyond 16 bits, or a vertex 0 that all triangles have. */
@@ -111,13 +86,6 @@ TEST(test_wide_indices_of_a_pool)
     for (uint32_t i = 0; i < COUNT; i++)
         indices[i] += (VERTICES + i % 2) << 16;
     assert_false(suit(indices, 4, COUNT, UINT64_C(1) << 32, &other));
-}
-
-TEST(test_no_indices)
-{
-    struct other_indices other;
-    assert_false(suit("", 2, 0, 1, &other));
-    assert_false(suit("\0\0\0\0\0", 1, 3, 1, &other));
 }
 
 /* Meshes in random order, at random places of a pool, with and without degenerate triangles. */

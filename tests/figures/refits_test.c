@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Trees of updates: what they cost. */
+/* Trees of updates: triangles that are not sampled, and costs that are unknown. */
 #include <math.h>
 
 #include "src/advice/figures/refits.h"
@@ -47,38 +47,6 @@ static struct source source_of(const struct soup *from, uint32_t count)
     assert_true(source_open(&source, false, &geometry, &range));
     return source;
 }
-
-static double cost_of(const struct soup *built, const struct soup *now)
-{
-    const struct source before = source_of(built, COUNT), after = source_of(now, COUNT);
-    struct triangle_sample *sample = triangle_sample_create(&before),
-                           *moved = triangle_sample_create(&after);
-    assert_true(sample && moved);
-    const double cost = triangle_sample_refit_cost(sample, moved);
-    triangle_sample_release(sample);
-    triangle_sample_release(moved);
-    return cost;
-}
-
-/* ---- what moves */
-
-TEST(test_triangles_that_stay_together)
-{
-    struct random random = random_of("refits");
-    struct soup built, now;
-    write_soup(&random, &built);
-    assert_true(cost_of(&built, &built) == 1);
-    for (int i = 0; i < 9 * COUNT; i++) { /* all move, and swing a little */
-        const float *from = built.corners[i / 9][i % 9 / 3];
-        now.corners[i / 9][i % 9 / 3][i % 3] =
-            100 + from[i % 3] +
-            sinf(from[(i + 1) % 3] / 3) * (float)random_between(&random, 0.9, 1);
-    }
-    const double cost = cost_of(&built, &now);
-    assert_true(cost > 0.5 && cost < 1.5);
-}
-
-/* ---- samples */
 
 static bool is_sampled(const struct soup *from, uint32_t count)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Figures of triangles: meshes with one mistake, and valid ones near them; and meshes that are read
- * with a wrong stride. */
+/* Figures of triangles at random and at the ends of the numbers, and meshes whose strides only look
+ * wrong. tests/programs/advice/data.cases has the mistakes. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -74,45 +74,6 @@ static struct triangle_figures figures_of(const struct mesh *mesh)
     return figures;
 }
 
-TEST(test_a_plain_mesh)
-{
-    const struct mesh mesh = grid(0, 0.5F);
-    const struct triangle_figures figures = figures_of(&mesh);
-    assert_int_equal(figures.count, TRIANGLES);
-    assert_int_equal(figures.measured, TRIANGLES);
-    assert_int_equal(figures.inactive + figures.degenerate + figures.coarse, 0);
-    assert_true(figures.extent == 4 && figures.farthest == 4);
-    assert_true(figures.median >= 0.5 && figures.median <= 1);
-    assert_true(figures.step == 0x1p-21);
-}
-
-TEST(test_inactive_triangles)
-{
-    struct mesh mesh = grid(0, 1);
-    mesh.at[0][0] = -NAN; /* of the first triangle alone */
-    const struct triangle_figures figures = figures_of(&mesh);
-    assert_int_equal(figures.inactive, 1);
-    assert_int_equal(figures.first_inactive, 0);
-    assert_int_equal(figures.degenerate, 0);
-    assert_int_equal(figures.measured, TRIANGLES - 1);
-}
-
-TEST(test_degenerate_by_indices_and_by_positions)
-{
-    struct mesh mesh = grid(0, 1);
-    mesh.indices[7][2] = mesh.indices[7][0];
-    memcpy(mesh.at[mesh.indices[9][1]], mesh.at[mesh.indices[9][2]], sizeof(mesh.at[0]));
-    struct triangle_figures figures = figures_of(&mesh);
-    assert_true(figures.degenerate >= 2);
-    assert_true(figures.first_degenerate <= 7);
-    assert_int_equal(figures.measured + figures.degenerate, TRIANGLES);
-    mesh = grid(0, 0); /* all at one place */
-    figures = figures_of(&mesh);
-    assert_int_equal(figures.degenerate, TRIANGLES);
-    assert_int_equal(figures.measured, 0);
-    assert_true(figures.extent == 0);
-}
-
 /* Zeros are equal whatever their sign; a subnormal number is not 0. */
 TEST(test_zeros_and_subnormal_numbers)
 {
@@ -127,34 +88,6 @@ TEST(test_zeros_and_subnormal_numbers)
     assert_true(figures.median == 0x1p-148);
 }
 
-TEST(test_undefined_and_unreadable_triangles)
-{
-    struct triangle_figures figures;
-    struct mesh mesh = grid(0, 1);
-    mesh.at[3][1] = NAN;
-    struct source source = source_of(&mesh);
-    assert_true(triangle_figures_read(&source, &figures));
-    assert_true(figures.undefined > 0);
-    assert_int_equal(figures.undefined + figures.measured, TRIANGLES);
-    mesh.at[3][0] = NAN;
-    assert_true(triangle_figures_read(&source, &figures));
-    assert_int_equal(figures.undefined, 0);
-    mesh = grid(0, 1);
-    mesh.indices[5][1] = VERTICES;
-    source = source_of(&mesh);
-    assert_false(triangle_figures_read(&source, &figures));
-}
-
-TEST(test_infinite_triangles_are_not_measured)
-{
-    struct mesh mesh = grid(0, 1);
-    mesh.at[0][1] = INFINITY;
-    const struct triangle_figures figures = figures_of(&mesh);
-    assert_int_equal(figures.measured, TRIANGLES - 1);
-    assert_int_equal(figures.inactive + figures.degenerate, 0);
-    assert_true(figures.extent == SIDE);
-}
-
 TEST(test_largest_coordinates)
 {
     struct mesh mesh = grid(0, 1);
@@ -164,45 +97,6 @@ TEST(test_largest_coordinates)
     assert_int_equal(figures.measured, TRIANGLES);
     assert_true(figures.extent == 2 * (double)0x1.fffffep127F);
     assert_true(figures.median == 0x1p129);
-}
-
-/* At 2^20, a step is 1/8: coarse below 125. */
-TEST(test_coarse_triangles)
-{
-    struct mesh mesh = grid(0x1p20F, 64);
-    struct triangle_figures figures = figures_of(&mesh);
-    assert_int_equal(figures.coarse, TRIANGLES);
-    assert_true(figures.smallest_coarse == 64);
-    mesh = grid(0x1p20F, 128);
-    figures = figures_of(&mesh);
-    assert_int_equal(figures.coarse, 0);
-}
-
-TEST(test_a_stray_vertex)
-{
-    struct mesh mesh = grid(5, 1);
-    struct stray_vertex stray;
-    struct source source = source_of(&mesh);
-    struct triangle_figures figures = figures_of(&mesh);
-    assert_false(stray_vertex_find(&source, &figures, &stray));
-    mesh.at[40][1] = -1e9F;
-    figures = figures_of(&mesh);
-    assert_true(stray_vertex_find(&source, &figures, &stray));
-    assert_true(stray.position[1] == -1e9F && stray.position[0] == mesh.at[40][0]);
-    assert_true(stray.extent == SIDE);
-    const uint32_t *corners = mesh.indices[stray.triangle];
-    assert_true(corners[0] == 40 || corners[1] == 40 || corners[2] == 40);
-    assert_true(figures.extent >= 1e8 * figures.median);
-    /* A second one is no stray. */
-    mesh.at[42][1] = -1e9F;
-    figures = figures_of(&mesh);
-    assert_false(stray_vertex_find(&source, &figures, &stray));
-    /* Nor one at each end. */
-    mesh = grid(5, 1);
-    mesh.at[40][1] = -1e9F;
-    mesh.at[42][1] = 1e9F;
-    figures = figures_of(&mesh);
-    assert_false(stray_vertex_find(&source, &figures, &stray));
 }
 
 static struct mesh random_mesh(struct random *random)
@@ -306,22 +200,6 @@ static bool finds(uint32_t stride, struct other_stride *other)
     struct triangle_figures figures;
     assert_true(triangle_figures_read(&source, &figures));
     return other_stride_find(&source, &figures, (uint64_t)stride * WIDE_VERTICES, other);
-}
-
-TEST(test_wrong_strides)
-{
-    struct other_stride other;
-    write_grid(3);
-    assert_false(finds(12, &other));
-    assert_true(finds(16, &other));
-    assert_int_equal(other.stride, 12);
-    assert_true(other.extent == WIDE_SIDE && other.small == WIDE_SIDE / 32);
-    write_grid(8);
-    assert_false(finds(32, &other));
-    assert_true(finds(28, &other));
-    assert_int_equal(other.stride, 32);
-    assert_true(finds(36, &other));
-    assert_int_equal(other.stride, 32);
 }
 
 /* Every second vertex may be meant. */
