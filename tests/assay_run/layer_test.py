@@ -36,9 +36,7 @@ class Layer(Runs):
         self.expect(self.run_steps("mistake"), 99, VUID)
 
     def test_scratch_mistake(self):
-        program = APPLICATION.with_name("assay_run_many_builds")
-        self.expect(self.run_words("--error-exitcode", 7, "--", program, 1000), 7,
-                    "scratchData.deviceAddress")
+        self.expect(self.run_steps("clean scratch", "--error-exitcode", "7"), 7, "scratchData.deviceAddress")
 
     def test_clean(self):
         self.expect(self.run_steps("clean"), 0, "0 findings in 1 process")
@@ -219,8 +217,7 @@ class Layer(Runs):
             "khronos_validation.debug_action = VK_DBG_LAYER_ACTION_LOG_MSG\n"
             "khronos_validation.log_filename = khronos.txt\n"
             "khronos_validation.report_flags = error\n")
-        program = APPLICATION.with_name("assay_run_many_builds")
-        result = self.run_words("--with-khronos", "--", program, 1000, VK_LOADER_DEBUG="layer")
+        result = self.run_steps("clean scratch", "--with-khronos", VK_LOADER_DEBUG="layer")
         self.expect(result, 99, "1 finding in 1 process", "-pInfos-03710")
         self.assertIn("-pInfos-03710", self.read("khronos.txt"))
         stack = result.err.partition("vkCreateInstance layer callstack setup to:")[2]
@@ -231,16 +228,15 @@ class Layer(Runs):
                          "the Khronos validation layer is not installed")
     def test_count_khronos(self):
         """What both layers find counts once. Khronos layers of 2023 have false alarms of their own."""
-        program = APPLICATION.with_name("assay_run_many_builds")
-        result = self.run_words("--count-khronos", "--json", "a.json", "--", program, 1000)
+        result = self.run_steps("clean scratch", "--count-khronos", "--json", "a.json")
         self.expect(result, 99, "-pInfos-03710 (both layers)")
         found = self.load("a.json")["new"]
         self.assertEqual([one.get("Layer") for one in found if one["VUID"].endswith("-pInfos-03710")], [None])
         (self.folder / "known.txt").write_text("".join({
             f"{one['VUID']}\n" for one in found if one.get("Layer")}))
-        self.expect(self.run_words("--count-khronos", "--baseline", "known.txt", "--", program, 1000), 99,
+        self.expect(self.run_steps("clean scratch", "--count-khronos", "--baseline", "known.txt"), 99,
                     "1 finding in 1 process")
-        self.expect(self.run_words("--count-khronos", "--baseline", "known.txt", "--", program, 1), 0)
+        self.expect(self.run_steps("clean", "--count-khronos", "--baseline", "known.txt"), 0)
 
     def test_lines_of_readme(self):
         section = (ROOT / "README.md").read_text(encoding="utf-8").partition("\n## In CI\n")[2]
@@ -261,12 +257,14 @@ class Layer(Runs):
                 (self.folder / name).unlink()
 
     def test_reports(self):
-        result = self.run_steps("name=a mistake", "--junit", "a.xml", "--sarif", "a.sarif",
+        result = self.run_steps("clean name=a mistake submit", "--junit", "a.xml", "--sarif", "a.sarif",
                                 "--json", "a.json", "--html", "a.html", "--github")
         self.expect(result, 99)
         for name in ("a.xml", "a.sarif", "a.json", "a.html"):
             self.assertIn(VUID, self.read(name))
         self.assertIn(f"title={VUID}", result.out)
+        data = json.loads(self.read("a.html").partition('id="data">')[2].partition("</script>")[0])
+        self.assertLessEqual({"Submission", "Build", "Destroyed", "a"}, set(data["builds"]["words"]))
 
 
 if __name__ == "__main__":

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Setting capture end to end: programs and an application under the layer, on the null driver.
+"""Setting capture end to end: programs under the layer, on the null driver.
 
-layer_test.py PROGRAMS APPLICATION LAYER_FOLDER DRIVER_MANIFEST"""
+layer_test.py PROGRAMS"""
 
+import multiprocessing.pool
 import os
 import pathlib
 import random
@@ -16,22 +17,20 @@ import unittest
 
 from captures import Capture
 
-PROGRAMS, APPLICATION, LAYERS, MANIFEST = sys.argv[1:5]
+PROGRAMS = sys.argv[1]
+FILES = pathlib.Path(__file__).resolve().parent.parent / "programs"
 MIB = 1 << 20
 KILLS = int(os.environ.get("ASSAY_TEST_KILLS") or 5)
-
-
-def environment(**settings):
-    return {**os.environ, "VK_DRIVER_FILES": MANIFEST, "VK_ICD_FILENAMES": MANIFEST, "VK_LAYER_PATH": LAYERS,
-            "VK_INSTANCE_LAYERS": "VK_LAYER_ASSAY_validation", "VK_ASSAY_VALIDATION_LEVEL": "content",
-            "VK_ASSAY_VALIDATION_HAZARDS": "false", "VK_ASSAY_VALIDATION_DEBUG_ACTION": "log",
-            **{f"VK_ASSAY_VALIDATION_{key.upper()}": str(value) for key, value in settings.items()}}
-
-
-def run(capture, builds=200, **settings):
-    """Runs the application and returns what it and the layer print."""
-    return subprocess.run([APPLICATION, str(builds)], env=environment(capture=capture, **settings), text=True,
-                          stderr=subprocess.PIPE, stdout=subprocess.PIPE, check=True, timeout=300)
+# An application that builds, updates in place and from another structure, and compacts, by two queues in turn.
+TURN = "; ".join(
+    "build B{0}; $ALL; build B{0} update; $ALL; build B{1}; $ALL; build B{1} update src B{0}; $ALL; build B{2}; $ALL; "
+    "compact B{0} > B{2}; $ALL".format(i, i + 1, i + 2) for i in (0, 3, 6, 9))
+BUILDS_A_SUBMISSION = TURN.count("build")
+APPLICATION = """
+unjudged
+case an application
+repeat {} {turn}; submit q0; host wait idle; {turn}; submit q1; host wait idle
+"""
 
 
 class CaptureTest(unittest.TestCase):
@@ -40,13 +39,33 @@ class CaptureTest(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
 
+    def command(self, builds, **settings):
+        """Returns the arguments of subprocess.run() for an application with at least so many builds."""
+        programs = self.folder / "programs"
+        (programs / "capture").mkdir(parents=True, exist_ok=True)
+        (programs / "common.cases").write_text("define ALL barrier all:memory_write > all:memory_read|memory_write\n")
+        (programs / "capture/application.cases").write_text(
+            APPLICATION.format(-(-builds // (2 * BUILDS_A_SUBMISSION)), turn=TURN))
+        return {"args": [PROGRAMS, "null", "capture"], "env": {
+            **os.environ, "ASSAY_PROGRAMS": str(programs), "VK_ASSAY_VALIDATION_LEVEL": "content",
+            "VK_ASSAY_VALIDATION_HAZARDS": "false", "VK_ASSAY_VALIDATION_DEBUG_ACTION": "log",
+            **{f"VK_ASSAY_VALIDATION_{key.upper()}": str(value) for key, value in settings.items()}}}
+
+    def run_application(self, capture, builds=200, **settings):
+        """Returns what it and the layer print."""
+        return subprocess.run(**self.command(builds, capture=capture, **settings), text=True, stderr=subprocess.PIPE,
+                              stdout=subprocess.PIPE, check=True, timeout=300)
+
     def test_programs(self):
         """Whatever programs do, their captures are as docs/capture.md says."""
-        names = str(self.folder / "%p").replace("%p", "p%p")
-        for programs in ("snapshots", "backend", "life", "wild"):
-            subprocess.run([PROGRAMS, "null", programs],
-                           env={**os.environ, "VK_ASSAY_VALIDATION_CAPTURE": names}, check=True,
-                           stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=300)
+        files = [str(path.relative_to(FILES).with_suffix("")) for folder in ("snapshots", "life", "wild")
+                 for path in FILES.glob(f"{folder}/*.cases") if path.stem != "common"]
+
+        def play(file):  # several at a time, because some wait
+            subprocess.run([PROGRAMS, "null", file], env={**os.environ, "VK_ASSAY_VALIDATION_CAPTURE": f"{self.folder}/p%p"},
+                           check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=300)
+        with multiprocessing.pool.ThreadPool(4) as pool:
+            pool.map(play, files)
         captures = [Capture(path) for path in self.folder.iterdir()]
         builds = [line for capture in captures for line in capture.of_type("Build")]
         geometries = [geometry for build in builds for geometry in build.get("geometry", ())]
@@ -58,7 +77,7 @@ class CaptureTest(unittest.TestCase):
         self.assertTrue(any(capture.of_type("Destroyed") for capture in captures))
 
     def test_application(self):
-        run(self.folder / "all")
+        self.run_application(self.folder / "all")
         capture = Capture(self.folder / "all")
         self.assertGreater(len(capture.of_type("Build")), 100)
         self.assertEqual(capture.of_type("End")[0]["why"], "the device was destroyed")
@@ -68,29 +87,29 @@ class CaptureTest(unittest.TestCase):
         self.assertTrue((self.folder / "all/findings.jsonl").is_file())
 
     def test_second_run(self):
-        run(self.folder / "again")
+        self.run_application(self.folder / "again")
         before = (self.folder / "again/builds.jsonl").read_bytes()
         self.assertIn("cannot be written (it has a capture). Nothing is captured.",
-                      run(self.folder / "again").stderr)
+                      self.run_application(self.folder / "again").stderr)
         self.assertEqual((self.folder / "again/builds.jsonl").read_bytes(), before)
 
     def test_no_permission(self):
         (self.folder / "file").write_text("")
-        shown = run(self.folder / "file/capture").stderr
+        shown = self.run_application(self.folder / "file/capture").stderr
         self.assertEqual(shown.count("Nothing is captured."), 1, shown)
 
     def test_limit(self):
-        shown = run(self.folder / "limit", builds=2000, capture_limit_mib=1).stderr
+        shown = self.run_application(self.folder / "limit", builds=2000, capture_limit_mib=1).stderr
         self.assertEqual(shown.count("capture_limit_mib is reached. The application goes on."), 1, shown)
         capture = Capture(self.folder / "limit")
         self.assertEqual(capture.lines[-1]["why"], "capture_limit_mib was reached")
-        self.assertLess(sum(path.stat().st_size for path in self.folder.rglob("*") if path.is_file() and
+        self.assertLess(sum(path.stat().st_size for path in (self.folder / "limit").rglob("*") if path.is_file() and
                             path.name != "findings.jsonl"), MIB + 1000)
 
     def test_full_disk(self):
         """As a limit of the sizes of files behaves."""
         shown = subprocess.run(
-            [APPLICATION, "1000"], env=environment(capture=self.folder / "disk"), text=True, timeout=300, check=True,
+            **self.command(1000, capture=self.folder / "disk"), text=True, timeout=300, check=True,
             stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (MIB // 4, MIB // 4))).stderr
         self.assertEqual(shown.count("ends here: File too large. The application goes on."), 1, shown)
@@ -98,12 +117,12 @@ class CaptureTest(unittest.TestCase):
 
     def test_none(self):
         """Vulkan Configurator writes all settings."""
-        shown = run("none", builds=20, capture_from="none", capture_until="none").stderr
+        shown = self.run_application("none", builds=20, capture_from="none", capture_until="none").stderr
         self.assertNotIn("capture", shown)
         self.assertFalse(pathlib.Path("none").exists())
 
     def test_low_level(self):
-        shown = run(self.folder / "low", level="execution").stderr
+        shown = self.run_application(self.folder / "low", level="execution").stderr
         self.assertIn("capture needs level = content. Nothing is captured.", shown)
         self.assertFalse((self.folder / "low").exists())
 
@@ -111,22 +130,21 @@ class CaptureTest(unittest.TestCase):
         return {line["submission"] for line in Capture(folder).of_type("Build") if "submission" in line}
 
     def test_range(self):
-        """The application submits 20 builds at a time, by two queues in turn."""
-        run(self.folder / "part", builds=400, capture_from="submission:3", capture_until="submission:5")
+        self.run_application(self.folder / "part", builds=400, capture_from="submission:3", capture_until="submission:5")
         self.assertEqual(self.submissions_of(self.folder / "part"), {3, 4, 5})
         self.assertEqual(Capture(self.folder / "part").lines[-1]["why"], "capture_until was reached")
 
     def test_kept(self):
         """Copies and updates in the range are of structures that were built before."""
-        run(self.folder / "bare", builds=400, capture_from="submission:3")
-        run(self.folder / "kept", builds=400, capture_from="submission:3", capture_keep="true")
+        self.run_application(self.folder / "bare", builds=400, capture_from="submission:3")
+        self.run_application(self.folder / "kept", builds=400, capture_from="submission:3", capture_keep="true")
         bare, kept = Capture(self.folder / "bare"), Capture(self.folder / "kept")
         self.assertEqual({line.get("missing", "") != "" for line in kept.of_type("Structure")}, {False})
         self.assertGreaterEqual(len(kept.of_type("Build")), len(bare.of_type("Build")))
 
     def test_bad_points(self):
         for point in ("frame:", "frame:x", "submission:-1", "label:", "12"):
-            shown = run(self.folder / "points", builds=20, capture_from=point).stderr
+            shown = self.run_application(self.folder / "points", builds=20, capture_from=point).stderr
             self.assertIn("capture_from", shown)
             self.assertIn("frame:N, submission:N or label:TEXT", shown)
             subprocess.run(["rm", "-rf", self.folder / "points"], check=True)
@@ -136,13 +154,13 @@ class CaptureTest(unittest.TestCase):
         seed = int(os.environ.get("ASSAY_TEST_SEED") or 1)
         numbers = random.Random(seed)
         begin = time.monotonic()
-        run(self.folder / "whole", builds=500)
+        self.run_application(self.folder / "whole", builds=500)
         whole = time.monotonic() - begin
         killed = 0
         for attempt in range(KILLS):
             folder = self.folder / f"killed{attempt}"
-            process = subprocess.Popen([APPLICATION, "500"], env=environment(capture=folder),
-                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            process = subprocess.Popen(**self.command(500, capture=folder), stdout=subprocess.DEVNULL,
+                                       stderr=subprocess.DEVNULL)
             time.sleep(whole * numbers.random())
             process.send_signal(signal.SIGKILL)
             killed += process.wait() == -signal.SIGKILL

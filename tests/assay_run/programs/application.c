@@ -2,6 +2,7 @@
 /* An application for tests of assay-run. Each argument is a step:
  *   clean         a build call without a mistake
  *   mistake       one with a mistake
+ *   scratch       one with another mistake, which the driver gets all the same
  *   name=NAME     the command buffer's debug name
  *   label=NAME    opens a label in the command buffer
  *   unlabel       closes it
@@ -72,6 +73,16 @@ static void build(uint32_t info_count)
     scene->info_count = info_count < valid ? info_count : valid;
     scene_call(scene);
     scene->info_count = valid;
+}
+
+static void build_with_misaligned_scratch(void)
+{
+    open_scene();
+    fixture.instance.messages.answer = VK_FALSE;
+    scene->infos[0].scratchData.deviceAddress++;
+    scene_call(scene);
+    scene->infos[0].scratchData.deviceAddress--;
+    fixture.instance.messages.answer = VK_TRUE;
 }
 
 static void set_name(const char *name)
@@ -154,6 +165,8 @@ static void carry_out(char **argv, int i)
         build(UINT32_MAX);
     else if (strcmp(step, "mistake") == 0)
         build(0);
+    else if (strcmp(step, "scratch") == 0)
+        build_with_misaligned_scratch();
     else if (strcmp(step, "unlabel") == 0)
         scene->vk->CmdEndDebugUtilsLabelEXT(scene->command_buffer);
     else if (strcmp(step, "submit") == 0)
