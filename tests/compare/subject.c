@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Inputs and tallies. */
+/* Inputs, and the exact answers to rays. */
 #include "subject.h"
 
 #include <math.h>
@@ -11,22 +11,11 @@ const float ring_vertices[3 * FAN_VERTICES] = {0, 0,  0, 1, 0,  0,  1, 1, 0,  0,
                                                0, -1, 0, 0, -1, -1, 0, 0, -1, 0, 1, -1, 0};
 const uint32_t ring_indices[3 * FAN_TRIANGLES] = {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5,
                                                   0, 5, 6, 0, 6, 7, 0, 7, 8, 0, 8, 1};
-float soup_vertices[9 * SOUP_TRIANGLES];
 
 float fraction_next(uint32_t *seed)
 {
     *seed = *seed * 1664525u + 1013904223u;
     return (float)(*seed >> 8) / (1 << 24);
-}
-
-void soup_fill(void)
-{
-    uint32_t seed = 1;
-    for (int i = 0; i < SOUP_TRIANGLES; i++)
-        for (int j = 0; j < 9; j++) {
-            int square = j % 3 == 0 ? i % 10 : j % 3 == 1 ? i / 10 : 0;
-            soup_vertices[9 * i + j] = (float)square + fraction_next(&seed);
-        }
 }
 
 static uint64_t find(void *context, uint64_t address, uint64_t size, const void **bytes)
@@ -64,44 +53,10 @@ void subject_triangles(struct subject *subject, const float *vertices, uint32_t 
     add(subject, &geometry, triangle_count);
 }
 
-void subject_soup(struct subject *subject)
-{
-    subject_begin(subject);
-    subject_triangles(subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
-}
-
 void subject_ring(struct subject *subject)
 {
     subject_begin(subject);
     subject_triangles(subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
-}
-
-void subject_first_vertex(struct subject *subject)
-{
-    subject_begin(subject);
-    subject_triangles(subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES / 2);
-    subject->ranges[0].firstVertex = 30;
-}
-
-void subject_inactive(struct subject *subject, float vertices[9 * SOUP_TRIANGLES])
-{
-    memcpy(vertices, soup_vertices, sizeof(soup_vertices));
-    for (int i = 1; i <= 3; i++)
-        vertices[9 * SOUP_TRIANGLES - 3 * i] = NAN;
-    subject_begin(subject);
-    subject_triangles(subject, vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
-}
-
-void subject_update(struct subject *source, struct subject *subject,
-                    float before[9 * SOUP_TRIANGLES])
-{
-    for (int i = 0; i < 9 * SOUP_TRIANGLES; i++)
-        before[i] = 11 - soup_vertices[i];
-    subject_begin(source);
-    subject_triangles(source, before, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
-    subject_soup(subject);
-    source->parameters.info.flags = subject->parameters.info.flags =
-        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
 }
 
 void subject_boxes(struct subject *subject, const VkAabbPositionsKHR *boxes, uint32_t count)

@@ -14,11 +14,6 @@ enum { GEOMETRIES = 4 };
 /* Random numbers from 0 to 1, the same on all systems, unlike those of rand(). */
 float fraction_next(uint32_t *seed);
 
-/* Separate triangles, one in each square of a grid. */
-enum { SOUP_TRIANGLES = 100 };
-extern float soup_vertices[9 * SOUP_TRIANGLES];
-void soup_fill(void);
-
 struct subject {
     struct build_parameters parameters;
     VkAccelerationStructureGeometryKHR geometries[GEOMETRIES];
@@ -31,15 +26,8 @@ struct subject {
 void subject_begin(struct subject *subject);
 void subject_triangles(struct subject *subject, const float *vertices, uint32_t vertex_count,
                        const uint32_t *indices, uint32_t triangle_count);
-/* A new subject: the soup, or the ring. */
-void subject_soup(struct subject *subject);
+/* A new subject: the ring. */
 void subject_ring(struct subject *subject);
-/* Half of the soup, from a vertex on; the soup with its last triangle inactive. */
-void subject_first_vertex(struct subject *subject);
-void subject_inactive(struct subject *subject, float vertices[9 * SOUP_TRIANGLES]);
-/* An update to the soup, from triangles elsewhere. */
-void subject_update(struct subject *source, struct subject *subject,
-                    float before[9 * SOUP_TRIANGLES]);
 void subject_boxes(struct subject *subject, const VkAabbPositionsKHR *boxes, uint32_t count);
 
 /* A closed fan of 8 triangles around the origin, in a plane. */

@@ -57,14 +57,12 @@ static void end_submission(void *queues)
     ++*(uint32_t *)queues;
 }
 
-static void open_tracer(void)
+static void open_tracer_with(const struct instance_settings *settings)
 {
     STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query, .rayQuery = VK_TRUE);
-    fixture_open_with(&fixture, &platform, &(struct instance_settings){.without_layer = true},
-                      &query, VK_KHR_RAY_QUERY_EXTENSION_NAME);
+    fixture_open_with(&fixture, &platform, settings, &query, VK_KHR_RAY_QUERY_EXTENSION_NAME);
     fixture.instance.vk.GetPhysicalDeviceMemoryProperties(fixture.instance.physical, &memory);
     vk = fixture.vk;
-    vk.WaitForFences = wait_for_fences;
     device = (struct compare_device){.handle = fixture.device,
                                      .vk = &vk,
                                      .memory = &memory,
@@ -77,6 +75,12 @@ static void open_tracer(void)
     GET(tracer_create(&device, &tracer));
     wait_count = submissions = 0;
     may_submit = true;
+}
+
+static void open_tracer(void)
+{
+    open_tracer_with(&(struct instance_settings){.without_layer = true});
+    vk.WaitForFences = wait_for_fences;
 }
 
 static void close_tracer(void)
@@ -107,6 +111,29 @@ static VkResult run(VkResult first, VkResult second)
     free(job);
     free(answers);
     return result;
+}
+
+/* The layer finds nothing in what the tracer calls for a build and an update. */
+TEST(test_calls_are_valid)
+{
+    static struct subject source, update;
+    static struct compare_answer answers[RAYS];
+    static const struct compare_ray rays[RAYS];
+    subject_ring(&source);
+    subject_ring(&update);
+    source.parameters.info.flags = update.parameters.info.flags =
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+    const struct compare_input inputs[] = {source.input, update.input};
+    open_tracer_with(&(struct instance_settings){.hazards = "true"});
+    GET(tracer_run(tracer, &(struct tracer_job){.queue = fixture.queue,
+                                                .input_count = 2,
+                                                .inputs = inputs,
+                                                .ray_count = RAYS,
+                                                .rays = rays,
+                                                .answers = answers}));
+    tracer_destroy(tracer);
+    messages_expect_none(&fixture.instance.messages);
+    close_tracer();
 }
 
 TEST_BETWEEN(test_queue_in_use, open_tracer, close_tracer)
