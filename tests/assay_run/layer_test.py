@@ -185,7 +185,7 @@ class Layer(Runs):
         # The limit for each id may not hide the last.
         self.assertEqual(self.run_steps("name=mesh-1 many=200 name=mesh-2 mistake",
                                         *baseline).status, 99)
-        self.expect(self.run_steps("clean", *baseline), 0, "matches no finding any more")
+        self.expect(self.run_steps("clean", *baseline), 0, "known.txt:2: matches no finding any more")
         self.assertEqual(self.run_steps("clean", *baseline, "--strict-baseline").status, 99)
 
     def test_message_id_filter_takes_lines_of_a_baseline(self):
