@@ -1,12 +1,73 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Sparse buffers: what is bound where, against a map of their pages; for whom; and what many pages
- * cost. */
+/* Sparse buffers: what is bound where, against a map of their pages, and what many pages cost. For
+ * whom it is bound: tests/programs/execution/sparse.cases. */
 #include <inttypes.h>
 
-#include "tests/fixture/scarce_memory.h"
 #include "tests/state/fixture.h"
 #include "tests/unit/property.h"
 #include "tests/unit/steps.h"
+
+enum { PAGE = 0x100, PAGES = 48, MEMORIES = 4 };
+
+static void have_sparse_buffer(struct resources *resources, unsigned n, VkDeviceSize size)
+{
+    const STRUCT(VkBufferCreateInfo, create_info, .flags = VK_BUFFER_CREATE_SPARSE_BINDING_BIT,
+                 .size = size, .usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    resources_add_buffer(resources, buffer(n), &create_info);
+}
+
+static void bind_sparse(struct resources *resources, unsigned n, VkDeviceSize begin,
+                        VkDeviceSize size, unsigned memory_n, VkDeviceSize offset)
+{
+    const VkSparseMemoryBind bind = {
+        .resourceOffset = begin, .size = size, .memory = memory(memory_n), .memoryOffset = offset};
+    struct sparse_binding binding = resources_announce_sparse(resources, buffer(n), &bind);
+    resources_bind_sparse(resources, &binding, (struct timestamp){1, 1}, &all_of_queue_1);
+    resources_settle_sparse(resources, &binding);
+}
+
+/* The pieces of memory that bytes of buffer n lie in. */
+static struct pieces pieces_of(struct resources *resources, unsigned n, VkDeviceSize begin,
+                               VkDeviceSize end)
+{
+    struct pieces pieces = {.count = 0};
+    const uint64_t id =
+        resources_find_id(resources, RESOURCE_BUFFER, (uint64_t)(uintptr_t)buffer(n));
+    const struct sparse_bytes bytes = {buffer(n), id, begin, end};
+    resources_find_pieces(resources, &bytes, &all_of_queue_1, note_piece, &pieces);
+    return pieces;
+}
+
+/* A sparse buffer 1 with structure 1 over its pages 1 to 6, and memories. */
+static struct resources *a_structure_in_pages(void)
+{
+    struct resources *resources = no_resources();
+    for (unsigned n = 1; n <= MEMORIES; n++)
+        have_memory(resources, n);
+    have_sparse_buffer(resources, 1, PAGES * PAGE);
+    have_accel(resources, 1, 1, PAGE, 6 * PAGE);
+    return resources;
+}
+
+#define PAGES_TEST(name)                                                                           \
+    TEST_WITH(name, struct resources *resources, a_structure_in_pages, resources_destroy)
+
+/* Whether structure 1 lies in memory for work that follows all earlier work. */
+static enum tristate backed(struct resources *resources)
+{
+    struct accel_facts facts;
+    const struct resource_queries queries = {.accel_count = 1, .accels = {{accel(1), &facts}}};
+    resources_find_all(resources, &queries);
+    assert_true(facts.is_sparse && !facts.memory);
+    const struct sparse_bytes bytes = {facts.buffer, facts.buffer_id, facts.begin,
+                                       facts.begin + facts.size};
+    struct sparse_bytes missing;
+    enum tristate answer = resources_sparse_backing(resources, &bytes, &all_of_queue_1, &missing);
+    if (answer == NO)
+        assert_true(missing.begin < missing.end && missing.begin >= bytes.begin &&
+                    missing.end <= bytes.end);
+    return answer;
+}
 
 /* ---- pages of buffer 1 */
 
@@ -114,36 +175,27 @@ PAGES_TEST(bindings_without_bytes_do_nothing)
     assert_int_equal(pieces_of(resources, 1, PAGE, PAGE).count, 0);
 }
 
-PAGES_TEST(a_dead_buffer_backs_nothing)
-{
-    bind_sparse(resources, 1, 0, 8 * PAGE, 1, 0);
-    resources_remove_buffer(resources, buffer(1));
-    assert_int_equal(backed(resources), NO);
-    bind_sparse(resources, 1, 0, 8 * PAGE, 1, 0);
-    assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 0);
-}
-
-PAGES_TEST(an_address_in_a_sparse_buffer_needs_no_memory)
+/* All that a command reads is bound, or nothing can be read. */
+PAGES_TEST(pages_that_are_bound_are_readable)
 {
     const struct execution_clock nothing = {0};
     resources_set_address(resources, buffer(1), 0x100000);
-    const struct address_facts facts = address_facts(resources, 0x100010);
-    assert_int_equal(facts.status, ADDRESS_IN_BUFFER);
-    assert_int_equal(facts.bytes_left, PAGES * PAGE - 0x10);
-    assert_int_equal(facts.begin, 0x10);
-    assert_true(facts.is_sparse);
-    assert_null(facts.memory);
-
-    /* All that a command reads is bound, or nothing can be read. */
-    static const struct {
-        uint64_t size, readable;
-    } reads[] = {{0x800, 0x800}, {0x801, 0}};
     bind_sparse(resources, 1, 0, 0x800, 1, 0);
-    for (int i = 0; i < 2; i++)
-        assert_int_equal(
-            resources_find_readable(resources, 0x100000, reads[i].size, &all_of_queue_1),
-            reads[i].readable);
+    assert_int_equal(resources_find_readable(resources, 0x100000, 0x800, &all_of_queue_1), 0x800);
+    assert_int_equal(resources_find_readable(resources, 0x100000, 0x801, &all_of_queue_1), 0);
     assert_int_equal(resources_find_readable(resources, 0x100000, 0x800, &nothing), 0);
+}
+
+/* It is freed between the call and the execution of the binding. */
+PAGES_TEST(memory_of_a_recycled_handle_is_not_what_was_bound)
+{
+    const VkSparseMemoryBind bind = {.size = 8 * PAGE, .memory = memory(1)};
+    struct sparse_binding binding = resources_announce_sparse(resources, buffer(1), &bind);
+    resources_remove_memory(resources, memory(1));
+    have_memory(resources, 1);
+    resources_bind_sparse(resources, &binding, (struct timestamp){1, 1}, &all_of_queue_1);
+    resources_settle_sparse(resources, &binding);
+    assert_int_equal(backed(resources), UNKNOWN);
 }
 
 /* Binds page by page, as streaming does, looks at the last page each time, and unbinds all at once.
@@ -170,71 +222,4 @@ TEST(many_pages_cost_no_square)
     print_message("4,000 pages take %" PRIu64 " steps, 40,000 %" PRIu64 "\n", one, ten);
     assert_true(one >= 4000);
     assert_true(ten <= 15 * one);
-}
-
-/* ---- in the order of execution */
-
-static struct sparse_binding announce(struct resources *resources, VkDeviceSize begin,
-                                      VkDeviceSize size, unsigned memory_n)
-{
-    const VkSparseMemoryBind bind = {
-        .resourceOffset = begin, .size = size, .memory = memory(memory_n)};
-    return resources_announce_sparse(resources, buffer(1), &bind);
-}
-
-/* Executes a binding of pages 0 to 7 as the count-th batch of a queue, after some of queue 1. */
-static void bind_after(struct resources *resources, unsigned memory_n, struct timestamp when,
-                       uint64_t seen)
-{
-    struct sparse_binding binding = announce(resources, 0, 8 * PAGE, memory_n);
-    const struct execution_clock follows = {.queues = 2, .counts = {0, seen}};
-    resources_bind_sparse(resources, &binding, when, &follows);
-    resources_settle_sparse(resources, &binding);
-}
-
-PAGES_TEST(who_does_not_follow_a_binding_does_not_know_it)
-{
-    const struct execution_clock before = {.queues = 2, .counts = {0, 1}};
-    bind_after(resources, 1, (struct timestamp){1, 2}, 0);
-    assert_int_equal(backed(resources), YES);
-    assert_int_equal(backed_for(resources, &before), UNKNOWN);
-    bind_after(resources, 0, (struct timestamp){1, 3}, 2);
-    assert_int_equal(backed(resources), NO);
-    assert_int_equal(backed_for(resources, &before), UNKNOWN);
-}
-
-PAGES_TEST(bindings_without_order_leave_open_which_came_last)
-{
-    bind_after(resources, 1, (struct timestamp){1, 1}, 0);
-    bind_after(resources, 0, (struct timestamp){2, 1}, 0);
-    const struct execution_clock all = {.queues = 3, .counts = {0, 1, 1}};
-    assert_int_equal(backed_for(resources, &all), UNKNOWN);
-    assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 0);
-    bind_after(resources, 1, (struct timestamp){1, 2}, 1); /* nor does this one follow both */
-    assert_int_equal(backed(resources), UNKNOWN);
-}
-
-PAGES_TEST(an_announced_binding_leaves_all_open)
-{
-    assert_int_equal(backed(resources), NO);
-    struct sparse_binding binding = announce(resources, 20 * PAGE, PAGE, 1);
-    assert_int_equal(backed(resources), UNKNOWN);
-    resources_settle_sparse(resources, &binding); /* its call has failed */
-    assert_int_equal(backed(resources), NO);
-    binding = announce(resources, 0, PAGE, 1);
-    resources_remove_buffer(resources, buffer(1));
-    have_sparse_buffer(resources, 1, PAGES * PAGE); /* of the same handle */
-    resources_bind_sparse(resources, &binding, (struct timestamp){1, 1}, &all_of_queue_1);
-    resources_settle_sparse(resources, &binding);
-    assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 0);
-}
-
-PAGES_TEST(memory_of_a_recycled_handle_is_not_what_was_bound)
-{
-    struct sparse_binding binding = announce(resources, 0, 8 * PAGE, 1);
-    resources_remove_memory(resources, memory(1));
-    have_memory(resources, 1);
-    resources_bind_sparse(resources, &binding, (struct timestamp){1, 1}, &all_of_queue_1);
-    resources_settle_sparse(resources, &binding);
-    assert_int_equal(backed(resources), UNKNOWN);
 }

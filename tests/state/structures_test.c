@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What is known of structures: flags at past execution points, first builds, inputs, and what is
- * undone. What setting advice keeps of them is tested by tests/programs/advice. */
+/* What no program shows of structures: flags at past execution points, and inputs of structures
+ * that are copied or destroyed. */
 #include "src/state/builds/structures.h"
 #include "tests/unit/unit_test.h"
 
@@ -42,18 +42,6 @@ static enum tristate ask(const struct structures *structures, struct execution_p
 #define FLAGS_TEST(name)                                                                           \
     TEST_WITH(name, struct structures *structures, with_flags, structures_destroy)
 
-FLAGS_TEST(test_latest)
-{
-    assert_int_equal(ask(structures, turn_in(structures, batch(1))), UNKNOWN);
-    write_flag(structures, true, batch(1));
-    assert_int_equal(ask(structures, turn_in(structures, batch(1))), YES);
-    assert_int_equal(ask(structures, turn_in(structures, batch(2))), YES);
-    write_flag(structures, false, batch(2));
-    assert_int_equal(ask(structures, turn_in(structures, batch(2))), NO);
-    assert_true(structures_add_writer(structures, ID));
-    assert_int_equal(ask(structures, turn_in(structures, batch(3))), UNKNOWN);
-}
-
 /* Written again with the same flag, it is still known; with another, no more. */
 FLAGS_TEST(test_turns_that_have_passed)
 {
@@ -87,98 +75,6 @@ FLAGS_TEST(test_within_a_batch)
     assert_int_equal(ask(structures, after), NO);
     after.is_unordered = true;
     assert_int_equal(ask(structures, after), UNKNOWN);
-}
-
-FLAGS_TEST(test_states_that_tell_nothing)
-{
-    const struct built filled = {.state = BUILT_FILLED};
-    uint64_t serial;
-    write_flag(structures, true, batch(1));
-    assert_true(structures_set(structures, ID, &filled, batch(2)));
-    assert_int_equal(ask(structures, turn_in(structures, batch(3))), UNKNOWN);
-    write_flag(structures, true, batch(3));
-    assert_int_equal(structures_allow_disabling(structures, ID, NULL), UNKNOWN);
-    structures_release(structures);
-    assert_int_equal(ask(structures, turn_in(structures, batch(4))), UNKNOWN);
-    assert_false(structures_find_serial(NULL, &serial));
-}
-
-/* ---- commands that fail */
-
-FLAGS_TEST(test_undo)
-{
-    const struct built built = {.state = BUILT_BEFORE, .position = 5}, later = {.position = 6};
-    write_flag(structures, true, batch(1));
-    struct structure *structure = structures_find(structures, ID);
-    assert_true(structures_note_undo(structures, OTHER_ID, NULL));
-    assert_true(structures_set(structures, OTHER_ID, &built, batch(2)));
-    for (int i = 0; i < 2; i++) {
-        assert_true(structures_note_undo(structures, ID, structure));
-        assert_true(structures_set(structures, ID, &later, batch(2)));
-    }
-    structures_undo(structures);
-    assert_null(structures_find(structures, OTHER_ID));
-    assert_int_equal(structure->built.state, BUILT_BEFORE);
-    assert_int_equal(structure->written.count, 1);
-    assert_int_equal(ask(structures, turn_in(structures, batch(3))), UNKNOWN);
-    assert_true(structures_note_undo(structures, ID, structure));
-    assert_true(structures_set(structures, ID, &later, batch(3)));
-    structures_keep(structures);
-    structures_undo(structures);
-    assert_int_equal(structure->built.position, 6);
-}
-
-/* ---- first builds */
-
-FLAGS_TEST(test_first_build)
-{
-    assert_int_equal(structures_first_build(structures, ID), STRUCTURE_NEVER_BUILT);
-    write_flag(structures, true, batch(1));
-    assert_int_equal(structures_first_build(structures, ID), STRUCTURE_NEVER_BUILT);
-    assert_true(structures_note_first_build(structures, ID, 3));
-    assert_false(structures_note_first_build(structures, ID, 4));
-    assert_int_equal(structures_first_build(structures, ID), 3);
-    structures_release(structures);
-    assert_int_equal(structures_first_build(structures, ID), 0);
-    assert_true(structures_note_first_build(structures, ID, 5));
-}
-
-/* ---- structures without contents */
-
-static enum structure_written written_at(const struct structures *structures,
-                                         struct execution_point point)
-{
-    return structures_were_written(structures, ID, &point);
-}
-
-FLAGS_TEST(test_first_write)
-{
-    struct execution_point before = turn_in(structures, batch(3)), other = before;
-    other.now.queue = OTHER_QUEUE;
-    assert_int_equal(written_at(structures, before), WRITTEN_NEVER);
-    assert_int_equal(structures_were_written(structures, ID, NULL), WRITTEN_PERHAPS);
-    assert_int_equal(structures_were_written(structures, 0, &before), WRITTEN_PERHAPS);
-    assert_int_equal(structures_were_written(NULL, ID, &before), WRITTEN_PERHAPS);
-    write_flag(structures, true, batch(3));
-    const struct execution_point between = turn_in(structures, batch(3));
-    write_flag(structures, true, (struct timestamp){OTHER_QUEUE, 1});
-    assert_int_equal(written_at(structures, before), WRITTEN_LATER);
-    assert_int_equal(written_at(structures, between), WRITTEN_PERHAPS);
-    assert_int_equal(written_at(structures, other), WRITTEN_PERHAPS);
-    before.is_unordered = true;
-    assert_int_equal(written_at(structures, before), WRITTEN_PERHAPS);
-    structures_release(structures);
-    assert_int_equal(written_at(structures, between), WRITTEN_PERHAPS);
-}
-
-/* A host command that has begun writes at an unknown time. */
-FLAGS_TEST(test_first_write_by_the_host)
-{
-    const struct execution_point before = turn_in(structures, batch(1));
-    assert_true(structures_add_writer(structures, ID));
-    assert_int_equal(written_at(structures, before), WRITTEN_PERHAPS);
-    write_flag(structures, true, batch(1));
-    assert_int_equal(written_at(structures, before), WRITTEN_PERHAPS);
 }
 
 /* ---- inputs, which are numbers of references here */

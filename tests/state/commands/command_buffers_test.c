@@ -1,25 +1,62 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Tests of the table of command pools and command buffers. */
+/* Command pools and command buffers: which are there, and what no rule about them sees of
+ * recording. */
+#include "src/state/commands/bound_shaders.h"
+#include "src/state/commands/command_buffers.h"
+#include "src/state/commands/label_stack.h"
 #include "tests/fixture/make.h"
 #include "tests/fixture/scarce_memory.h"
-#include "tests/state/fixture.h"
 #include "tests/unit/property.h"
 
-COMMAND_BUFFERS_TEST(a_pool_resets_its_command_buffers)
+static VkCommandPool pool(unsigned n)
 {
-    command_buffers_add_pool(all, pool(2), 0, VK_QUEUE_TRANSFER_BIT, true);
-    add(all, 2, 4);
-    for (unsigned n = 1; n <= 4; n++)
-        begin(all, n);
-    command_buffers_reset_pool(all, pool(1), false);
-    for (unsigned n = 1; n <= 3; n++)
-        assert_int_equal(facts_of(all, n).state, COMMAND_BUFFER_INITIAL);
-    assert_int_equal(facts_of(all, 4).state, COMMAND_BUFFER_RECORDING);
-    assert_int_equal(facts_of(all, 4).is_protected, YES);
-    assert_int_equal(facts_of(all, 4).queue_flags, VK_QUEUE_TRANSFER_BIT);
-    command_buffers_reset_pool(all, pool(2), true);
-    assert_int_equal(facts_of(all, 4).state, COMMAND_BUFFER_INITIAL);
-    command_buffers_reset_pool(all, pool(9), true);
+    return (VkCommandPool)(uintptr_t)(0x1000 + n);
+}
+
+static VkCommandBuffer handle(unsigned n)
+{
+    return (VkCommandBuffer)(uintptr_t)(0x2000 + n);
+}
+
+/* Pool 1 of a graphics and compute family, with primary 1 and 2 and secondary 3. */
+static struct command_buffers *some_command_buffers(void)
+{
+    const VkCommandBuffer primaries[] = {handle(1), handle(2)}, secondary = handle(3);
+    struct command_buffers *all = NULL;
+    assert_int_equal(command_buffers_create(&all), VK_SUCCESS);
+    command_buffers_add_pool(all, pool(1), 0, VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT, false);
+    command_buffers_add(all, pool(1), VK_COMMAND_BUFFER_LEVEL_PRIMARY, 2, primaries);
+    command_buffers_add(all, pool(1), VK_COMMAND_BUFFER_LEVEL_SECONDARY, 1, &secondary);
+    return all;
+}
+
+#define COMMAND_BUFFERS_TEST(name)                                                                 \
+    TEST_WITH(name, struct command_buffers *all, some_command_buffers, command_buffers_destroy)
+
+static void add(struct command_buffers *all, unsigned pool_n, unsigned n)
+{
+    const VkCommandBuffer added = handle(n);
+    command_buffers_add(all, pool(pool_n), VK_COMMAND_BUFFER_LEVEL_PRIMARY, 1, &added);
+}
+
+static void take_away(struct command_buffers *all, unsigned n)
+{
+    const VkCommandBuffer removed = handle(n);
+    command_buffers_remove(all, 1, &removed);
+}
+
+static struct command_buffer_facts facts_of(struct command_buffers *all, unsigned n)
+{
+    struct command_buffer_facts facts;
+    command_buffers_facts(all, command_buffers_find(all, handle(n)), handle(n), &facts);
+    return facts;
+}
+
+static struct command_buffer *begin(struct command_buffers *all, unsigned n)
+{
+    struct command_buffer *begun = command_buffers_find(all, handle(n));
+    command_buffer_begin(begun, &MAKE(VkCommandBufferBeginInfo), 0, VK_SUCCESS);
+    return begun;
 }
 
 static void note_gone(void *user, VkCommandBuffer gone)
@@ -28,35 +65,6 @@ static void note_gone(void *user, VkCommandBuffer gone)
     for (unsigned n = 1; n <= 4; n++)
         if (gone == handle(n))
             *seen |= 1u << n;
-}
-
-COMMAND_BUFFERS_TEST(freed_handles_come_again)
-{
-    begin(all, 1);
-    const VkCommandBuffer freed[] = {handle(1), VK_NULL_HANDLE, handle(9)};
-    command_buffers_remove(all, 3, freed);
-    assert_int_equal(facts_of(all, 1).alive, NO);
-    command_buffers_add_pool(all, pool(2), 0, VK_QUEUE_TRANSFER_BIT, false);
-    add(all, 2, 1);
-    assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_INITIAL);
-    assert_int_equal(facts_of(all, 1).queue_flags, VK_QUEUE_TRANSFER_BIT);
-    add(all, 1, 1); /* again, without having been freed: in another pool */
-    assert_int_equal(facts_of(all, 1).queue_flags, VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT);
-    command_buffers_add_pool(all, pool(1), 0, VK_QUEUE_COMPUTE_BIT, false); /* and a pool */
-    assert_int_equal(facts_of(all, 1).alive, NO);
-}
-
-COMMAND_BUFFERS_TEST(what_is_not_known_changes_nothing)
-{
-    command_buffer_begin(NULL, &MAKE(VkCommandBufferBeginInfo), 0, VK_SUCCESS);
-    command_buffer_end(NULL, VK_SUCCESS);
-    command_buffer_reset(NULL, true, VK_SUCCESS);
-    command_buffer_begin_rendering(NULL, 0);
-    command_buffer_end_rendering(NULL);
-    command_buffer_set_video_coding(NULL, true);
-    command_buffer_execute(NULL, begin(all, 1));
-    assert_int_equal(facts_of(all, 8).alive, NO);
-    assert_int_equal(facts_of(all, 8).state, COMMAND_BUFFER_UNKNOWN);
 }
 
 /* ---- pools and command buffers that come and go; which are there is known from an array */
@@ -157,28 +165,6 @@ COMMAND_BUFFERS_TEST(the_command_buffers_of_a_lost_pool_are_unknown)
     assert_int_equal(facts_of(all, 1).alive, UNKNOWN);
 }
 
-/* A secondary whose record was lost is no reason to call its primary invalid. */
-COMMAND_BUFFERS_TEST(a_lost_secondary_invalidates_nothing)
-{
-    WITHOUT_MEMORY(add(all, 1, 4));
-    command_buffer_execute(begin(all, 1), command_buffers_find(all, handle(4)));
-    take_away(all, 4);
-    assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_RECORDING);
-
-    struct command_buffer *primary = begin(all, 1), *secondary = begin(all, 3);
-    /* No memory for what the secondary would tell its primary by. */
-    WITHOUT_MEMORY(command_buffer_execute(primary, secondary));
-    take_away(all, 3);
-    assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_RECORDING);
-}
-
-TEST(a_table_needs_memory)
-{
-    struct command_buffers *all;
-    WITHOUT_MEMORY(assert_int_equal(command_buffers_create(&all), VK_ERROR_OUT_OF_HOST_MEMORY));
-    assert_null(all);
-}
-
 /* What was found last in one table is not what another one has by that handle. */
 TEST(tables_have_their_own)
 {
@@ -195,4 +181,91 @@ TEST(tables_have_their_own)
     assert_non_null(command_buffers_find(other, handle(1)));
     command_buffers_destroy(one);
     command_buffers_destroy(other);
+}
+
+/* ---- recording */
+
+COMMAND_BUFFERS_TEST(an_incomplete_secondary_makes_its_primary_incomplete)
+{
+    struct command_buffer *first = begin(all, 1), *secondary = begin(all, 3);
+    unknown_set(&secondary->journal->unknown, UNKNOWN_COMMANDS);
+    command_buffer_execute(first, secondary);
+    assert_true(unknown_is_set(&first->journal->unknown));
+}
+
+/* One secondary in every frame: what it remembers doesn't grow with them. */
+COMMAND_BUFFERS_TEST(a_secondary_remembers_only_those_that_still_execute_it)
+{
+    struct command_buffer *secondary = begin(all, 3);
+    for (int frame = 0; frame < 100; frame++) {
+        struct command_buffer *primary = begin(all, 1);
+        for (int i = 0; i < 3; i++)
+            command_buffer_execute(primary, secondary);
+        assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_RECORDING);
+    }
+    assert_true(secondary->dependents.capacity <= 8);
+    command_buffer_execute(begin(all, 2), secondary);
+    begin(all, 3);
+    assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_INVALID);
+    assert_int_equal(facts_of(all, 2).state, COMMAND_BUFFER_INVALID);
+    assert_int_equal(secondary->dependents.count, 0);
+}
+
+/* They outlive the queue's: this program fails if memory is left. */
+TEST(submissions_have_the_labels_of_their_queue)
+{
+    struct queue_labels *labels;
+    assert_int_equal(queue_labels_create(&labels), VK_SUCCESS);
+    queue_labels_push(labels, (VkQueue)1, &(VkDebugUtilsLabelEXT){.pLabelName = "frame"});
+    const struct submission_origin origin = queue_labels_submit(labels, (VkQueue)1);
+    assert_int_equal(origin.number, 1);
+    queue_labels_destroy(labels);
+    assert_string_equal(origin.labels->stack.labels[0].pLabelName, "frame");
+    shared_labels_release(origin.labels);
+    queue_labels_destroy(NULL);
+}
+
+static void nothing(struct journal_walk *walk, const struct journal_entry *entry)
+{
+    (void)walk;
+    (void)entry;
+}
+
+/* What the lists of kinds in journal.h must have follows from journal_entries.def. */
+TEST(readers_of_writes_and_uses_get_all_kinds_of_them)
+{
+    static const struct journal_events writes = {ON_WRITES(nothing)}, uses = {ON_USES(nothing)};
+    for (int kind = 0; kind < JOURNAL_KINDS; kind++) {
+        const struct journal_entry entry = {.kind = (unsigned char)kind};
+        assert_int_equal(writes.of_kind[kind] != NULL, journal_entry_writes(&entry));
+        assert_int_equal(uses.of_kind[kind] != NULL, journal_entry_use(&entry) != NO_USE);
+    }
+}
+
+TEST(each_stage_belongs_to_one_bind_point)
+{
+    static const VkShaderStageFlagBits rays[] = {
+        VK_SHADER_STAGE_RAYGEN_BIT_KHR,       VK_SHADER_STAGE_ANY_HIT_BIT_KHR,
+        VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR,  VK_SHADER_STAGE_MISS_BIT_KHR,
+        VK_SHADER_STAGE_INTERSECTION_BIT_KHR, VK_SHADER_STAGE_CALLABLE_BIT_KHR};
+    static const VkShaderStageFlagBits graphics[] = {VK_SHADER_STAGE_VERTEX_BIT,
+                                                     VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT,
+                                                     VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT,
+                                                     VK_SHADER_STAGE_GEOMETRY_BIT,
+                                                     VK_SHADER_STAGE_FRAGMENT_BIT,
+                                                     VK_SHADER_STAGE_TASK_BIT_EXT,
+                                                     VK_SHADER_STAGE_MESH_BIT_EXT};
+    VkShaderStageFlags of[SHADER_POINTS] = {[SHADERS_OF_COMPUTE] = VK_SHADER_STAGE_COMPUTE_BIT};
+    for (size_t i = 0; i < sizeof(rays) / sizeof(rays[0]); i++)
+        of[SHADERS_OF_RAYS] |= rays[i];
+    for (size_t i = 0; i < sizeof(graphics) / sizeof(graphics[0]); i++)
+        of[SHADERS_OF_GRAPHICS] |= graphics[i];
+    for (int point = 0; point < SHADER_POINTS; point++)
+        for (uint32_t bit = 0; bit < 31; bit++)
+            assert_int_equal(shader_point_has((enum shader_point)point, 1u << bit),
+                             of[point] >> bit & 1);
+    assert_int_equal(shader_stages_of(VK_PIPELINE_BIND_POINT_COMPUTE), of[SHADERS_OF_COMPUTE]);
+    assert_int_equal(shader_stages_of(VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR), of[SHADERS_OF_RAYS]);
+    assert_int_equal(shader_stages_of(VK_PIPELINE_BIND_POINT_GRAPHICS), of[SHADERS_OF_GRAPHICS]);
+    assert_int_equal(shader_stages_of(VK_PIPELINE_BIND_POINT_MAX_ENUM), 0);
 }
