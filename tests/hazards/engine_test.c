@@ -230,29 +230,6 @@ TEST(signals_follow_the_one_before)
     assert_int_equal(read_behind(1, 0, false), 0);
 }
 
-/* Queues 1 and 2 signal a fence, and queue 2 a semaphore for queue 3. */
-TEST(fences_of_several_queues_are_not_ordered)
-{
-    const struct dependency all = dependency_of_signal(VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
-    struct hazards *hazards = set_up();
-    begin_batch(hazards, 1, 0);
-    access_bytes(hazards, ACCESS_BUILD_ACCEL_WRITE, 0, 8);
-    hazards_signal(hazards, 0, 0, &all);
-    hazards_end_batch(hazards);
-    begin_batch_on(hazards, 2, 1, 0);
-    hazards_signal(hazards, 0, 0, &all);
-    hazards_end_batch(hazards);
-    begin_batch_on(hazards, 2, 2, 0);
-    hazards_signal(hazards, 1, 0, &all);
-    hazards_end_batch(hazards);
-    begin_batch_on(hazards, 3, 1, 0);
-    hazards_wait(hazards, 1, &(struct dependency){.dst = all.src});
-    access_bytes(hazards, ACCESS_BUILD_ACCEL_READ, 0, 4);
-    assert_int_equal(found_count, 1);
-    hazards_end_batch(hazards);
-    hazards_destroy(hazards);
-}
-
 /* A write with more buffer barriers than are remembered counts as ordered. Each of these has three
  * stages, so none covers another one. */
 TEST(many_buffer_barriers_never_lead_to_a_finding)
