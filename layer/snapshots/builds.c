@@ -82,13 +82,19 @@ static void measure_data(struct recorder *recorder, struct recorded_build *build
         keep_snapshot(recorder, build, &snapshot);
 }
 
+static struct input_memory memory_of(struct copied_memory *copied)
+{
+    return (struct input_memory){.find = request_copy,
+                                 .context = copied,
+                                 .is_later = true,
+                                 .is_for_rules =
+                                     copied->recorder->device->snapshots->are_for_rules};
+}
+
 static void copy_inputs(struct recorder *recorder, struct recorded_build *build)
 {
     struct copied_memory copied = {recorder, build, build->is_indirect};
-    struct input_memory memory = {.find = request_copy,
-                                  .context = &copied,
-                                  .is_later = true,
-                                  .is_for_rules = !recorder->device->snapshots->are_for_backend};
+    const struct input_memory memory = memory_of(&copied);
     struct build_input input;
     if (build->is_indirect) {
         uint64_t count = build->parameters.info.geometryCount;
@@ -272,8 +278,8 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresIndirectKHR(
     recorder_end_call(&recorder);
 }
 
-/* ---- Builds of micromaps (VK_EXT_opacity_micromap). Only their triangles are copied: rules read
- * nothing else of their inputs. */
+/* ---- Builds of micromaps (VK_EXT_opacity_micromap). Rules read nothing of their inputs but the
+ * triangles. */
 
 /* Returns NULL if a parameter can't be read, or without memory. */
 static struct recorded_build *copy_micromap_parameters(const VkMicromapBuildInfoEXT *info,
@@ -299,6 +305,17 @@ static void copy_triangles(struct recorder *recorder, struct recorded_build *bui
         recorder_fail(recorder);
 }
 
+static void copy_micromap(struct recorder *recorder, struct recorded_build *build)
+{
+    struct copied_memory copied = {recorder, build, false};
+    const struct input_memory memory = memory_of(&copied);
+    struct micromap_input input;
+    if (memory.is_for_rules)
+        copy_triangles(recorder, build);
+    else
+        build_input_find_micromap(&build->parameters, &memory, &input);
+}
+
 /* Timestamps mark calls of builds of structures only. */
 void snapshots_build_micromaps(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
                                const VkMicromapBuildInfoEXT *infos)
@@ -311,7 +328,7 @@ void snapshots_build_micromaps(struct layer_device *device, VkCommandBuffer hand
         if (!build)
             continue;
         recorder.left_out = LEFT_OUT_NOTHING;
-        copy_triangles(&recorder, build);
+        copy_micromap(&recorder, build);
         build->left_out = recorder.left_out;
         recorder_keep_build(&recorder, build);
         if (recorder.left_out)

@@ -67,6 +67,7 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
     pthread_mutex_init(&snapshots->pools_lock, NULL);
     snapshots->device = device;
     snapshots->are_for_backend = below_backend;
+    snapshots->are_for_rules = !below_backend && !settings->capture;
     snapshots->next = below_backend ? *below_backend : device->vk;
     snapshots->submits_itself = below_backend || settings->compare_rays;
     snapshots->has_addresses =

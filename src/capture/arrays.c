@@ -5,7 +5,9 @@
 #include <string.h>
 
 #include "src/base/text_buffer.h"
+#include "src/bvh/input/source.h"
 #include "src/model/formats.h"
+#include "src/snapshots/build_input.h"
 
 const char *capture_role_name(enum input_role role)
 {
@@ -191,16 +193,21 @@ static bool pack(const struct geometry_input *input, const unsigned char *bytes,
     return true;
 }
 
+/* Returns how many bytes of the input can be read, from its first element on. */
+static uint64_t find_bytes(const struct input_memory *memory, const struct geometry_input *input,
+                           const void **bytes)
+{
+    const uint64_t address = input_extent(input->address.deviceAddress, 1, input->offset, 0),
+                   end = input_end(input), size = end > input->offset ? end - input->offset : 0;
+    return address == UINT64_MAX ? 0 : memory->find(memory->context, address, size, bytes);
+}
+
 static bool read_rows(const struct input_memory *memory, bool has_motion, bool has_pointers,
                       const struct geometry_input *input, struct capture_room *room,
                       struct capture_array *array)
 {
     const void *bytes = NULL;
-    const uint64_t address = input_extent(input->address.deviceAddress, 1, input->offset, 0),
-                   end = input_end(input), size = end > input->offset ? end - input->offset : 0;
-    const uint64_t found =
-        address == UINT64_MAX ? 0 : memory->find(memory->context, address, size, &bytes);
-    array->count = rows_within(input, found);
+    array->count = rows_within(input, find_bytes(memory, input, &bytes));
     array->size = input->most;
     array->rows = bytes;
     if (!array->count)
@@ -208,6 +215,49 @@ static bool read_rows(const struct input_memory *memory, bool has_motion, bool h
     if (has_pointers)
         return read_pointers(memory, has_motion, bytes, room, array);
     return input->stride == array->size || array->count == 1 || pack(input, bytes, room, array);
+}
+
+static uint64_t count_spheres(const struct input_memory *memory,
+                              const VkAccelerationStructureGeometryKHR *geometry,
+                              const struct chained_input *chained, uint32_t primitives,
+                              const struct geometry_input *indices)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = primitives};
+    struct builder_geometry described;
+    build_input_describe(geometry, chained, &described);
+    described.spheres.indices_size = find_bytes(memory, indices, &described.spheres.indices);
+    return sphere_vertex_count(&described.spheres, type_is_swept_spheres(geometry->geometryType),
+                               &range);
+}
+
+void capture_count_chosen(const struct input_memory *memory, const struct build_parameters *build,
+                          uint32_t geometry, uint32_t primitives, struct geometry_input *inputs,
+                          uint32_t count)
+{
+    struct micromap_input micromap;
+    uint64_t spheres = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        switch (inputs[i].role) {
+        case INPUT_SPHERE_INDEX:
+        case INPUT_SWEPT_INDEX: /* before what they choose */
+            spheres = count_spheres(memory, &build->geometries[geometry], &build->chained[geometry],
+                                    primitives, &inputs[i]);
+            break;
+        case INPUT_SPHERE_VERTEX:
+        case INPUT_SPHERE_RADIUS:
+        case INPUT_SWEPT_VERTEX:
+        case INPUT_SWEPT_RADIUS:
+            inputs[i].count = inputs[i].count ? inputs[i].count : spheres;
+            break;
+        case INPUT_MICROMAP_DATA:
+            build_input_find_micromap(build, memory, &micromap);
+            inputs[i].count = micromap_data_extent(&micromap);
+            inputs[i].stride = inputs[i].size = inputs[i].most = 1;
+            break;
+        default:
+            break;
+        }
+    }
 }
 
 bool capture_array_read(const struct input_memory *memory, bool has_motion,

@@ -18,6 +18,12 @@ struct capture_room {
     uint64_t size;
 };
 
+/* Sets the counts of inputs that other inputs choose: of centers and radii by indices, up to the
+ * largest one, and of the bytes of micromaps by their triangles; 0 if these cannot be read. */
+void capture_count_chosen(const struct input_memory *memory, const struct build_parameters *build,
+                          uint32_t geometry, uint32_t primitives, struct geometry_input *inputs,
+                          uint32_t count);
+
 /* Reads the rows of an input, as many as can be read. They are valid until the next call with this
  * room, and as long as the memory. Returns false if there are none, or without memory. */
 bool capture_array_read(const struct input_memory *memory, bool has_motion,

@@ -297,14 +297,15 @@ static void compose_shape(struct json *json, const VkAccelerationStructureGeomet
         json_number(json, "arrayOfPointers", 1);
 }
 
-static void compose_geometry(struct composed *composed,
-                             const VkAccelerationStructureGeometryKHR *geometry,
-                             const struct chained_input *chained,
-                             const VkAccelerationStructureBuildRangeInfoKHR *range)
+static void compose_geometry(struct composed *composed, const struct build_parameters *given,
+                             uint32_t index, const VkAccelerationStructureBuildRangeInfoKHR *range)
 {
-    const struct build_parameters *given = recorded_build_given(composed->build->build);
+    const VkAccelerationStructureGeometryKHR *geometry = &given->geometries[index];
+    const struct chained_input *chained = given->chained ? &given->chained[index] : NULL;
     struct geometry_input inputs[GEOMETRY_INPUTS];
     const uint32_t count = inputs_of_geometry(given->info.flags, geometry, chained, range, inputs);
+    capture_count_chosen(composed->build->memory, given, index, range->primitiveCount, inputs,
+                         count);
     json_begin_object(composed->json, NULL);
     compose_shape(composed->json, geometry);
     compose_range(composed->json, range);
@@ -339,8 +340,7 @@ static void compose_geometries(struct composed *composed, const struct build_par
     json_end_object(json);
     json_begin_array(json, "geometry");
     for (uint32_t i = 0; i < given->info.geometryCount; i++)
-        compose_geometry(composed, &given->geometries[i],
-                         given->chained ? &given->chained[i] : NULL, &ranges[i]);
+        compose_geometry(composed, given, i, &ranges[i]);
     json_end_array(json);
     compose_references(json, composed->build);
     if (composed->is_incomplete)
@@ -376,9 +376,18 @@ static bool compose(struct composed *composed, const struct build_parameters *gi
     }
 }
 
+/* Those of a micromap are as the application gave them; what is kept as given lacks them. */
+static const struct build_parameters *find_given(const struct recorded_build *build)
+{
+    const VkAccelerationStructureTypeKHR type = build->parameters.info.type;
+    return (int)type == VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR
+               ? &build->parameters
+               : recorded_build_given(build);
+}
+
 bool capture_compose_build(struct capture_writer *writer, const struct capture_build *build)
 {
-    const struct build_parameters *given = recorded_build_given(build->build);
+    const struct build_parameters *given = find_given(build->build);
     struct composed composed = {
         .writer = writer,
         .build = build,

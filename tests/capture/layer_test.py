@@ -70,8 +70,14 @@ class CaptureTest(unittest.TestCase):
         builds = [line for capture in captures for line in capture.of_type("Build")]
         geometries = [geometry for build in builds for geometry in build.get("geometry", ())]
         self.assertLessEqual({"triangles", "aabbs", "instances", "spheres"}, {part["type"] for part in geometries})
-        self.assertLessEqual({"vertices", "centers", "radii", "displacement vectors"},
-                             {part["role"] for geometry in geometries for part in geometry["inputs"] if "data" in part})
+        for role in ("centers", "radii", "displacement vectors", "displacement biases"):
+            inputs = [part for geometry in geometries for part in geometry["inputs"] if part["role"] == role]
+            self.assertEqual([part for part in inputs if "data" not in part], [])
+            self.assertTrue(inputs)
+        for command in ("vkCmdBuildAccelerationStructuresKHR", "vkCmdBuildMicromapsEXT"):
+            self.assertTrue(any(part["role"] == "micromap data" and "data" in part for build in builds
+                                if build["command"] == command
+                                for geometry in build.get("geometry", ()) for part in geometry["inputs"]))
         self.assertGreater(sum("missing" not in build for build in builds), len(builds) // 2)
         self.assertTrue(any(capture.of_type("Copy") for capture in captures))
         self.assertTrue(any(capture.of_type("Destroyed") for capture in captures))
