@@ -27,7 +27,7 @@ struct snapshots {
     /* A backend executes builds from the snapshots: each build is copied, whatever the budget, and
      * the application's fences signal only when the copies can be read. */
     bool are_for_backend;
-    bool are_for_rules; /* alone: what no rule reads is not copied */
+    bool are_for_rules;          /* alone: what no rule reads is not copied */
     VkuDeviceDispatchTable next; /* the next layer's, for the layer's own objects and commands */
     VkuDeviceDispatchTable down; /* the backend's or the next layer's */
     PFN_vkSetDeviceLoaderData set_loader_data; /* may be NULL */
