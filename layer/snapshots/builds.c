@@ -278,8 +278,7 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresIndirectKHR(
     recorder_end_call(&recorder);
 }
 
-/* ---- Builds of micromaps (VK_EXT_opacity_micromap). Rules read nothing of their inputs but the
- * triangles. */
+/* ---- builds of micromaps (VK_EXT_opacity_micromap) */
 
 /* Returns NULL if a parameter can't be read, or without memory. */
 static struct recorded_build *copy_micromap_parameters(const VkMicromapBuildInfoEXT *info,
@@ -295,25 +294,12 @@ static struct recorded_build *copy_micromap_parameters(const VkMicromapBuildInfo
     return build;
 }
 
-static void copy_triangles(struct recorder *recorder, struct recorded_build *build)
-{
-    const struct micromap_parameters *micromap = &build->parameters.chained[0].micromap;
-    const uint64_t size = micromap_parameters_extent(micromap);
-    struct snapshot snapshot;
-    if (size && recorder_copy(recorder, micromap->triangles.deviceAddress, size, &snapshot) &&
-        !recorded_build_add(build, &snapshot))
-        recorder_fail(recorder);
-}
-
 static void copy_micromap(struct recorder *recorder, struct recorded_build *build)
 {
     struct copied_memory copied = {recorder, build, false};
     const struct input_memory memory = memory_of(&copied);
     struct micromap_input input;
-    if (memory.is_for_rules)
-        copy_triangles(recorder, build);
-    else
-        build_input_find_micromap(&build->parameters, &memory, &input);
+    build_input_find_micromap(&build->parameters, &memory, &input);
 }
 
 /* Timestamps mark calls of builds of structures only. */

@@ -28,7 +28,7 @@ void build_input_find_micromap(const struct build_parameters *build,
         if (inputs[i].role == INPUT_MICROMAP_TRIANGLES)
             to->triangles_size =
                 memory->find(memory->context, address, input_end(&inputs[i]), &to->triangles);
-        else
+        else if (!memory->is_for_rules)
             to->data_size =
                 memory->find(memory->context, address,
                              memory->is_later ? UINT64_MAX : micromap_data_extent(to), &to->data);
