@@ -101,7 +101,7 @@ def owners_of(tree):
 
 class Registry:
     def __init__(self, path):
-        tree = ElementTree.parse(path)
+        self.tree = tree = ElementTree.parse(path)
         commands = {}
         aliases = {}
         for element in tree.iterfind("commands/command"):

@@ -52,23 +52,9 @@ struct null_driver_config config_current(void)
     return config;
 }
 
-static uint32_t at_most(uint32_t value, uint32_t limit)
-{
-    return value < limit ? value : limit;
-}
-
 void null_driver_configure(const struct null_driver_config *config)
 {
-    struct null_driver_config next = config != NULL ? *config : null_driver_default_config();
-    next.physical_device_count =
-        at_most(next.physical_device_count, NULL_DRIVER_MAX_PHYSICAL_DEVICES);
-    next.hidden_extension_count = at_most(next.hidden_extension_count, NULL_DRIVER_MAX_EXTENSIONS);
-    next.extra_extension_count = at_most(next.extra_extension_count, NULL_DRIVER_MAX_EXTENSIONS);
-    next.feature_count = at_most(next.feature_count, NULL_DRIVER_MAX_FEATURES);
-    next.queue_family_count = at_most(next.queue_family_count, NULL_DRIVER_MAX_QUEUE_FAMILIES);
-    next.format_count = at_most(next.format_count, NULL_DRIVER_MAX_FORMATS);
-    if (next.buffer_alignment == 0)
-        next.buffer_alignment = 1;
+    const struct null_driver_config next = config != NULL ? *config : null_driver_default_config();
     pthread_mutex_lock(&lock);
     current = next;
     configured = true;
@@ -90,8 +76,6 @@ struct null_driver_config null_driver_default_config(void)
 {
     return (struct null_driver_config){
         .api_version = VK_API_VERSION_1_3,
-        .physical_device_count = 2,
-        .one_device_group = true,
         .properties = {.driverVersion = 1,
                        .vendorID = 1,
                        .deviceID = 1,
@@ -181,7 +165,6 @@ struct null_driver_config null_driver_default_config(void)
                   .micromap_scratch = 1024,
                   .compacted = 2048,
                   .serialized = 4096},
-        .buffer_alignment = 256,
         .deferred_joins = 1,
     };
 }

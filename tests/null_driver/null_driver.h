@@ -24,7 +24,7 @@
 #define NULL_DRIVER_EXPORT __attribute__((visibility("default")))
 
 enum {
-    NULL_DRIVER_MAX_PHYSICAL_DEVICES = 4,
+    NULL_DRIVER_PHYSICAL_DEVICES = 2, /* all alike, in one group */
     NULL_DRIVER_MAX_EXTENSIONS = 32,
     NULL_DRIVER_MAX_FEATURES = 64,
     NULL_DRIVER_MAX_QUEUE_FAMILIES = 8,
@@ -76,9 +76,6 @@ struct null_driver_format {
 struct null_driver_config {
     uint32_t api_version; /* of the driver and its devices; default 1.3 */
 
-    uint32_t physical_device_count; /* default 2, all alike */
-    bool one_device_group;          /* else each is a group of its own; default true */
-
     /* The driver offers all extensions that generate.py lists; hidden ones are taken away (with
      * their features, properties and commands), extra ones are added by name alone. Strings are not
      * copied. */
@@ -121,7 +118,6 @@ struct null_driver_config {
     uint32_t format_count;
 
     struct null_driver_sizes sizes;
-    VkDeviceSize buffer_alignment; /* VkMemoryRequirements of buffers; default 256 */
 
     /* Host commands with a deferred operation return VK_OPERATION_DEFERRED_KHR and complete at this
      * join (earlier ones return VK_THREAD_IDLE_KHR); 0: they return

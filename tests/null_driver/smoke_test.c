@@ -17,7 +17,7 @@ PFN_vkVoidFunction vkGetInstanceProcAddr(VkInstance instance, const char *pName)
 static struct null_driver_api driver;
 static VkuInstanceDispatchTable vki;
 static VkuDeviceDispatchTable vk;
-static VkPhysicalDevice physical[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
+static VkPhysicalDevice physical[NULL_DRIVER_PHYSICAL_DEVICES];
 static VkInstance instance;
 static VkDevice device;
 static void *library;
@@ -38,7 +38,7 @@ static void make_instance(const struct null_driver_config *config)
     PFN_vkCreateInstance create =
         (PFN_vkCreateInstance)vkGetInstanceProcAddr(NULL, "vkCreateInstance");
     const STRUCT(VkApplicationInfo, application, .apiVersion = VK_API_VERSION_1_3);
-    uint32_t count = NULL_DRIVER_MAX_PHYSICAL_DEVICES;
+    uint32_t count = NULL_DRIVER_PHYSICAL_DEVICES;
     driver.reset();
     driver.configure(config);
     GET(create(&MAKE(VkInstanceCreateInfo, .pApplicationInfo = &application), NULL, &instance));

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-# What is generated from the registry: the entry points of the null driver, and the macros of
-# tests/fixture/make.h, which the demo uses without the driver.
+# What is generated from the registry: the entry points of the null driver, the macros of tests/fixture/make.h,
+# which the demo uses without the driver, and the parameters of commands that tests play.
 set(generated ${PROJECT_BINARY_DIR}/tests/null_driver/generated)
 add_custom_command(
     OUTPUT ${generated}/generated.h ${generated}/stubs.c ${generated}/structures.h ${generated}/device_features.h
+        ${generated}/vulkan_commands.h
     COMMAND Python3::Interpreter -B ${CMAKE_CURRENT_LIST_DIR}/generate.py
         --registry ${ASSAY_REGISTRY_DIR}/vk.xml --out ${generated}
-    DEPENDS ${CMAKE_CURRENT_LIST_DIR}/generate.py ${ASSAY_REGISTRY_DIR}/vk.xml
+    DEPENDS ${CMAKE_CURRENT_LIST_DIR}/generate.py ${CMAKE_CURRENT_LIST_DIR}/../../vuid-tables/signatures.py
+        ${ASSAY_REGISTRY_DIR}/vk.xml
     COMMENT "Generating the null driver's entry points"
     VERBATIM)
 

@@ -84,7 +84,7 @@ COMMAND(CreateInstance)
     *config = config_current();
     instance->instance_config = config;
     instance->config = config;
-    for (uint32_t i = 0; i < config->physical_device_count; i++) {
+    for (uint32_t i = 0; i < NULL_DRIVER_PHYSICAL_DEVICES; i++) {
         struct object *physical = object_create(instance, VK_OBJECT_TYPE_PHYSICAL_DEVICE, NULL);
         if (physical == NULL) {
             object_destroy_dispatchable(instance, VK_OBJECT_TYPE_INSTANCE);
@@ -97,43 +97,32 @@ COMMAND(CreateInstance)
     return VK_SUCCESS;
 }
 
-static uint32_t physical_devices(VkInstance instance,
-                                 VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES])
+static void list_devices(VkInstance instance,
+                         VkPhysicalDevice devices[NULL_DRIVER_PHYSICAL_DEVICES])
 {
-    const uint32_t count = CONFIG(instance)->physical_device_count;
-    for (uint32_t i = 0; i < count; i++) {
+    for (uint32_t i = 0; i < NULL_DRIVER_PHYSICAL_DEVICES; i++)
         devices[i] =
             (VkPhysicalDevice)object_child(OBJECT(instance), VK_OBJECT_TYPE_PHYSICAL_DEVICE, i);
-    }
-    return count;
 }
 
 COMMAND(EnumeratePhysicalDevices)
 {
-    VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
-    const uint32_t count = physical_devices(instance, devices);
-    return enumerate(pPhysicalDeviceCount, pPhysicalDevices, devices, count, sizeof(devices[0]));
+    VkPhysicalDevice devices[NULL_DRIVER_PHYSICAL_DEVICES];
+    list_devices(instance, devices);
+    return enumerate(pPhysicalDeviceCount, pPhysicalDevices, devices, NULL_DRIVER_PHYSICAL_DEVICES,
+                     sizeof(devices[0]));
 }
 
 COMMAND(EnumeratePhysicalDeviceGroups)
 {
-    VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
-    const uint32_t device_count = physical_devices(instance, devices);
-    const uint32_t group_size =
-        CONFIG(instance)->one_device_group && device_count > 0 ? device_count : 1;
-    const uint32_t group_count = device_count / group_size;
-    if (pPhysicalDeviceGroupProperties == NULL) {
-        *pPhysicalDeviceGroupCount = group_count;
-        return VK_SUCCESS;
+    VkPhysicalDeviceGroupProperties *group = pPhysicalDeviceGroupProperties;
+    if (group != NULL && *pPhysicalDeviceGroupCount == 0)
+        return VK_INCOMPLETE;
+    *pPhysicalDeviceGroupCount = 1;
+    if (group != NULL) {
+        group->physicalDeviceCount = NULL_DRIVER_PHYSICAL_DEVICES;
+        group->subsetAllocation = VK_TRUE;
+        list_devices(instance, group->physicalDevices);
     }
-    const bool all = *pPhysicalDeviceGroupCount >= group_count;
-    if (all)
-        *pPhysicalDeviceGroupCount = group_count;
-    for (uint32_t i = 0; i < *pPhysicalDeviceGroupCount; i++) {
-        pPhysicalDeviceGroupProperties[i].physicalDeviceCount = group_size;
-        memcpy(pPhysicalDeviceGroupProperties[i].physicalDevices, &devices[i * group_size],
-               group_size * sizeof(devices[0]));
-        pPhysicalDeviceGroupProperties[i].subsetAllocation = VK_TRUE;
-    }
-    return all ? VK_SUCCESS : VK_INCOMPLETE;
+    return VK_SUCCESS;
 }

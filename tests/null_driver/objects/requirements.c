@@ -31,7 +31,7 @@ static VkMemoryRequirements requirements(const struct null_driver_config *config
     const VkMemoryPropertyFlags protected = VK_MEMORY_PROPERTY_PROTECTED_BIT;
     const VkMemoryPropertyFlags lazy = VK_MEMORY_PROPERTY_LAZILY_ALLOCATED_BIT;
     const VkDeviceSize alignment =
-        flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT ? 65536 : config->buffer_alignment;
+        flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT ? 65536 : 256;
     return (VkMemoryRequirements){
         .size = align_up(size, alignment),
         .alignment = alignment,

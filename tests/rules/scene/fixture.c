@@ -268,9 +268,9 @@ VkDevice fixture_create_device(struct fixture *fixture)
         .pQueueCreateInfos = queues);
 
     STRUCT(VkDeviceGroupDeviceCreateInfo, group_info);
-    VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
+    VkPhysicalDevice devices[NULL_DRIVER_PHYSICAL_DEVICES];
     if (setup_has(&fixture->setup, "group")) {
-        group_info.physicalDeviceCount = NULL_DRIVER_MAX_PHYSICAL_DEVICES;
+        group_info.physicalDeviceCount = NULL_DRIVER_PHYSICAL_DEVICES;
         fixture->instance.vk.EnumeratePhysicalDevices(fixture->instance.instance,
                                                       &group_info.physicalDeviceCount, devices);
         group_info.pPhysicalDevices = devices;
