@@ -65,34 +65,34 @@ static bool is_valid_query(const VkAccelerationStructureBuildGeometryInfoKHR *in
                              info->mode != VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR));
 }
 
+static void fill_sizes(VkDevice device, VkAccelerationStructureBuildSizesInfoKHR *sizes,
+                       uint64_t primitives)
+{
+    if (CONFIG(device)->sizes_are_constant)
+        primitives = 0;
+    sizes->accelerationStructureSize = STRUCTURE_SIZE + 64 * primitives;
+    sizes->buildScratchSize = 2048 + 32 * primitives;
+    sizes->updateScratchSize = CONFIG(device)->needs_no_scratch ? 0 : 1024 + 16 * primitives;
+}
+
 COMMAND(GetAccelerationStructureBuildSizesKHR)
 {
     if (!is_valid_query(pBuildInfo))
         atomic_fetch_add(&invalid_queries, 1);
-    const struct null_driver_sizes *sizes = &CONFIG(device)->sizes;
     uint64_t primitives = 0;
     for (uint32_t i = 0; pMaxPrimitiveCounts != NULL && i < pBuildInfo->geometryCount; i++)
         primitives += pMaxPrimitiveCounts[i];
-    pSizeInfo->accelerationStructureSize = size_for(&sizes->structure, primitives);
-    pSizeInfo->buildScratchSize = size_for(&sizes->build_scratch, primitives);
-    pSizeInfo->updateScratchSize = size_for(&sizes->update_scratch, primitives);
+    fill_sizes(device, pSizeInfo, primitives);
 }
 
 COMMAND(GetClusterAccelerationStructureBuildSizesNV)
 {
-    const struct null_driver_sizes *sizes = &CONFIG(device)->sizes;
-    const uint64_t count = pInfo->maxAccelerationStructureCount;
-    pSizeInfo->accelerationStructureSize = size_for(&sizes->structure, count);
-    pSizeInfo->buildScratchSize = size_for(&sizes->build_scratch, count);
-    pSizeInfo->updateScratchSize = 0;
+    fill_sizes(device, pSizeInfo, pInfo->maxAccelerationStructureCount);
 }
 
 COMMAND(GetPartitionedAccelerationStructuresBuildSizesNV)
 {
-    const struct null_driver_sizes *sizes = &CONFIG(device)->sizes;
-    pSizeInfo->accelerationStructureSize = size_for(&sizes->structure, pInfo->instanceCount);
-    pSizeInfo->buildScratchSize = size_for(&sizes->build_scratch, pInfo->instanceCount);
-    pSizeInfo->updateScratchSize = 0;
+    fill_sizes(device, pSizeInfo, pInfo->instanceCount);
 }
 
 /* ---- VK_NV_ray_tracing */
@@ -119,32 +119,29 @@ ON_CREATION(CreateAccelerationStructureNV)
     object->as_nv.compacted = pCreateInfo->compactedSize;
 }
 
-static VkDeviceSize size_of(const struct null_driver_sizes *sizes, const struct object *as,
+static VkDeviceSize size_of(VkDevice device, const struct object *as,
                             VkAccelerationStructureMemoryRequirementsTypeNV type)
 {
-    switch (type) {
-    case VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV:
-        return size_for(&sizes->build_scratch, as->as_nv.primitives);
-    case VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_UPDATE_SCRATCH_NV:
-        return size_for(&sizes->update_scratch, as->as_nv.primitives);
-    default:
-        return as->as_nv.compacted != 0 ? as->as_nv.compacted
-                                        : size_for(&sizes->structure, as->as_nv.primitives);
-    }
+    VkAccelerationStructureBuildSizesInfoKHR sizes;
+    fill_sizes(device, &sizes, as->as_nv.primitives);
+    if (type == VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV)
+        return sizes.buildScratchSize;
+    if (type == VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_UPDATE_SCRATCH_NV)
+        return sizes.updateScratchSize;
+    return as->as_nv.compacted != 0 ? as->as_nv.compacted : sizes.accelerationStructureSize;
 }
 
 COMMAND(GetAccelerationStructureMemoryRequirementsNV)
 {
-    const struct null_driver_config *config = CONFIG(device);
     const struct object *as = FIND(ACCELERATION_STRUCTURE_NV, pInfo->accelerationStructure);
-    const VkDeviceSize size = as != NULL ? size_of(&config->sizes, as, pInfo->type) : 0;
+    const VkDeviceSize size = as != NULL ? size_of(device, as, pInfo->type) : 0;
     pMemoryRequirements->memoryRequirements = (VkMemoryRequirements){
         .size = align_up(size, 256),
         .alignment = 256,
-        .memoryTypeBits = requirements_types(
-            config, 0, VK_MEMORY_PROPERTY_PROTECTED_BIT | VK_MEMORY_PROPERTY_LAZILY_ALLOCATED_BIT),
+        .memoryTypeBits = requirements_types(CONFIG(device), 0,
+                                             VK_MEMORY_PROPERTY_PROTECTED_BIT |
+                                                 VK_MEMORY_PROPERTY_LAZILY_ALLOCATED_BIT),
     };
-    requirements_fill_chain(pMemoryRequirements->pNext);
 }
 
 COMMAND(BindAccelerationStructureMemoryNV)
@@ -168,24 +165,12 @@ COMMAND(GetAccelerationStructureHandleNV)
 
 /* ---- serialized data: only the header; by the host in memory of the device that it sees */
 
-struct serialized_header {
-    uint8_t driver[VK_UUID_SIZE], format[VK_UUID_SIZE];
-    uint64_t size, deserialized_size, reference_count;
-};
-
-static struct serialized_header make_header(const struct null_driver_config *config)
-{
-    struct serialized_header header = {.size = config->sizes.serialized,
-                                       .deserialized_size = config->sizes.compacted};
-    memcpy(header.driver, vulkan11.driverUUID, VK_UUID_SIZE);
-    memcpy(header.format, vulkan11.driverUUID, VK_UUID_SIZE);
-    return header;
-}
+static const struct null_driver_serialized header = {
+    {"null driver", "null driver"}, SERIALIZED_SIZE, COMPACTED_SIZE, 0};
 
 /* Ignores other addresses, which may be invalid. */
 static VkResult write_header(VkDevice device, void *address)
 {
-    const struct serialized_header header = make_header(CONFIG(device));
     const struct object *memory;
     for (uint32_t i = 0; (memory = object_child(OBJECT(device), VK_OBJECT_TYPE_DEVICE_MEMORY, i));
          i++) {
@@ -210,10 +195,8 @@ COMMAND(CopyMicromapToMemoryEXT)
 /* Tests also record to command buffers that do not exist. */
 static void record_header(VkCommandBuffer commands, VkDeviceAddress address)
 {
-    if (OBJECT(commands)->type != VK_OBJECT_TYPE_COMMAND_BUFFER)
-        return;
-    const struct serialized_header header = make_header(CONFIG(commands));
-    transfers_add_write(commands, address, &header, sizeof(header));
+    if (OBJECT(commands)->type == VK_OBJECT_TYPE_COMMAND_BUFFER)
+        transfers_add_write(commands, address, &header, sizeof(header));
 }
 
 COMMAND(CmdCopyAccelerationStructureToMemoryKHR)

@@ -158,13 +158,6 @@ struct null_driver_config null_driver_default_config(void)
                     {VK_FORMAT_R16_SFLOAT, RADII},
                     {VK_FORMAT_E5B9G9R9_UFLOAT_PACK32, RADII}}, /* which backend cpu lacks */
         .format_count = 9,
-        .sizes = {.structure = {4096, 64},
-                  .build_scratch = {2048, 32},
-                  .update_scratch = {1024, 16},
-                  .micromap = 4096,
-                  .micromap_scratch = 1024,
-                  .compacted = 2048,
-                  .serialized = 4096},
         .deferred_joins = 1,
     };
 }

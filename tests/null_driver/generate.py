@@ -158,12 +158,11 @@ BODIES = {
         "transfers_release(OBJECT(commandBuffer));",
     "QueueWaitIdle DeviceWaitIdle": "return sync_wait_idle();",
     "WriteAccelerationStructuresPropertiesKHR":
-        "query_write(CONFIG(device), accelerationStructureCount, queryType, dataSize, pData, stride);",
+        "query_write(accelerationStructureCount, queryType, dataSize, pData, stride);",
     "WriteMicromapsPropertiesEXT":
-        "query_write(CONFIG(device), micromapCount, queryType, dataSize, pData, stride);",
-    "GetMicromapBuildSizesEXT": "pSizeInfo->micromapSize = CONFIG(device)->sizes.micromap; "
-                                "pSizeInfo->buildScratchSize = CONFIG(device)->sizes.micromap_scratch; "
-                                "pSizeInfo->discardable = VK_FALSE;",
+        "query_write(micromapCount, queryType, dataSize, pData, stride);",
+    "GetMicromapBuildSizesEXT": "pSizeInfo->micromapSize = 4096; pSizeInfo->discardable = VK_FALSE; "
+                                "pSizeInfo->buildScratchSize = CONFIG(device)->needs_no_scratch ? 0 : 1024;",
     "GetImageSubresourceLayout":
         "const struct object *object = FIND(IMAGE, image); "
         "*pLayout = (VkSubresourceLayout){.size = object != NULL ? object->image.size : 0};",
@@ -173,6 +172,9 @@ BODIES = {
     "GetRayTracingShaderGroupHandlesKHR GetRayTracingCaptureReplayShaderGroupHandlesKHR":
         "memset(pData, 0, dataSize);",
     "GetRayTracingShaderGroupStackSizeKHR": "return 64;",
+    "AllocateDescriptorSets":
+        "return objects_create(FIND(DESCRIPTOR_POOL, pAllocateInfo->descriptorPool), "
+        "VK_OBJECT_TYPE_DESCRIPTOR_SET, pAllocateInfo->descriptorSetCount, pDescriptorSets);",
     "GetDescriptorSetLayoutSupport": "pSupport->supported = VK_TRUE;",
     # What is done to an object that is created.
     "CreateAccelerationStructure2KHR": "object->as.fallback = pCreateInfo->addressRange.address;",

@@ -179,7 +179,6 @@ struct object *object_find(uint64_t handle, VkObjectType type);
 /* Destroys it and what was made from it; ignores handles that are not live. */
 void object_destroy(uint64_t handle, VkObjectType type);
 void object_destroy_dispatchable(void *handle, VkObjectType type);
-void object_destroy_children(struct object *parent, VkObjectType type);
 /* The child of that number, counted from 0, in order of creation; else NULL. */
 struct object *object_child(struct object *parent, VkObjectType type, uint32_t number);
 /* Whether there is a live object of the type for which is_wanted(object, wanted). */
@@ -209,11 +208,6 @@ unsigned char *address_bytes(VkDeviceAddress address, VkDeviceSize *size);
 static inline VkDeviceSize align_up(VkDeviceSize value, VkDeviceSize alignment)
 {
     return (value + alignment - 1) / alignment * alignment;
-}
-
-static inline VkDeviceSize size_for(const struct null_driver_size *size, uint64_t primitives)
-{
-    return size->base + size->per_primitive * primitives;
 }
 
 /* A structure of an application's pNext chain, or NULL. */
@@ -292,17 +286,14 @@ static inline void fill_with_zeros(void *result, size_t size, bool is_chained)
 VkResult enumerate(uint32_t *count, void *to, const void *from, uint32_t available, size_t size);
 
 /* What a property query of a built acceleration structure or micromap answers. */
-uint64_t query_value(const struct null_driver_config *config, VkQueryType type);
-void query_write(const struct null_driver_config *config, uint32_t count, VkQueryType type,
-                 size_t size, void *data, size_t stride);
+enum { STRUCTURE_SIZE = 4096, COMPACTED_SIZE = 2048, SERIALIZED_SIZE = 4096 };
+void query_write(uint32_t count, VkQueryType type, size_t size, void *data, size_t stride);
 
 /* Completes a host command at once, or leaves that to the deferred operation's joins. */
 VkResult deferred_start(VkDevice device, VkDeferredOperationKHR operation);
 
 uint32_t requirements_types(const struct null_driver_config *config, VkMemoryPropertyFlags required,
                             VkMemoryPropertyFlags refused);
-/* Fills the chain of a VkMemoryRequirements2. */
-void requirements_fill_chain(void *pNext);
 
 void sync_signal_fence(VkFence fence);
 void sync_signal_semaphore(VkSemaphore semaphore, uint64_t value);

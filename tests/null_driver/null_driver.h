@@ -21,8 +21,6 @@
 #include <stdint.h>
 #include <vulkan/vulkan.h>
 
-#define NULL_DRIVER_EXPORT __attribute__((visibility("default")))
-
 enum {
     NULL_DRIVER_PHYSICAL_DEVICES = 2, /* all alike, in one group */
     NULL_DRIVER_MAX_EXTENSIONS = 32,
@@ -38,24 +36,6 @@ struct null_driver_feature {
     VkStructureType sType;
     uint32_t offset;
     VkBool32 value;
-};
-
-/* A size is base + per_primitive * primitives, summed over the geometries. */
-struct null_driver_size {
-    VkDeviceSize base;
-    VkDeviceSize per_primitive;
-};
-
-/* For KHR and NV acceleration structures. What properties of a built one are asked for
- * (compacted size, serialization size ...) is answered with the constants below. */
-struct null_driver_sizes {
-    struct null_driver_size structure;
-    struct null_driver_size build_scratch;
-    struct null_driver_size update_scratch;
-    VkDeviceSize micromap;
-    VkDeviceSize micromap_scratch;
-    VkDeviceSize compacted;
-    VkDeviceSize serialized;
 };
 
 /* Serialized data that the driver can read: a header alone. */
@@ -117,7 +97,9 @@ struct null_driver_config {
     struct null_driver_format formats[NULL_DRIVER_MAX_FORMATS];
     uint32_t format_count;
 
-    struct null_driver_sizes sizes;
+    /* Updates, and builds of micromaps, need no scratch memory; sizes do not grow with the number
+     * of primitives. Default false. */
+    bool needs_no_scratch, sizes_are_constant;
 
     /* Host commands with a deferred operation return VK_OPERATION_DEFERRED_KHR and complete at this
      * join (earlier ones return VK_THREAD_IDLE_KHR); 0: they return
@@ -194,93 +176,64 @@ struct null_driver_barrier {
 
 /* What the library exports. Names are entry points' names ("vkCreateBuffer"); the aliases of a
  * command (KHR, EXT) count and fail as one with it. */
-struct null_driver_api {
-    struct null_driver_config (*default_config)(void);
-    /* NULL: the default. */
-    void (*configure)(const struct null_driver_config *config);
-    /* The next call of a command that returns VkResult returns this one and does nothing. */
-    void (*fail_next)(const char *name, VkResult result);
-    /* Makes one of the next calls fail: number 1 is the next. */
-    void (*fail_at)(const char *name, uint32_t number, VkResult result);
-    /* While true, submits, waits and status queries return VK_ERROR_DEVICE_LOST. */
-    void (*set_device_lost)(bool lost);
-    /* While true, submissions complete and nothing in them is executed, as on a mock driver. */
-    void (*set_executes_nothing)(bool executes_nothing);
-    /* While true, recorded builds of top-level structures read the references of their instances
-     * when they execute; their parameters must be valid. */
-    void (*set_reads_instances)(bool reads);
-    /* The references that were read since the last call, in the order of the builds; UINT64_MAX
-     * where an instance has no memory. Returns their number. */
-    uint32_t (*take_references)(uint64_t *references, uint32_t capacity);
-    /* The first barriers since the last call, or since the reset. Returns their number. */
-    uint32_t (*take_barriers)(struct null_driver_barrier *barriers, uint32_t capacity);
-    /* NULL: nothing is planned any more. */
-    void (*plan_fault)(const struct null_driver_fault *fault);
-    /* Executes what was submitted since the device hung, the submission that hung from its
-     * beginning; unless the device is lost. */
-    void (*end_hang)(void);
-    /* Calls that reached the driver since the last reset, failed ones included; UINT64_MAX for a
-     * name that it does not have. */
-    uint64_t (*calls)(const char *name);
-    /* Queries of the address of a structure whose buffer is not bound, or lacks
-     * VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, since the library was loaded. */
-    uint64_t (*invalid_queries)(void);
-    /* Bytes of device memory that are allocated. */
-    uint64_t (*allocated)(void);
-    /* Sets all counts to 0, forgets pending and planned failures and the lost device, ends a
-     * hang, and executes again. */
-    void (*reset)(void);
-};
+/* clang-format off */
+#define NULL_DRIVER_FUNCTIONS(FUNCTION)                                                            \
+    FUNCTION(struct null_driver_config, default_config, (void))                                    \
+    /* NULL: the default. */                                                                       \
+    FUNCTION(void, configure, (const struct null_driver_config *config))                           \
+    /* The next call of a command that returns VkResult returns this one and does nothing. */      \
+    FUNCTION(void, fail_next, (const char *name, VkResult result))                                 \
+    /* Makes one of the next calls fail: number 1 is the next. */                                  \
+    FUNCTION(void, fail_at, (const char *name, uint32_t number, VkResult result))                  \
+    /* While true, submits, waits and status queries return VK_ERROR_DEVICE_LOST. */               \
+    FUNCTION(void, set_device_lost, (bool lost))                                                   \
+    /* While true, submissions complete and nothing in them is executed, as on a mock driver. */   \
+    FUNCTION(void, set_executes_nothing, (bool executes_nothing))                                  \
+    /* While true, recorded builds of top-level structures read the references of their instances  \
+     * when they execute; their parameters must be valid. */                                       \
+    FUNCTION(void, set_reads_instances, (bool reads))                                              \
+    /* The references that were read since the last call, in the order of the builds; UINT64_MAX   \
+     * where an instance has no memory. Returns their number. */                                   \
+    FUNCTION(uint32_t, take_references, (uint64_t *references, uint32_t capacity))                 \
+    /* The first barriers since the last call, or since the reset. Returns their number. */        \
+    FUNCTION(uint32_t, take_barriers, (struct null_driver_barrier *barriers, uint32_t capacity))   \
+    /* NULL: nothing is planned any more. */                                                       \
+    FUNCTION(void, plan_fault, (const struct null_driver_fault *fault))                            \
+    /* Executes what was submitted since the device hung, the submission that hung from its        \
+     * beginning; unless the device is lost. */                                                    \
+    FUNCTION(void, end_hang, (void))                                                               \
+    /* Calls that reached the driver since the last reset, failed ones included; UINT64_MAX for a  \
+     * name that it does not have. */                                                              \
+    FUNCTION(uint64_t, calls, (const char *name))                                                  \
+    /* Queries of the address of a structure whose buffer is not bound, or lacks                   \
+     * VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, since the library was loaded. */                 \
+    FUNCTION(uint64_t, invalid_queries, (void))                                                    \
+    /* Bytes of device memory that are allocated. */                                               \
+    FUNCTION(uint64_t, allocated, (void))                                                          \
+    /* Sets all counts to 0, forgets pending and planned failures and the lost device, ends a      \
+     * hang, and executes again. */                                                                \
+    FUNCTION(void, reset, (void))
+/* clang-format on */
 
-NULL_DRIVER_EXPORT struct null_driver_config null_driver_default_config(void);
-NULL_DRIVER_EXPORT void null_driver_configure(const struct null_driver_config *config);
-NULL_DRIVER_EXPORT void null_driver_fail_next(const char *name, VkResult result);
-NULL_DRIVER_EXPORT void null_driver_fail_at(const char *name, uint32_t number, VkResult result);
-NULL_DRIVER_EXPORT void null_driver_set_device_lost(bool lost);
-NULL_DRIVER_EXPORT void null_driver_set_executes_nothing(bool executes_nothing);
-NULL_DRIVER_EXPORT void null_driver_set_reads_instances(bool reads);
-NULL_DRIVER_EXPORT uint32_t null_driver_take_references(uint64_t *references, uint32_t capacity);
-NULL_DRIVER_EXPORT uint32_t null_driver_take_barriers(struct null_driver_barrier *barriers,
-                                                      uint32_t capacity);
-NULL_DRIVER_EXPORT void null_driver_plan_fault(const struct null_driver_fault *fault);
-NULL_DRIVER_EXPORT void null_driver_end_hang(void);
-NULL_DRIVER_EXPORT uint64_t null_driver_calls(const char *name);
-NULL_DRIVER_EXPORT uint64_t null_driver_invalid_queries(void);
-NULL_DRIVER_EXPORT uint64_t null_driver_allocated(void);
-NULL_DRIVER_EXPORT void null_driver_reset(void);
+#define NULL_DRIVER_MEMBER(result, name, parameters) result(*name) parameters;
+struct null_driver_api {
+    NULL_DRIVER_FUNCTIONS(NULL_DRIVER_MEMBER)
+};
+#define NULL_DRIVER_EXPORT(result, name, parameters)                                               \
+    __attribute__((visibility("default"))) result null_driver_##name parameters;
+NULL_DRIVER_FUNCTIONS(NULL_DRIVER_EXPORT)
 
 /* Returns what dlopen returned; NULL, with dlerror set, where something is missing. */
 static inline void *null_driver_load(const char *path, struct null_driver_api *api)
 {
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    const struct {
-        const char *name;
-        void **function;
-    } functions[] = {
-        {"null_driver_default_config", (void **)&api->default_config},
-        {"null_driver_configure", (void **)&api->configure},
-        {"null_driver_fail_next", (void **)&api->fail_next},
-        {"null_driver_fail_at", (void **)&api->fail_at},
-        {"null_driver_set_device_lost", (void **)&api->set_device_lost},
-        {"null_driver_set_executes_nothing", (void **)&api->set_executes_nothing},
-        {"null_driver_set_reads_instances", (void **)&api->set_reads_instances},
-        {"null_driver_take_references", (void **)&api->take_references},
-        {"null_driver_take_barriers", (void **)&api->take_barriers},
-        {"null_driver_plan_fault", (void **)&api->plan_fault},
-        {"null_driver_end_hang", (void **)&api->end_hang},
-        {"null_driver_calls", (void **)&api->calls},
-        {"null_driver_invalid_queries", (void **)&api->invalid_queries},
-        {"null_driver_allocated", (void **)&api->allocated},
-        {"null_driver_reset", (void **)&api->reset},
-    };
-    for (size_t i = 0; library != NULL && i < sizeof(functions) / sizeof(functions[0]); i++) {
-        *functions[i].function = dlsym(library, functions[i].name);
-        if (*functions[i].function == NULL) {
-            dlclose(library);
-            library = NULL;
-        }
-    }
-    return library;
+    bool is_whole = library != NULL;
+#define NULL_DRIVER_FIND(result, name, parameters)                                                 \
+    is_whole = is_whole && (*(void **)&api->name = dlsym(library, "null_driver_" #name)) != NULL;
+    NULL_DRIVER_FUNCTIONS(NULL_DRIVER_FIND)
+    if (!is_whole && library != NULL)
+        dlclose(library);
+    return is_whole ? library : NULL;
 }
 
 #endif

@@ -2,18 +2,18 @@
 /* Query pools. What a query answers depends on its type alone. */
 #include "internal.h"
 
-uint64_t query_value(const struct null_driver_config *config, VkQueryType type)
+static uint64_t query_value(VkQueryType type)
 {
     switch ((int)type) {
     case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR:
     case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV:
     case VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT:
-        return config->sizes.compacted;
+        return COMPACTED_SIZE;
     case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR:
     case VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT:
-        return config->sizes.serialized;
+        return SERIALIZED_SIZE;
     case VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR:
-        return config->sizes.structure.base;
+        return STRUCTURE_SIZE;
     default:
         return 0;
     }
@@ -25,10 +25,9 @@ static void write_value(void *to, size_t size, uint64_t value)
     memcpy(to, size == sizeof(low) ? (const void *)&low : (const void *)&value, size);
 }
 
-void query_write(const struct null_driver_config *config, uint32_t count, VkQueryType type,
-                 size_t size, void *data, size_t stride)
+void query_write(uint32_t count, VkQueryType type, size_t size, void *data, size_t stride)
 {
-    const uint64_t value = query_value(config, type);
+    const uint64_t value = query_value(type);
     if (data == NULL)
         return;
     for (uint32_t i = 0; i < count && i * stride + sizeof(value) <= size; i++)
@@ -48,7 +47,7 @@ COMMAND(GetQueryPoolResults)
     const size_t size = extra ? 2 * word : word;
     for (uint32_t i = 0; i < queryCount && i * stride + size <= dataSize; i++) {
         char *to = (char *)pData + i * stride;
-        write_value(to, word, query_value(CONFIG(device), pool->query_type));
+        write_value(to, word, query_value(pool->query_type));
         if (extra)
             write_value(to + word, word, 1);
     }

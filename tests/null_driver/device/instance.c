@@ -13,11 +13,10 @@ static const VkExtensionProperties instance_extensions[] = {
     {VK_KHR_GET_PHYSICAL_DEVICE_PROPERTIES_2_EXTENSION_NAME, 2},
 };
 
-NULL_DRIVER_EXPORT __typeof__(*(
-    PFN_vk_icdNegotiateLoaderICDInterfaceVersion)NULL) vk_icdNegotiateLoaderICDInterfaceVersion;
-NULL_DRIVER_EXPORT __typeof__(*(PFN_vk_icdGetInstanceProcAddr)NULL) vk_icdGetInstanceProcAddr;
-NULL_DRIVER_EXPORT
-__typeof__(*(PFN_vk_icdGetPhysicalDeviceProcAddr)NULL) vk_icdGetPhysicalDeviceProcAddr;
+#define EXPORTED(name) __attribute__((visibility("default"))) __typeof__(*(PFN_##name)NULL) name;
+EXPORTED(vk_icdNegotiateLoaderICDInterfaceVersion)
+EXPORTED(vk_icdGetInstanceProcAddr)
+EXPORTED(vk_icdGetPhysicalDeviceProcAddr)
 
 VkResult vk_icdNegotiateLoaderICDInterfaceVersion(uint32_t *pVersion)
 {

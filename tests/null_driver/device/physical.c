@@ -9,18 +9,6 @@ COMMAND(GetPhysicalDeviceQueueFamilyProperties)
               config->queue_family_count, sizeof(config->queue_families[0]));
 }
 
-static void fill_family_chain(const VkQueueFamilyProperties *family, VkBaseOutStructure *out)
-{
-    for (; out != NULL; out = out->pNext) {
-        if (out->sType == VK_STRUCTURE_TYPE_QUEUE_FAMILY_VIDEO_PROPERTIES_KHR) {
-            ((VkQueueFamilyVideoPropertiesKHR *)out)->videoCodecOperations =
-                family->queueFlags & VK_QUEUE_VIDEO_DECODE_BIT_KHR
-                    ? VK_VIDEO_CODEC_OPERATION_DECODE_H264_BIT_KHR
-                    : 0;
-        }
-    }
-}
-
 COMMAND(GetPhysicalDeviceQueueFamilyProperties2)
 {
     const struct null_driver_config *config = CONFIG(physicalDevice);
@@ -28,10 +16,8 @@ COMMAND(GetPhysicalDeviceQueueFamilyProperties2)
         *pQueueFamilyPropertyCount = config->queue_family_count;
     if (pQueueFamilyProperties == NULL)
         return;
-    for (uint32_t i = 0; i < *pQueueFamilyPropertyCount; i++) {
+    for (uint32_t i = 0; i < *pQueueFamilyPropertyCount; i++)
         pQueueFamilyProperties[i].queueFamilyProperties = config->queue_families[i];
-        fill_family_chain(&config->queue_families[i], pQueueFamilyProperties[i].pNext);
-    }
 }
 
 static void add_extension(VkExtensionProperties *extensions, uint32_t *count, const char *name)

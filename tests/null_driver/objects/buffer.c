@@ -124,12 +124,7 @@ COMMAND(BindBufferMemory)
 
 COMMAND(BindBufferMemory2)
 {
-    for (uint32_t i = 0; i < bindInfoCount; i++) {
+    for (uint32_t i = 0; i < bindInfoCount; i++)
         bind(pBindInfos[i].buffer, pBindInfos[i].memory, pBindInfos[i].memoryOffset);
-        const VkBindMemoryStatus *status =
-            chain_find(pBindInfos[i].pNext, VK_STRUCTURE_TYPE_BIND_MEMORY_STATUS);
-        if (status != NULL && status->pResult != NULL)
-            *status->pResult = VK_SUCCESS;
-    }
     return VK_SUCCESS;
 }

@@ -35,17 +35,4 @@ static VkMemoryRequirements requirements_of(VkImage image)
 COMMAND(GetImageMemoryRequirements2)
 {
     pMemoryRequirements->memoryRequirements = requirements_of(pInfo->image);
-    requirements_fill_chain(pMemoryRequirements->pNext);
-}
-
-COMMAND(GetDeviceImageMemoryRequirements)
-{
-    pMemoryRequirements->memoryRequirements = requirements(CONFIG(device), pInfo->pCreateInfo);
-    requirements_fill_chain(pMemoryRequirements->pNext);
-}
-
-COMMAND(GetDeviceImageSubresourceLayout)
-{
-    const VkMemoryRequirements memory = requirements(CONFIG(device), pInfo->pCreateInfo);
-    pLayout->subresourceLayout = (VkSubresourceLayout){.size = memory.size};
 }

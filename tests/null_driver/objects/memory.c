@@ -1,12 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Device memory: an address each, and real memory once it is mapped or a command uses it. */
-#define _GNU_SOURCE
 #include "tests/null_driver/internal.h"
 
 #include <pthread.h>
 #include <string.h>
 #include <sys/mman.h>
-#include <unistd.h>
 
 static _Atomic uint64_t allocated;
 
@@ -122,11 +120,6 @@ static void import(struct object *memory, const VkMemoryAllocateInfo *info)
         memory->memory.host = host->pHostPointer;
         memory->memory.imported = true;
     }
-    /* A successful import owns the descriptor. What it stands for has no contents to share. */
-    const VkImportMemoryFdInfoKHR *fd =
-        chain_find(info->pNext, VK_STRUCTURE_TYPE_IMPORT_MEMORY_FD_INFO_KHR);
-    if (fd != NULL && fd->handleType != 0 && fd->fd >= 0)
-        close(fd->fd);
 }
 
 static VkDeviceAddress replayed_address(const VkMemoryAllocateInfo *info)
@@ -187,12 +180,4 @@ COMMAND(MapMemory2)
         return VK_ERROR_MEMORY_MAP_FAILED;
     *ppData = bytes;
     return VK_SUCCESS;
-}
-
-COMMAND(GetMemoryFdKHR)
-{
-    if (FIND(DEVICE_MEMORY, pGetFdInfo->memory) == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
-    *pFd = memfd_create("null driver", MFD_CLOEXEC);
-    return *pFd >= 0 ? VK_SUCCESS : VK_ERROR_TOO_MANY_OBJECTS;
 }

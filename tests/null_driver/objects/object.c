@@ -195,17 +195,6 @@ void object_destroy_dispatchable(void *handle, VkObjectType type)
     pthread_mutex_unlock(&lock);
 }
 
-void object_destroy_children(struct object *parent, VkObjectType type)
-{
-    pthread_mutex_lock(&lock);
-    for (struct object *child = parent->children, *next; child != NULL; child = next) {
-        next = child->next;
-        if (child->type == type)
-            destroy_tree(child);
-    }
-    pthread_mutex_unlock(&lock);
-}
-
 struct object *object_child(struct object *parent, VkObjectType type, uint32_t number)
 {
     struct object *found = NULL;

@@ -14,24 +14,12 @@ uint32_t requirements_types(const struct null_driver_config *config, VkMemoryPro
     return bits;
 }
 
-void requirements_fill_chain(void *pNext)
-{
-    for (VkBaseOutStructure *out = pNext; out != NULL; out = out->pNext) {
-        if (out->sType == VK_STRUCTURE_TYPE_MEMORY_DEDICATED_REQUIREMENTS) {
-            VkMemoryDedicatedRequirements *dedicated = (VkMemoryDedicatedRequirements *)out;
-            dedicated->prefersDedicatedAllocation = VK_FALSE;
-            dedicated->requiresDedicatedAllocation = VK_FALSE;
-        }
-    }
-}
-
 static VkMemoryRequirements requirements(const struct null_driver_config *config, VkDeviceSize size,
                                          VkBufferCreateFlags flags)
 {
     const VkMemoryPropertyFlags protected = VK_MEMORY_PROPERTY_PROTECTED_BIT;
     const VkMemoryPropertyFlags lazy = VK_MEMORY_PROPERTY_LAZILY_ALLOCATED_BIT;
-    const VkDeviceSize alignment =
-        flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT ? 65536 : 256;
+    const VkDeviceSize alignment = flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT ? 65536 : 256;
     return (VkMemoryRequirements){
         .size = align_up(size, alignment),
         .alignment = alignment,
@@ -47,12 +35,4 @@ COMMAND(GetBufferMemoryRequirements2)
     pMemoryRequirements->memoryRequirements =
         object != NULL ? requirements(CONFIG(device), object->buffer.size, object->buffer.flags)
                        : (VkMemoryRequirements){0};
-    requirements_fill_chain(pMemoryRequirements->pNext);
-}
-
-COMMAND(GetDeviceBufferMemoryRequirements)
-{
-    pMemoryRequirements->memoryRequirements =
-        requirements(CONFIG(device), pInfo->pCreateInfo->size, pInfo->pCreateInfo->flags);
-    requirements_fill_chain(pMemoryRequirements->pNext);
 }
