@@ -156,11 +156,27 @@ static struct found_bytes place_of(struct build_input *input, uint32_t geometry,
 #undef OPTIONAL
 }
 
+static bool is_read_by_rules(enum input_role role)
+{
+    switch (role) {
+    case INPUT_MOTION_VERTEX:
+    case INPUT_OPACITY_EXT_INDEX:
+    case INPUT_DENSE_DATA:
+    case INPUT_DISPLACEMENT_INDEX:
+    case INPUT_DISPLACEMENT_VECTOR:
+    case INPUT_DISPLACEMENT_BIAS:
+    case INPUT_DISPLACEMENT_FLAGS:
+    case INPUT_MICROMAP_DATA:
+        return false;
+    default:
+        return true;
+    }
+}
+
 static bool is_left_out(const struct input_memory *memory, const struct geometry_input *input)
 {
-    const bool is_of_displacement =
-        input->role >= INPUT_DISPLACEMENT_INDEX && input->role <= INPUT_DISPLACEMENT_FLAGS;
-    return (memory->is_for_rules && is_of_displacement) || (memory->is_host && input->is_of_device);
+    return (memory->is_for_rules && !is_read_by_rules(input->role)) ||
+           (memory->is_host && input->is_of_device);
 }
 
 /* Indices come before what they choose among. */
