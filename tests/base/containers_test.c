@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Handle tables, lists of chunks and arrays against naive models. */
-#include <stdlib.h>
-
+/* Handle tables and lists of chunks against naive models. */
 #include "src/base/array.h"
 #include "src/base/handle_table.h"
 #include "tests/fixture/scarce_memory.h"
@@ -278,46 +276,7 @@ PROPERTY_TEST(chunk_list, .size = sizeof(struct items), .check = items_check, .e
                              {"walk", item_walk, {2}, 4}},
               .sequences = 60, .steps = 600, .check_steps = 7)
 
-/* ---- arrays that grow */
-
-struct numbers {
-    uint64_t *items;
-    uint32_t count, capacity;
-};
-
-/* An array with room stays where it is. */
-static void number_add(void *state, const uint32_t *operands)
-{
-    struct numbers *numbers = state, before = *numbers;
-    bool has_room;
-    const bool failed =
-        PROPERTY_CALL(has_room = ARRAY_HAS_ROOM(numbers->items, numbers->count, numbers->capacity));
-    EXPECT_EQUAL(has_room, !failed);
-    EXPECT(!failed || before.count == before.capacity);
-    EXPECT_EQUAL(numbers->capacity > before.capacity, has_room && before.count == before.capacity);
-    EXPECT(numbers->capacity > before.capacity || numbers->items == before.items);
-    if (has_room) {
-        numbers->items[numbers->count] = numbers->count;
-        numbers->count++;
-    }
-}
-
-static void numbers_check(void *state)
-{
-    const struct numbers *numbers = state;
-    EXPECT(numbers->count <= numbers->capacity);
-    for (uint32_t i = 0; i < numbers->count; i++)
-        EXPECT_EQUAL(numbers->items[i], i);
-}
-
-static void numbers_end(void *state)
-{
-    free(((struct numbers *)state)->items);
-}
-
-PROPERTY_TEST(array, .size = sizeof(struct numbers), .check = numbers_check, .end = numbers_end,
-              .operations = {{"add", number_add, {0}, 1, .scarce = 10}}, .sequences = 20,
-              .steps = 600, .check_steps = 9)
+/* ---- arrays */
 
 /* One more doubling would wrap: that is out of memory, too. */
 TEST(a_capacity_never_wraps)
