@@ -386,6 +386,8 @@ static const char *missing_platform(const struct play *play)
         return "builds by the driver";
     if (!play->platform->is_cpu && program_find(program, "only", "cpu"))
         return "backend cpu";
+    if (getenv("VK_ASSAY_VALIDATION_CAPTURE") && program_find(program, "costs", "bytes"))
+        return "copies that no capture needs";
     /* It comes before the program's own setting. */
     if (program_find(program, "setting", "log_filename") &&
         getenv("VK_ASSAY_VALIDATION_LOG_FILENAME"))
