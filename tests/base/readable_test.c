@@ -100,14 +100,6 @@ TEST(addresses_of_nothing_and_ranges_without_end_are_not)
 
 #define PAGES_TEST(name) TEST_WITH(name, char *pages, map_pages, unmap_pages)
 
-PAGES_TEST(an_unmapped_page_is_not)
-{
-    munmap(pages + page_size, page_size);
-    assert_true(ask(pages, page_size));
-    assert_false(ask(pages, page_size + 1));
-    assert_false(ask(pages + page_size, 1));
-}
-
 /* ---- against a map of pages */
 
 struct page_map {
@@ -203,20 +195,6 @@ PAGES_TEST(the_oldest_range_is_forgotten)
     assert_false(readable(&cache, pages, page_size + 1));
     readable_forget(&cache);
     assert_false(readable(&cache, pages, 1));
-}
-
-/* An array that is walked to the end of its mapping. */
-PAGES_TEST(an_array_is_walked_to_its_end)
-{
-    for (size_t behind = 1; behind < PAGES; behind++) {
-        struct readable_cache cache = {0};
-        forbid(pages + (PAGES - behind) * page_size);
-        for (size_t i = 0; i < PAGES - behind; i++)
-            assert_true(readable(&cache, pages + i * page_size, page_size));
-        assert_false(readable(&cache, pages + (PAGES - behind) * page_size, 1));
-        assert_true(readable(&cache, pages, (PAGES - behind) * page_size));
-        assert_false(readable(&cache, pages, (PAGES - behind) * page_size + 1));
-    }
 }
 
 /* A few milliseconds later the thread's is empty again. */
