@@ -398,36 +398,6 @@ TEST(test_other_ids_of_the_mistake_are_named)
     assert_false(is_reported_with(NULL, RULE_build_flags_are_valid));
 }
 
-TEST(test_heading_and_log)
-{
-    struct finding finding;
-    finding_says(&finding, "dst", "{} is wrong", object(VK_OBJECT_TYPE_BUFFER, 0xb));
-    struct object_names *names = names_create();
-    object_names_set(names, VK_OBJECT_TYPE_BUFFER, 0xb, "vertices");
-    WORD(&finding, .vuid = SENT_VUID, .location.subject = SUBJECT_BUILD,
-         .origin = {.device = DEVICE_HANDLE, .names = names});
-    object_names_destroy(names);
-
-    char heading[256];
-    snprintf(heading, sizeof(heading), "Validation Error: [ " SENT_ID " ] | MessageID = 0x%x\n",
-             (uint32_t)message_id_number(SENT_ID));
-    assert_memory_equal(message.heading, heading, strlen(heading));
-    assert_ptr_equal(message.text, message.heading + strlen(heading));
-
-    const char *log = capture_message(&message);
-    assert_memory_equal(log, message.heading, strlen(message.heading));
-    assert_string_equal(log + strlen(message.heading),
-                        "\n    Objects: 2\n"
-                        "        [0] VkDevice 0xd0\n"
-                        "        [1] VkBuffer 0xb[\"vertices\"]\n");
-
-    message_of_layer(&message, REPORT_WARNING, "Something is odd.");
-    log = capture_message(&message);
-    assert_has(log, "Validation Warning: [ ASSAY-warning ] | MessageID = 0x");
-    assert_has(log, "\nSomething is odd.\n");
-    assert_lacks(log, "Objects");
-}
-
 /* ---- what does not fit */
 
 TEST(test_long_names_and_deep_labels_are_cut)
@@ -451,19 +421,6 @@ TEST(test_long_names_and_deep_labels_are_cut)
     assert_string_equal(message.labels[0].pLabelName, name);
     label_stack_clear(&labels);
     object_names_destroy(names);
-}
-
-TEST(test_every_object_has_room)
-{
-    struct finding finding;
-    finding_says(&finding, "", "{} {} {} {} {} {}", object(VK_OBJECT_TYPE_BUFFER, 1),
-                 object(VK_OBJECT_TYPE_BUFFER, 2), object(VK_OBJECT_TYPE_BUFFER, 3),
-                 object(VK_OBJECT_TYPE_BUFFER, 4), object(VK_OBJECT_TYPE_BUFFER, 5),
-                 object(VK_OBJECT_TYPE_DEVICE_MEMORY, 5));
-    WORD(&finding, .origin = {.command_buffer = COMMAND_BUFFER_HANDLE,
-                              .submission.queue = (VkQueue)(uintptr_t)0x9});
-    assert_int_equal(message.named.count, MESSAGE_OBJECTS);
-    assert_has(message.text, "VkBuffer 0x5 VkDeviceMemory 0x5.");
 }
 
 /* The notice has room of its own. */

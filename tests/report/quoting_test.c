@@ -199,26 +199,6 @@ TEST(test_names_and_labels_stay_on_one_line)
     object_names_destroy(names);
 }
 
-/* Escape sequences are longer than what they stand for. */
-TEST(test_the_longest_name_fits_a_line_of_the_log)
-{
-    static struct message message;
-    char name[MESSAGE_NAME_SIZE];
-    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
-    struct finding finding;
-    memset(name, 1, sizeof(name) - 1);
-    name[sizeof(name) - 1] = '\0';
-    struct object_names *names = names_create();
-    object_names_set(names, VK_OBJECT_TYPE_BUFFER, 0xb, name);
-    const struct call_origin origin = {.names = names};
-    finding_says(&finding, "a", "is {}", object(VK_OBJECT_TYPE_BUFFER, 0xb));
-    message_of_finding(&message, SENT_VUID, &location, &origin, &finding,
-                       &(struct message_style){0});
-    const char *log = capture_message(&message);
-    assert_string_equal(log + strlen(log) - 7, "\\x01\"]\n");
-    object_names_destroy(names);
-}
-
 /* Warnings about settings quote what the user wrote. */
 TEST_OPENED(test_settings_stay_on_one_line, surrounding_set_up)
 {

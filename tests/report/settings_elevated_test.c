@@ -162,20 +162,6 @@ TEST_OPENED(test_log_file, clear)
     unlink(name);
 }
 
-TEST_OPENED(test_log_to_stdout, clear)
-{
-    const char *name = "stdout";
-    const VkLayerSettingEXT setting = text_given("log_filename", &name);
-    const VkLayerSettingsCreateInfoEXT info = settings_given(&setting, 1);
-    capture_begin(STDOUT_FILENO);
-    struct reporter *reporter = reporter_of(&info);
-    send_one(reporter);
-    const char *text = capture_end();
-    assert_has(text, SENT_ID);
-    assert_lacks(text, "log_filename");
-    reporter_destroy(reporter);
-}
-
 /* ---- no memory */
 
 TEST_OPENED(test_without_memory, clear)
