@@ -26,9 +26,9 @@ bool embree_trace(struct embree_scene *scene, const struct trace_ray *ray, struc
 /* Says on stderr why not. */
 bool model_load(const char *path, struct fixture_mesh *mesh);
 
-/* A ray from a point in or about a box to another one. The margins around the box are in terms of
- * its size. */
+/* A ray from a point in or about a box to one in it. The margin around the box is in terms of its
+ * size. */
 struct trace_ray model_random_ray(const float lower[3], const float upper[3], float margin,
-                                  float margin_of_aim, uint64_t *random);
+                                  uint64_t *random);
 
 #endif

@@ -64,15 +64,13 @@ bool model_load(const char *path, struct fixture_mesh *mesh)
 }
 
 struct trace_ray model_random_ray(const float lower[3], const float upper[3], float margin,
-                                  float margin_of_aim, uint64_t *random)
+                                  uint64_t *random)
 {
     struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
     for (int i = 0; i < 3; i++) {
         const float about = margin * (upper[i] - lower[i]);
-        const float about_aim = margin_of_aim * (upper[i] - lower[i]);
         ray.origin[i] = fixture_uniform(random, lower[i] - about, upper[i] + about);
-        ray.direction[i] = fixture_uniform(random, lower[i] - about_aim, upper[i] + about_aim);
-        ray.direction[i] -= ray.origin[i];
+        ray.direction[i] = fixture_uniform(random, lower[i], upper[i]) - ray.origin[i];
     }
     return ray;
 }

@@ -123,12 +123,17 @@ struct samples {
     double wall[MOST_FRAMES], cpu[MOST_FRAMES], thread[MOST_FRAMES];
 };
 
+static bool is_null(const struct options *options)
+{
+    return options->driver && strcmp(options->driver, "null") == 0;
+}
+
 static uint32_t frames_of(const struct options *options, const struct frame_kind *kind)
 {
     if (options->frames)
         return options->frames;
     if (options->levels)
-        return options->quick ? 3 : strcmp(options->driver, "null") == 0 ? 31 : 7;
+        return options->quick ? 3 : is_null(options) ? 31 : 7;
     const uint32_t primitives = kind->builds * kind->primitives;
     if (kind->builds_a_call)
         return kind->builds >= 100000 ? 5 : kind->builds >= 10000 ? 11 : 51;
@@ -155,9 +160,8 @@ static void take_samples(struct frames *const frames[MOST_SIDES], uint32_t count
 
 /* So many frames as take a millisecond, in which a level of some nanoseconds is not lost; one
  * where the driver takes its time. */
-static void take_level_sample(const struct bench *bench, struct frames *frames,
-                              const struct frame_kind *kind, uint32_t times, struct samples *to,
-                              uint32_t i)
+static void take_level_sample(struct frames *frames, const struct frame_kind *kind, uint32_t times,
+                              struct samples *to, uint32_t i)
 {
     to->cpu[i] = to->thread[i] = 0;
     for (uint32_t n = 0; n < times; n++) {
@@ -197,7 +201,6 @@ static void print_level(const struct bench *bench, const struct frame_kind *kind
 static void measure_levels(struct bench *bench, const struct frame_kind *kind)
 {
     const uint32_t count = frames_of(&bench->options, kind);
-    const bool is_null = strcmp(bench->options.driver, "null") == 0;
     struct frames *frames[MOST_SIDES] = {NULL};
     double bytes[MOST_SIDES];
     uint32_t times[MOST_SIDES];
@@ -209,8 +212,8 @@ static void measure_levels(struct bench *bench, const struct frame_kind *kind)
         bytes[s] = measure_bytes(&side_kinds[s], kind);
         frames[s] = frames_open(kind, &bench->sides[s]);
         frames_run(frames[s]);
-        for (times[s] = 1; is_null; times[s] *= 2) {
-            take_level_sample(bench, frames[s], kind, times[s], &samples[s], 0);
+        for (times[s] = 1; is_null(&bench->options); times[s] *= 2) {
+            take_level_sample(frames[s], kind, times[s], &samples[s], 0);
             if (samples[s].thread[0] * kind->builds * times[s] >= 1e6)
                 break;
         }
@@ -219,7 +222,7 @@ static void measure_levels(struct bench *bench, const struct frame_kind *kind)
         for (uint32_t turn = 0; turn < MOST_SIDES; turn++) {
             const uint32_t s = (i + turn) % MOST_SIDES;
             if (frames[s])
-                take_level_sample(bench, frames[s], kind, times[s], &samples[s], i);
+                take_level_sample(frames[s], kind, times[s], &samples[s], i);
         }
     for (int s = 0; s < MOST_SIDES; s++) {
         if (s && frames[s])
@@ -368,11 +371,11 @@ int main(int argc, char **argv)
         layers_select_all(NULL);
     if (options->driver)
         driver_select(options->driver);
-    if (options->driver && strcmp(options->driver, "null") == 0)
+    if (is_null(options))
         raise_limits();
     bench.csv = command_line_open_csv(options->csv, "scene,side,wall_ms,cpu_ms");
     if (options->levels && !options->driver)
-        tool_fail("--levels needs --driver");
+        command_line_wrong(&line, "needs --driver", "--levels");
     open_sides(&bench);
     if (options->levels) {
         measure_all_levels(&bench);

@@ -56,17 +56,11 @@ static void print_bar(struct report *report, const char *what, double value, dou
     printf("  %s at most %g: %s", what, most, met ? "met" : "MISSED");
 }
 
-/* The rows of a series, which differ in their sizes, smallest first. */
 static void report_time_head(uint32_t samples)
 {
     printf("CPU ns a build of recording, medians of %u samples in turn\n\n", samples);
     printf("%-8s  %-8s  %-8s  %11s  %8s  %8s  %8s  %6s  %8s  %6s\n", "driver", "buffers", "order",
            "builds/call", "without", "with", "overhead", "+-", "ratio", "growth");
-}
-
-static void report_time_series(struct report *report)
-{
-    report->reference = 0;
 }
 
 static void report_time(struct report *report, const struct row *row)
@@ -279,7 +273,7 @@ static void measure_times(const struct bench *bench, struct report *report)
         for (int order = 0; order < 2; order++) {
             if (!options->with_buffers[buffers] || !options->with_order[order])
                 continue;
-            report_time_series(report);
+            report->reference = 0; /* of this series, whose smallest size comes first */
             for (uint32_t i = 0; i < options->sizes.count; i++) {
                 const struct bench_case which = {
                     (enum buffers)buffers, (enum order)order, options->sizes.builds[i],

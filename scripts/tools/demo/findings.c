@@ -11,10 +11,8 @@
 
 static char *findings_copy(const char *text)
 {
-    char *copy = strdup(text ? text : "");
-    if (!copy)
-        tool_fail("out of memory for a message");
-    return copy;
+    char *copy = tool_alloc(text ? strlen(text) + 1 : 1, 1);
+    return text ? strcpy(copy, text) : copy;
 }
 
 MESSENGER_CALLBACK(findings_callback)

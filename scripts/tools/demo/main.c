@@ -93,12 +93,6 @@ static struct options main_options(int argc, char **argv)
     return options;
 }
 
-/* Rounding may tip a few rays that graze an edge: one pixel of a thousand may differ visibly. */
-static bool main_is_close(const struct comparison *comparison)
-{
-    return comparison->visible <= WIDTH * HEIGHT / 1000;
-}
-
 /* Whether the picture is that of scene.png, if there is one. */
 static bool main_compare(const uint32_t *pixels, const char *out_dir)
 {
@@ -107,7 +101,8 @@ static bool main_compare(const uint32_t *pixels, const char *out_dir)
     if (picture_read(out_dir, "scene.png", WIDTH, HEIGHT, other)) {
         const struct comparison found = compare_pictures(pixels, other, other, WIDTH * HEIGHT);
         picture_write(out_dir, "scene-difference.png", WIDTH, HEIGHT, other);
-        is_close = main_is_close(&found);
+        /* Rounding may tip a few rays that graze an edge. */
+        is_close = found.visible <= WIDTH * HEIGHT / 1000;
         printf(
             "difference: %s/scene-difference.png (%u of %u pixels, by at most %u of 255; %u by "
             "more than %d%s)\n",

@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Puts primitives in an order in which neighbours in space are neighbours in memory. */
+#define _GNU_SOURCE /* qsort_r */
+#include <stdlib.h>
+
 #include "scene.h"
 
 static int order_widest_axis(const float (*centres)[3], const uint32_t *order, uint32_t count)
@@ -22,41 +25,25 @@ static int order_widest_axis(const float (*centres)[3], const uint32_t *order, u
     return widest;
 }
 
-/* Move the `middle` items that are lowest on the axis to the front. */
-static void order_select(const float (*centres)[3], int axis, uint32_t *order, uint32_t count,
-                         uint32_t middle)
+struct order_key {
+    const float (*centres)[3];
+    int axis;
+};
+
+static int order_compare(const void *a, const void *b, void *context)
 {
-    int64_t first = 0;
-    int64_t last = (int64_t)count - 1;
-    while (first < last) {
-        const float pivot = centres[order[(first + last) / 2]][axis];
-        int64_t low = first;
-        int64_t high = last;
-        while (low <= high) {
-            while (centres[order[low]][axis] < pivot)
-                ++low;
-            while (centres[order[high]][axis] > pivot)
-                --high;
-            if (low <= high) {
-                uint32_t swapped = order[low];
-                order[low++] = order[high];
-                order[high--] = swapped;
-            }
-        }
-        if (middle <= high)
-            last = high;
-        else if (middle >= low)
-            first = low;
-        else
-            return;
-    }
+    const struct order_key *key = context;
+    const float x = key->centres[*(const uint32_t *)a][key->axis],
+                y = key->centres[*(const uint32_t *)b][key->axis];
+    return (x > y) - (x < y);
 }
 
 static void order_split(const float (*centres)[3], uint32_t *order, uint32_t count)
 {
     while (count > 2) {
         const uint32_t half = (count + 1) / 2;
-        order_select(centres, order_widest_axis(centres, order, count), order, count, half);
+        struct order_key key = {centres, order_widest_axis(centres, order, count)};
+        qsort_r(order, count, sizeof(*order), order_compare, &key);
         order_split(centres, order, half);
         order += half;
         count -= half;
