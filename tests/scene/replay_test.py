@@ -143,7 +143,7 @@ class ReplayTest(unittest.TestCase):
     @unittest.skipUnless(LAVAPIPE, "no lavapipe")
     def test_hits(self):
         """lavapipe misses some hits and doubles others: those of the demo and of the replay are the same."""
-        compares = {"compare_rays": 300, "duplicate_message_limit": 0, "log_format": "json", "debug_action": "log"}
+        compares = {"compare_rays": 100, "duplicate_message_limit": 0, "log_format": "json", "debug_action": "log"}
         logs = [self.folder / name for name in ("before.jsonl", "after.jsonl")]
         capture(LAVAPIPE, self.folder / "compared", log_filename=logs[0], **compares)
         result = scene(LAVAPIPE, "replay", self.demo, "--compare", log_filename=logs[1], **compares)
