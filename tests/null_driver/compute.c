@@ -3,85 +3,35 @@
  * out here. All others do nothing. */
 #include "internal.h"
 
-static const uint32_t copy_words[] = {
-#include "copy_comp.h"
-};
-static const uint32_t gather_words[] = {
-#include "gather_comp.h"
-};
-static const uint32_t guard_words[] = {
-#include "guard_comp.h"
-};
-
-static const uint32_t shade_words[] = {
-#include "shade_comp.h"
-};
-
-/* ---- shaders and pipelines */
-
-static enum shader shader_of(const VkShaderModuleCreateInfo *info)
-{
-    if (info->codeSize == sizeof(copy_words) &&
-        memcmp(info->pCode, copy_words, sizeof(copy_words)) == 0)
-        return SHADER_COPY;
-    if (info->codeSize == sizeof(gather_words) &&
-        memcmp(info->pCode, gather_words, sizeof(gather_words)) == 0)
-        return SHADER_GATHER;
-    if (info->codeSize == sizeof(guard_words) &&
-        memcmp(info->pCode, guard_words, sizeof(guard_words)) == 0)
-        return SHADER_GUARD;
-    if (info->codeSize == sizeof(shade_words) &&
-        memcmp(info->pCode, shade_words, sizeof(shade_words)) == 0)
-        return SHADER_SHADE;
-    return SHADER_NONE;
-}
-
-ON_CREATION(CreateShaderModule)
-{
-    object->shader = shader_of(pCreateInfo);
-}
-
-COMMAND(CreateComputePipelines)
-{
-    VkResult result = VK_SUCCESS;
-    for (uint32_t i = 0; i < createInfoCount; i++) {
-        const struct object *module = FIND(SHADER_MODULE, pCreateInfos[i].stage.module);
-        struct object *object = object_create(OBJECT(device), VK_OBJECT_TYPE_PIPELINE, NULL);
-        pPipelines[i] = object != NULL ? HANDLE(VkPipeline, object->handle) : VK_NULL_HANDLE;
-        if (object == NULL)
-            result = VK_ERROR_OUT_OF_HOST_MEMORY;
-        else
-            object->shader = module != NULL ? module->shader : SHADER_NONE;
-    }
-    return result;
-}
-
 /* ---- recording */
+
+/* What a command buffer has bound and pushed. NULL of a freed one. */
+static struct dispatch *compute_of(VkCommandBuffer commands)
+{
+    struct object *object = OBJECT(commands);
+    return object->type == VK_OBJECT_TYPE_COMMAND_BUFFER ? &object->command_buffer.compute : NULL;
+}
 
 COMMAND(CmdBindPipeline)
 {
-    struct object *commands = OBJECT(commandBuffer);
+    struct dispatch *compute = compute_of(commandBuffer);
     const struct object *object = FIND(PIPELINE, pipeline);
-    if (pipelineBindPoint == VK_PIPELINE_BIND_POINT_COMPUTE &&
-        commands->type == VK_OBJECT_TYPE_COMMAND_BUFFER)
-        commands->command_buffer.compute.shader = object != NULL ? object->shader : SHADER_NONE;
+    if (pipelineBindPoint == VK_PIPELINE_BIND_POINT_COMPUTE && compute != NULL)
+        compute->shader = object != NULL ? object->shader : NULL;
 }
 
 COMMAND(CmdPushConstants)
 {
-    struct object *commands = OBJECT(commandBuffer);
-    struct dispatch *compute = &commands->command_buffer.compute;
-    if ((stageFlags & VK_SHADER_STAGE_COMPUTE_BIT) &&
-        commands->type == VK_OBJECT_TYPE_COMMAND_BUFFER && offset <= sizeof(compute->constants) &&
-        size <= sizeof(compute->constants) - offset)
+    struct dispatch *compute = compute_of(commandBuffer);
+    if ((stageFlags & VK_SHADER_STAGE_COMPUTE_BIT) && compute != NULL &&
+        offset <= sizeof(compute->constants) && size <= sizeof(compute->constants) - offset)
         memcpy(compute->constants + offset, pValues, size);
 }
 
 COMMAND(CmdBeginConditionalRenderingEXT)
 {
-    struct object *commands = OBJECT(commandBuffer);
-    struct dispatch *compute = &commands->command_buffer.compute;
-    if (commands->type != VK_OBJECT_TYPE_COMMAND_BUFFER)
+    struct dispatch *compute = compute_of(commandBuffer);
+    if (compute == NULL)
         return;
     compute->condition.buffer = pConditionalRenderingBegin->buffer;
     compute->condition.offset = pConditionalRenderingBegin->offset;
@@ -91,19 +41,18 @@ COMMAND(CmdBeginConditionalRenderingEXT)
 
 COMMAND(CmdEndConditionalRenderingEXT)
 {
-    struct object *commands = OBJECT(commandBuffer);
-    if (commands->type == VK_OBJECT_TYPE_COMMAND_BUFFER)
-        commands->command_buffer.compute.condition.buffer = VK_NULL_HANDLE;
+    struct dispatch *compute = compute_of(commandBuffer);
+    if (compute != NULL)
+        compute->condition.buffer = VK_NULL_HANDLE;
 }
 
 COMMAND(CmdDispatch)
 {
-    if (OBJECT(commandBuffer)->type != VK_OBJECT_TYPE_COMMAND_BUFFER)
+    struct dispatch *compute = compute_of(commandBuffer);
+    if (compute == NULL || compute->shader == NULL)
         return;
-    struct dispatch dispatch = OBJECT(commandBuffer)->command_buffer.compute;
-    dispatch.groups = groupCountX;
-    if (dispatch.shader != SHADER_NONE)
-        transfers_add_dispatch(commandBuffer, &dispatch);
+    compute->groups = groupCountX;
+    transfers_add_dispatch(commandBuffer, compute);
 }
 
 /* ---- memory by its addresses */
@@ -245,14 +194,51 @@ static bool condition_is_met(const struct dispatch *dispatch)
 
 void dispatch_execute(const struct dispatch *dispatch)
 {
-    if (!condition_is_met(dispatch))
-        return;
-    if (dispatch->shader == SHADER_COPY)
-        copy(dispatch);
-    if (dispatch->shader == SHADER_GATHER)
-        gather(dispatch);
-    if (dispatch->shader == SHADER_GUARD)
-        guard_execute(dispatch);
-    if (dispatch->shader == SHADER_SHADE)
-        shade(dispatch);
+    if (condition_is_met(dispatch))
+        dispatch->shader(dispatch);
+}
+
+/* ---- shaders and pipelines */
+
+static const uint32_t copy_words[] = {
+#include "copy_comp.h"
+};
+static const uint32_t gather_words[] = {
+#include "gather_comp.h"
+};
+static const uint32_t guard_words[] = {
+#include "guard_comp.h"
+};
+static const uint32_t shade_words[] = {
+#include "shade_comp.h"
+};
+
+static const struct {
+    const uint32_t *words;
+    size_t size;
+    shader_function *execute;
+} shaders[] = {{copy_words, sizeof(copy_words), copy},
+               {gather_words, sizeof(gather_words), gather},
+               {guard_words, sizeof(guard_words), guard_execute},
+               {shade_words, sizeof(shade_words), shade}};
+
+ON_CREATION(CreateShaderModule)
+{
+    for (size_t i = 0; i < COUNT_OF(shaders); i++)
+        if (pCreateInfo->codeSize == shaders[i].size &&
+            memcmp(pCreateInfo->pCode, shaders[i].words, shaders[i].size) == 0)
+            object->shader = shaders[i].execute;
+}
+
+COMMAND(CreateComputePipelines)
+{
+    const VkResult result =
+        objects_create(OBJECT(device), VK_OBJECT_TYPE_PIPELINE, createInfoCount, pPipelines);
+    for (uint32_t i = 0; i < createInfoCount; i++) {
+        const struct object *module = FIND(SHADER_MODULE, pCreateInfos[i].stage.module);
+        struct object *pipeline = FIND(PIPELINE, pPipelines[i]);
+        if (module != NULL && pipeline != NULL)
+            pipeline->shader = module->shader;
+    }
+    return result;
 }

@@ -178,9 +178,10 @@ static void finish_kept(struct kept_submission *submission, bool executes)
     for (uint32_t i = 0; executes && i < submission->command_count; i++)
         transfers_execute(submission->commands[i]);
     for (uint32_t i = 0; executes && i < submission->signal_count; i++)
-        sync_signal_semaphore(submission->signals[i].semaphore, submission->signals[i].value);
-    if (executes && submission->fence != VK_NULL_HANDLE)
-        sync_signal_fence(submission->fence);
+        sync_signal(RAW(submission->signals[i].semaphore), VK_OBJECT_TYPE_SEMAPHORE,
+                    submission->signals[i].value);
+    if (executes)
+        sync_signal(RAW(submission->fence), VK_OBJECT_TYPE_FENCE, 1);
     free(submission->commands);
     free(submission->signals);
     free(submission);

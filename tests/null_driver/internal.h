@@ -81,11 +81,12 @@ struct private_value {
     uint64_t value;
 };
 
-/* The layer's shaders (compute.c, guard.c). */
-enum shader { SHADER_NONE, SHADER_COPY, SHADER_GATHER, SHADER_GUARD, SHADER_SHADE };
+/* What a dispatch of a shader does (compute.c, guard.c). */
+struct dispatch;
+typedef void shader_function(const struct dispatch *dispatch);
 
 struct dispatch {
-    enum shader shader;
+    shader_function *shader; /* NULL: nothing */
     uint32_t groups;
     struct {
         VkBuffer buffer; /* null: there is no condition */
@@ -137,7 +138,7 @@ struct object {
             struct transfer *first, *last;
             struct dispatch compute; /* what is bound for compute, and pushed */
         } command_buffer;
-        enum shader shader; /* of modules and pipelines */
+        shader_function *shader; /* of modules and pipelines */
         VkMemoryRequirements image;
         struct {
             uint64_t buffer;
@@ -152,9 +153,7 @@ struct object {
         struct {
             uint32_t joins_left;
         } deferred;
-        bool fence_signaled;
-        uint64_t semaphore_value;
-        atomic_bool event_set;
+        _Atomic uint64_t value; /* of a fence, a semaphore or an event */
         VkQueryType query_type;
         struct {
             struct private_value *values;
@@ -295,8 +294,8 @@ VkResult deferred_start(VkDevice device, VkDeferredOperationKHR operation);
 uint32_t requirements_types(const struct null_driver_config *config, VkMemoryPropertyFlags required,
                             VkMemoryPropertyFlags refused);
 
-void sync_signal_fence(VkFence fence);
-void sync_signal_semaphore(VkSemaphore semaphore, uint64_t value);
+/* Raises the value of a semaphore, or of a fence, which has 1 when it is signaled. */
+void sync_signal(uint64_t handle, VkObjectType type, uint64_t value);
 void sync_wake(void);
 VkResult sync_wait_idle(void); /* waits while the device hangs */
 bool device_is_lost(void);

@@ -2,21 +2,19 @@
 /* Submissions: execute and complete at once, and signal what they are to signal. */
 #include "internal.h"
 
-/* values may be shorter than semaphores, or missing: binary semaphores have none. */
-static void signal_semaphores(uint32_t count, const VkSemaphore *semaphores, const void *pNext)
+/* The value that a signal gives a semaphore; 0 of binary ones. */
+static uint64_t signal_value(const void *pNext, uint32_t i)
 {
     const VkTimelineSemaphoreSubmitInfo *timeline =
         chain_find(pNext, VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO);
-    if (timeline == NULL || timeline->pSignalSemaphoreValues == NULL || semaphores == NULL)
-        return;
-    for (uint32_t i = 0; i < count && i < timeline->signalSemaphoreValueCount; i++)
-        sync_signal_semaphore(semaphores[i], timeline->pSignalSemaphoreValues[i]);
+    const bool has_value = timeline != NULL && timeline->pSignalSemaphoreValues != NULL &&
+                           i < timeline->signalSemaphoreValueCount;
+    return has_value ? timeline->pSignalSemaphoreValues[i] : 0;
 }
 
 static VkResult finish(VkFence fence)
 {
-    if (fence != VK_NULL_HANDLE)
-        sync_signal_fence(fence);
+    sync_signal(RAW(fence), VK_OBJECT_TYPE_FENCE, 1);
     sync_wake();
     return VK_SUCCESS;
 }
@@ -39,7 +37,7 @@ static bool execute(const VkSubmitInfo2 *info)
         fault_keep(info, commands, VK_NULL_HANDLE);
     for (uint32_t i = 0; goes_on && i < info->signalSemaphoreInfoCount; i++) {
         const VkSemaphoreSubmitInfo *signal = &info->pSignalSemaphoreInfos[i];
-        sync_signal_semaphore(signal->semaphore, signal->value);
+        sync_signal(RAW(signal->semaphore), VK_OBJECT_TYPE_SEMAPHORE, signal->value);
     }
     return goes_on;
 }
@@ -56,8 +54,6 @@ static VkResult end(VkFence fence, bool goes_on)
 /* The same batch in the newer form; false: it is too large for that, and cannot be kept. */
 static bool execute1(const VkSubmitInfo *info)
 {
-    const VkTimelineSemaphoreSubmitInfo *timeline =
-        chain_find(info->pNext, VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO);
     VkCommandBufferSubmitInfo commands[COMMANDS_MAX];
     VkSemaphoreSubmitInfo signals[SIGNALS_MAX];
     VkSubmitInfo2 own = {.pCommandBufferInfos = commands, .pSignalSemaphoreInfos = signals};
@@ -71,12 +67,10 @@ static bool execute1(const VkSubmitInfo *info)
         commands[own.commandBufferInfoCount++] =
             (VkCommandBufferSubmitInfo){.commandBuffer = info->pCommandBuffers[i]};
     }
-    for (uint32_t i = 0; timeline != NULL && timeline->pSignalSemaphoreValues != NULL &&
-                         info->pSignalSemaphores != NULL && i < info->signalSemaphoreCount &&
-                         i < timeline->signalSemaphoreValueCount && i < SIGNALS_MAX;
-         i++)
+    for (uint32_t i = 0;
+         info->pSignalSemaphores != NULL && i < info->signalSemaphoreCount && i < SIGNALS_MAX; i++)
         signals[own.signalSemaphoreInfoCount++] = (VkSemaphoreSubmitInfo){
-            .semaphore = info->pSignalSemaphores[i], .value = timeline->pSignalSemaphoreValues[i]};
+            .semaphore = info->pSignalSemaphores[i], .value = signal_value(info->pNext, i)};
     return execute(&own) && goes_on;
 }
 
@@ -119,8 +113,10 @@ COMMAND(QueueBindSparse)
     for (uint32_t i = 0; i < bindInfoCount; i++) {
         for (uint32_t j = 0; j < pBindInfo[i].bufferBindCount; j++)
             bind_sparse(&pBindInfo[i].pBufferBinds[j]);
-        signal_semaphores(pBindInfo[i].signalSemaphoreCount, pBindInfo[i].pSignalSemaphores,
-                          pBindInfo[i].pNext);
+        for (uint32_t j = 0;
+             pBindInfo[i].pSignalSemaphores != NULL && j < pBindInfo[i].signalSemaphoreCount; j++)
+            sync_signal(RAW(pBindInfo[i].pSignalSemaphores[j]), VK_OBJECT_TYPE_SEMAPHORE,
+                        signal_value(pBindInfo[i].pNext, j));
     }
     return finish(fence);
 }

@@ -5,8 +5,7 @@
 #include <errno.h>
 #include <time.h>
 
-static pthread_mutex_t lock =
-    PTHREAD_MUTEX_INITIALIZER; /* of every fence's and semaphore's value */
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of what is waited for */
 static pthread_cond_t changed;
 static pthread_once_t changed_once = PTHREAD_ONCE_INIT;
 static atomic_bool lost;
@@ -55,78 +54,106 @@ static struct timespec deadline_of(uint64_t timeout)
     return deadline;
 }
 
-/* Waits until done(what), which is asked with the lock held. */
-static VkResult wait_until(bool (*done)(const void *what), const void *what, uint64_t timeout)
+/* ---- values: 1 of a fence or an event that is set; binary semaphores need none, as nothing ever
+ * waits for them */
+
+/* Who waits for what is unknown need not wait. */
+static uint64_t value_of(uint64_t handle, VkObjectType type)
 {
-    fault_at_wait(timeout);
-    const struct timespec deadline = deadline_of(timeout);
-    pthread_once(&changed_once, make_changed);
+    const struct object *object = object_find(handle, type);
+    return object != NULL ? atomic_load(&object->value) : UINT64_MAX;
+}
+
+static void set_value(uint64_t handle, VkObjectType type, uint64_t value)
+{
+    struct object *object = object_find(handle, type);
+    if (object != NULL)
+        atomic_store(&object->value, value);
+}
+
+void sync_signal(uint64_t handle, VkObjectType type, uint64_t value)
+{
     pthread_mutex_lock(&lock);
-    bool timed_out = timeout == 0;
-    bool reached = done(what);
-    while (!reached && !timed_out && !device_is_lost()) {
-        timed_out = pthread_cond_timedwait(&changed, &lock, &deadline) == ETIMEDOUT;
-        reached = done(what);
-    }
+    if (value_of(handle, type) < value)
+        set_value(handle, type, value);
     pthread_mutex_unlock(&lock);
-    if (device_is_lost())
-        return VK_ERROR_DEVICE_LOST;
-    return reached ? VK_SUCCESS : VK_TIMEOUT;
 }
-
-static bool no_longer_hangs(const void *what)
-{
-    return !device_hangs();
-}
-
-VkResult sync_wait_idle(void)
-{
-    return wait_until(no_longer_hangs, NULL, UINT64_MAX);
-}
-
-/* ---- fences */
 
 ON_CREATION(CreateFence)
 {
-    object->fence_signaled = pCreateInfo->flags & VK_FENCE_CREATE_SIGNALED_BIT;
+    object->value = pCreateInfo->flags & VK_FENCE_CREATE_SIGNALED_BIT;
 }
 
-static void set_fence(VkFence fence, bool signaled)
+ON_CREATION(CreateSemaphore)
 {
-    struct object *object = FIND(FENCE, fence);
-    pthread_mutex_lock(&lock);
-    if (object != NULL)
-        object->fence_signaled = signaled;
-    pthread_mutex_unlock(&lock);
-}
-
-void sync_signal_fence(VkFence fence)
-{
-    set_fence(fence, true);
+    const VkSemaphoreTypeCreateInfo *type =
+        chain_find(pCreateInfo->pNext, VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO);
+    object->value = type != NULL ? type->initialValue : 0;
 }
 
 COMMAND(ResetFences)
 {
     for (uint32_t i = 0; i < fenceCount; i++)
-        set_fence(pFences[i], false);
+        set_value(RAW(pFences[i]), VK_OBJECT_TYPE_FENCE, 0);
     return VK_SUCCESS;
 }
 
-struct fence_wait {
-    uint32_t count;
-    const VkFence *fences;
-    bool all;
+COMMAND(SignalSemaphore)
+{
+    sync_signal(RAW(pSignalInfo->semaphore), VK_OBJECT_TYPE_SEMAPHORE, pSignalInfo->value);
+    sync_wake();
+    return VK_SUCCESS;
+}
+
+COMMAND(GetSemaphoreCounterValue)
+{
+    *pValue = value_of(RAW(semaphore), VK_OBJECT_TYPE_SEMAPHORE);
+    return device_is_lost() ? VK_ERROR_DEVICE_LOST : VK_SUCCESS;
+}
+
+COMMAND(SetEvent)
+{
+    set_value(RAW(event), VK_OBJECT_TYPE_EVENT, 1);
+    return VK_SUCCESS;
+}
+
+COMMAND(ResetEvent)
+{
+    set_value(RAW(event), VK_OBJECT_TYPE_EVENT, 0);
+    return VK_SUCCESS;
+}
+
+COMMAND(GetEventStatus)
+{
+    if (device_is_lost())
+        return VK_ERROR_DEVICE_LOST;
+    return value_of(RAW(event), VK_OBJECT_TYPE_EVENT) == 1 ? VK_EVENT_SET : VK_EVENT_RESET;
+}
+
+/* ---- waiting */
+
+struct wait {
+    VkObjectType type;
+    bool for_all;
+    uint32_t count; /* 0: for the end of a hang */
+    const void *handles;
+    const uint64_t *values; /* NULL: 1 */
 };
 
-static bool fences_done(const void *what)
+static uint64_t handle_at(const struct wait *wait, uint32_t i)
 {
-    const struct fence_wait *wait = what;
-    uint32_t signaled = 0;
-    for (uint32_t i = 0; i < wait->count; i++) {
-        const struct object *fence = FIND(FENCE, wait->fences[i]);
-        signaled += fence == NULL || fence->fence_signaled;
-    }
-    return wait->all ? signaled == wait->count : signaled > 0;
+    return ((const uint64_t *)wait->handles)[i];
+}
+
+static bool is_over(const struct wait *wait)
+{
+    uint32_t reached = 0;
+    for (uint32_t i = 0; i < wait->count; i++)
+        reached += value_of(handle_at(wait, i), wait->type) >=
+                   (wait->values != NULL ? wait->values[i] : 1);
+    if (wait->count == 0)
+        return !device_hangs();
+    return wait->for_all ? reached == wait->count : reached > 0;
 }
 
 /* Uses more processor time than any wait needs, however busy the machine is. */
@@ -140,125 +167,64 @@ static void compute(void)
     while ((now.tv_sec - begin.tv_sec) * 1000000000 + now.tv_nsec - begin.tv_nsec < most);
 }
 
-/* All but the last fence. */
-static void signal_next(uint32_t count, const VkFence *fences)
+/* Signals the next fence, but not the last one; or counts all semaphores up. */
+static void signal_some(const struct wait *wait)
 {
-    for (uint32_t i = 0; i + 1 < count; i++) {
-        const struct object *fence = FIND(FENCE, fences[i]);
-        if (fence != NULL && !fence->fence_signaled) {
-            sync_signal_fence(fences[i]);
+    const bool are_fences = wait->type == VK_OBJECT_TYPE_FENCE;
+    for (uint32_t i = 0; i + are_fences < wait->count; i++) {
+        const uint64_t value = value_of(handle_at(wait, i), wait->type);
+        if (are_fences && value > 0)
+            continue;
+        sync_signal(handle_at(wait, i), wait->type, value + 1);
+        if (are_fences)
             return;
-        }
     }
+}
+
+static VkResult wait_for(const struct wait *wait, uint64_t timeout)
+{
+    if (timeout > 0 && hang_progress() == NULL_DRIVER_COMPUTES)
+        compute();
+    if (timeout > 0 && hang_progress() == NULL_DRIVER_SIGNALS)
+        signal_some(wait);
+    fault_at_wait(timeout);
+    const struct timespec deadline = deadline_of(timeout);
+    pthread_once(&changed_once, make_changed);
+    pthread_mutex_lock(&lock);
+    bool timed_out = timeout == 0;
+    bool reached = is_over(wait);
+    while (!reached && !timed_out && !device_is_lost()) {
+        timed_out = pthread_cond_timedwait(&changed, &lock, &deadline) == ETIMEDOUT;
+        reached = is_over(wait);
+    }
+    pthread_mutex_unlock(&lock);
+    if (device_is_lost())
+        return VK_ERROR_DEVICE_LOST;
+    return reached ? VK_SUCCESS : VK_TIMEOUT;
+}
+
+VkResult sync_wait_idle(void)
+{
+    return wait_for(&(struct wait){0}, UINT64_MAX);
 }
 
 COMMAND(WaitForFences)
 {
-    const struct fence_wait wait = {fenceCount, pFences, waitAll};
-    if (timeout > 0 && hang_progress() == NULL_DRIVER_COMPUTES)
-        compute();
-    if (timeout > 0 && hang_progress() == NULL_DRIVER_SIGNALS)
-        signal_next(fenceCount, pFences);
-    return wait_until(fences_done, &wait, timeout);
+    return wait_for(&(struct wait){VK_OBJECT_TYPE_FENCE, waitAll, fenceCount, pFences, NULL},
+                    timeout);
 }
 
 COMMAND(GetFenceStatus)
 {
-    const struct fence_wait wait = {1, &fence, true};
-    const VkResult result = wait_until(fences_done, &wait, 0);
+    const struct wait wait = {VK_OBJECT_TYPE_FENCE, true, 1, &fence, NULL};
+    const VkResult result = wait_for(&wait, 0);
     return result == VK_TIMEOUT ? VK_NOT_READY : result;
-}
-
-/* ---- semaphores: binary ones have no state, as nothing ever waits for them */
-
-ON_CREATION(CreateSemaphore)
-{
-    const VkSemaphoreTypeCreateInfo *type =
-        chain_find(pCreateInfo->pNext, VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO);
-    object->semaphore_value = type != NULL ? type->initialValue : 0;
-}
-
-void sync_signal_semaphore(VkSemaphore semaphore, uint64_t value)
-{
-    struct object *object = FIND(SEMAPHORE, semaphore);
-    pthread_mutex_lock(&lock);
-    if (object != NULL && object->semaphore_value < value)
-        object->semaphore_value = value;
-    pthread_mutex_unlock(&lock);
-}
-
-COMMAND(SignalSemaphore)
-{
-    sync_signal_semaphore(pSignalInfo->semaphore, pSignalInfo->value);
-    sync_wake();
-    return VK_SUCCESS;
-}
-
-COMMAND(GetSemaphoreCounterValue)
-{
-    const struct object *object = FIND(SEMAPHORE, semaphore);
-    if (device_is_lost())
-        return VK_ERROR_DEVICE_LOST;
-    pthread_mutex_lock(&lock);
-    *pValue = object != NULL ? object->semaphore_value : 0;
-    pthread_mutex_unlock(&lock);
-    return VK_SUCCESS;
-}
-
-static bool semaphores_done(const void *what)
-{
-    const VkSemaphoreWaitInfo *wait = what;
-    uint32_t reached = 0;
-    for (uint32_t i = 0; i < wait->semaphoreCount; i++) {
-        const struct object *semaphore = FIND(SEMAPHORE, wait->pSemaphores[i]);
-        reached += semaphore == NULL || semaphore->semaphore_value >= wait->pValues[i];
-    }
-    return wait->flags & VK_SEMAPHORE_WAIT_ANY_BIT ? reached > 0 : reached == wait->semaphoreCount;
-}
-
-static void count_up(uint32_t count, const VkSemaphore *semaphores)
-{
-    for (uint32_t i = 0; i < count; i++) {
-        const struct object *semaphore = FIND(SEMAPHORE, semaphores[i]);
-        if (semaphore != NULL)
-            sync_signal_semaphore(semaphores[i], semaphore->semaphore_value + 1);
-    }
 }
 
 COMMAND(WaitSemaphores)
 {
-    if (timeout > 0 && hang_progress() == NULL_DRIVER_COMPUTES)
-        compute();
-    if (timeout > 0 && hang_progress() == NULL_DRIVER_SIGNALS)
-        count_up(pWaitInfo->semaphoreCount, pWaitInfo->pSemaphores);
-    return wait_until(semaphores_done, pWaitInfo, timeout);
-}
-
-/* ---- events, as the host sees them */
-
-static void set_event(VkEvent event, bool set)
-{
-    struct object *object = FIND(EVENT, event);
-    if (object != NULL)
-        atomic_store(&object->event_set, set);
-}
-
-COMMAND(SetEvent)
-{
-    set_event(event, true);
-    return VK_SUCCESS;
-}
-
-COMMAND(ResetEvent)
-{
-    set_event(event, false);
-    return VK_SUCCESS;
-}
-
-COMMAND(GetEventStatus)
-{
-    const struct object *object = FIND(EVENT, event);
-    if (device_is_lost())
-        return VK_ERROR_DEVICE_LOST;
-    return object != NULL && atomic_load(&object->event_set) ? VK_EVENT_SET : VK_EVENT_RESET;
+    const struct wait wait = {
+        VK_OBJECT_TYPE_SEMAPHORE, !(pWaitInfo->flags & VK_SEMAPHORE_WAIT_ANY_BIT),
+        pWaitInfo->semaphoreCount, pWaitInfo->pSemaphores, pWaitInfo->pValues};
+    return wait_for(&wait, timeout);
 }
