@@ -5,6 +5,7 @@
 #include "src/bvh/input/displacement.h"
 #include "src/bvh/input/formats.h"
 #include "src/bvh/micromap.h"
+#include "tests/fixture/device_wish.h"
 #include "tests/fixture/instance.h"
 #include "tests/fixture/make.h"
 #include "tests/unit/unit_test.h"
@@ -41,8 +42,8 @@ static void instance_fixture_open(struct instance_fixture *fixture, const struct
     instance_fixture_create(fixture, platform, &settings);
 }
 
-/* All that the backend offers. The first two are those of acceleration structures. */
-enum { BACKEND_EXTENSIONS = 9 };
+/* All that the backend offers. */
+enum { KHR_STRUCTURES, DEFERRED, NV_STRUCTURES = 3, BACKEND_EXTENSIONS = 9 };
 static const char *const backend_extensions[BACKEND_EXTENSIONS] = {
     VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
     VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
@@ -54,50 +55,6 @@ static const char *const backend_extensions[BACKEND_EXTENSIONS] = {
     VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
     VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME,
 };
-
-/* A chain of the features of all that, with VK_TRUE for those that the backend doesn't offer. There
- * is one. */
-struct backend_features {
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures; /* the first of the chain */
-    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion;
-    VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres;
-    VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense;
-    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext;
-    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap_khr;
-    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement;
-};
-
-static struct backend_features *backend_features_chain(void)
-{
-    static struct backend_features all;
-    all = (struct backend_features){
-        .displacement = MAKE(VkPhysicalDeviceDisplacementMicromapFeaturesNV),
-        .micromap_khr =
-            MAKE(VkPhysicalDeviceOpacityMicromapFeaturesKHR, .pNext = &all.displacement),
-        .micromap_ext = MAKE(VkPhysicalDeviceOpacityMicromapFeaturesEXT, .pNext = &all.micromap_khr,
-                             .micromapCaptureReplay = VK_TRUE),
-        .dense = MAKE(VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX, .pNext = &all.micromap_ext),
-        .spheres =
-            MAKE(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV, .pNext = &all.dense),
-        .motion = MAKE(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, .pNext = &all.spheres,
-                       .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE),
-        .structures = MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .pNext = &all.motion,
-                           .accelerationStructureCaptureReplay = VK_TRUE,
-                           .descriptorBindingAccelerationStructureUpdateAfterBind = VK_TRUE)};
-    return &all;
-}
-
-/* A device with the backend's extensions and all of its features. */
-static VkDevice instance_fixture_open_device(const struct instance_fixture *fixture,
-                                             VkuDeviceDispatchTable *vk)
-{
-    VkDevice device;
-    STRUCT(VkPhysicalDeviceFeatures2, features, .pNext = backend_features_chain());
-    fixture->vk.GetPhysicalDeviceFeatures2(fixture->physical, &features);
-    GET(instance_fixture_create_device(fixture, features.pNext, backend_extensions,
-                                       BACKEND_EXTENSIONS, &device, vk));
-    return device;
-}
 
 static struct platform platform;
 static struct instance_fixture fixture; /* of an OFFER_TEST */
@@ -197,40 +154,67 @@ OFFER_TEST(test_failing_enumeration)
 
 /* ---- features and properties */
 
+/* An extension's features. */
+#define FEATURE(structure, name, ...)                                                              \
+    {                                                                                              \
+        "VkPhysicalDevice" #structure "." #name, __VA_ARGS__                                       \
+    }
+static const struct {
+    const char *name;
+    bool is_offered;
+    const char *message; /* to a device that asks for it; NULL: none of the test does */
+} backend_features[] = {
+    FEATURE(AccelerationStructureFeaturesKHR, accelerationStructure, true),
+    FEATURE(AccelerationStructureFeaturesKHR, accelerationStructureIndirectBuild, true),
+    FEATURE(AccelerationStructureFeaturesKHR, accelerationStructureHostCommands, true),
+    FEATURE(AccelerationStructureFeaturesKHR, accelerationStructureCaptureReplay, false,
+            "CaptureReplay"),
+    FEATURE(AccelerationStructureFeaturesKHR, descriptorBindingAccelerationStructureUpdateAfterBind,
+            false),
+    FEATURE(RayQueryFeaturesKHR, rayQuery, false, "RayQueryFeatures"),
+    FEATURE(RayTracingMotionBlurFeaturesNV, rayTracingMotionBlur, true),
+    FEATURE(RayTracingMotionBlurFeaturesNV, rayTracingMotionBlurPipelineTraceRaysIndirect, false,
+            "PipelineTraceRaysIndirect"),
+    FEATURE(RayTracingLinearSweptSpheresFeaturesNV, spheres, true),
+    FEATURE(RayTracingLinearSweptSpheresFeaturesNV, linearSweptSpheres, true),
+    FEATURE(DenseGeometryFormatFeaturesAMDX, denseGeometryFormat, true),
+    FEATURE(OpacityMicromapFeaturesEXT, micromap, true),
+    FEATURE(OpacityMicromapFeaturesEXT, micromapHostCommands, true),
+    FEATURE(OpacityMicromapFeaturesEXT, micromapCaptureReplay, false),
+    FEATURE(OpacityMicromapFeaturesKHR, micromap, true),
+    FEATURE(DisplacementMicromapFeaturesNV, displacementMicromap, true),
+};
+
+/* Before the query each feature is what it must not be. A device is made of what is offered. */
 OFFER_TEST(test_features)
 {
-    const struct backend_features *all = backend_features_chain();
-    STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query, .pNext = (void *)&all->structures,
-           .rayQuery = 77);
+    static struct device_wish wish;
     struct {
         VkStructureType sType;
         void *pNext;
         uint32_t unknown;
-    } unknown = {VK_STRUCTURE_TYPE_MAX_ENUM, &query, 77};
+    } unknown = {VK_STRUCTURE_TYPE_MAX_ENUM, NULL, 77};
     STRUCT(VkPhysicalDeviceVulkan12Features, core, .pNext = &unknown);
-    STRUCT(VkPhysicalDeviceFeatures2, features, .pNext = &core);
-    fixture.vk.GetPhysicalDeviceFeatures2(fixture.physical, &features);
-    assert_true(all->structures.accelerationStructure);
-    assert_true(all->structures.accelerationStructureIndirectBuild);
-    assert_true(all->structures.accelerationStructureHostCommands);
-    assert_false(all->structures.accelerationStructureCaptureReplay);
-    assert_false(all->structures.descriptorBindingAccelerationStructureUpdateAfterBind);
-    assert_false(query.rayQuery);
-    assert_true(all->motion.rayTracingMotionBlur);
-    assert_false(all->motion.rayTracingMotionBlurPipelineTraceRaysIndirect);
-    assert_true(all->spheres.spheres);
-    assert_true(all->spheres.linearSweptSpheres);
-    assert_true(all->dense.denseGeometryFormat);
-    assert_true(all->micromap_ext.micromap);
-    assert_true(all->micromap_ext.micromapHostCommands);
-    assert_false(all->micromap_ext.micromapCaptureReplay);
-    assert_true(all->micromap_khr.micromap);
-    assert_true(all->displacement.displacementMicromap);
+    VkDevice device;
+    VkuDeviceDispatchTable vk;
+    device_wish_begin(&wish);
+    for (size_t i = 0; i < ARRAY_COUNT(backend_features); i++)
+        assert_true(
+            device_wish_set(&wish, backend_features[i].name, !backend_features[i].is_offered));
+    void *const chain = unknown.pNext = wish.features.pNext;
+    wish.features.pNext = &core;
+    fixture.vk.GetPhysicalDeviceFeatures2(fixture.physical, &wish.features);
+    for (size_t i = 0; i < ARRAY_COUNT(backend_features); i++)
+        if (device_wish_has(&wish, backend_features[i].name) != backend_features[i].is_offered)
+            fail_msg("%s", backend_features[i].name);
     assert_int_equal(unknown.unknown, 77);
     assert_ptr_equal(core.pNext, &unknown);
-    assert_ptr_equal(unknown.pNext, &query);
+    assert_ptr_equal(unknown.pNext, chain);
     assert_true(core.bufferDeviceAddress);
     assert_true(core.timelineSemaphore);
+    GET(instance_fixture_create_device(&fixture, chain, backend_extensions, BACKEND_EXTENSIONS,
+                                       &device, &vk));
+    vk.DestroyDevice(device, NULL);
 }
 
 OFFER_TEST(test_properties)
@@ -344,66 +328,58 @@ TEST(test_backend_driver)
 
 /* ---- devices */
 
-OFFER_TEST(test_commands_by_name)
+/* Whether devices with some of the backend's extensions have a command. Either of those that have
+ * structures is enough to trace them; the layer's own commands are those of backend cpu. */
+static const struct command_row {
+    const char *name;
+    unsigned first, count; /* of the extensions */
+    bool is_there, is_on_driver;
+} commands[] = {
+    {"vkCreateAccelerationStructureKHR", 0, BACKEND_EXTENSIONS, true},
+    {"vkGetAccelerationStructureDeviceAddressKHR", 0, BACKEND_EXTENSIONS, true},
+    {"vkCreateRayTracingPipelinesKHR", 0, BACKEND_EXTENSIONS, false},
+    {"vkNoSuchCommand", 0, BACKEND_EXTENSIONS, false},
+    {"vkCreateAccelerationStructureKHR", 0, 0, false},
+    {"vkCreateDeferredOperationKHR", 0, 0, false},
+    {"vkTraceRaysASSAY", 0, 0, false},
+    {"vkGetCountersASSAY", 0, 0, false},
+    {"vkCreateAccelerationStructureNV", NV_STRUCTURES, 1, true},
+    {"vkCmdBuildAccelerationStructureNV", NV_STRUCTURES, 1, true},
+    {"vkCmdTraceRaysNV", NV_STRUCTURES, 1, true},
+    {"vkCreateAccelerationStructureKHR", NV_STRUCTURES, 1, false},
+    {"vkCreateDeferredOperationKHR", NV_STRUCTURES, 1, false},
+    {"vkTraceRaysASSAY", NV_STRUCTURES, 1, true},
+    {"vkCreateAccelerationStructureNV", DEFERRED, 1, false},
+    {"vkCreateRayTracingPipelinesNV", DEFERRED, 1, false},
+    {"vkTraceRaysASSAY", KHR_STRUCTURES, 2, true},
+    {"vkGetCountersASSAY", KHR_STRUCTURES, 2, true},
+    {"vkTraceRaysASSAY", KHR_STRUCTURES, 2, false, .is_on_driver = true},
+    {"vkGetCountersASSAY", KHR_STRUCTURES, 2, false, .is_on_driver = true},
+};
+
+/* While there is the device, another one, which has none of the extensions, comes and goes. */
+OFFER_TEST(test_commands)
 {
-    VkuDeviceDispatchTable vk;
-    VkDevice device = instance_fixture_open_device(&fixture, &vk);
-    assert_non_null(vk.CreateAccelerationStructureKHR);
-    assert_non_null(vk.GetAccelerationStructureDeviceAddressKHR);
-    assert_null(vk.CreateRayTracingPipelinesKHR);
-    assert_null(fixture.get_device_proc_addr(device, "vkNoSuchCommand"));
-    vk.DestroyDevice(device, NULL);
-
-    GET(instance_fixture_create_device(&fixture, NULL, NULL, 0, &device, &vk));
-    assert_null(fixture.get_device_proc_addr(device, "vkCreateAccelerationStructureKHR"));
-    assert_null(fixture.get_device_proc_addr(device, "vkCreateDeferredOperationKHR"));
-    vk.DestroyDevice(device, NULL);
-}
-
-/* Either of the extensions that have structures is enough to trace them. */
-OFFER_TEST(test_nv_commands_by_name)
-{
-    const char *extensions[] = {VK_NV_RAY_TRACING_EXTENSION_NAME};
-    VkuDeviceDispatchTable vk;
-    VkDevice device;
-    GET(instance_fixture_create_device(&fixture, NULL, extensions, 1, &device, &vk));
-    assert_non_null(vk.CreateAccelerationStructureNV);
-    assert_non_null(vk.CmdBuildAccelerationStructureNV);
-    assert_non_null(vk.CmdTraceRaysNV);
-    assert_null(vk.CreateAccelerationStructureKHR);
-    assert_null(vk.CreateDeferredOperationKHR);
-    assert_non_null(fixture.get_device_proc_addr(device, "vkTraceRaysASSAY"));
-    vk.DestroyDevice(device, NULL);
-
-    extensions[0] = VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME;
-    GET(instance_fixture_create_device(&fixture, NULL, extensions, 1, &device, &vk));
-    assert_null(fixture.get_device_proc_addr(device, "vkCreateAccelerationStructureNV"));
-    assert_null(fixture.get_device_proc_addr(device, "vkCreateRayTracingPipelinesNV"));
-    vk.DestroyDevice(device, NULL);
-}
-
-/* The layer's own commands are those of backend cpu, where acceleration structures are enabled. */
-static void expect_own_commands(const struct instance_fixture_setup *setup, bool has_extensions,
-                                bool expected)
-{
-    static const char *const names[] = {"vkTraceRaysASSAY", "vkGetCountersASSAY"};
-    VkDevice device;
-    VkuDeviceDispatchTable vk;
-    instance_fixture_open(&other, &platform, setup);
-    GET(instance_fixture_create_device(&other, NULL, backend_extensions, has_extensions ? 2 : 0,
-                                       &device, &vk));
-    for (int i = 0; i < 2; i++)
-        assert_int_equal(other.get_device_proc_addr(device, names[i]) != NULL, expected);
+    VkuDeviceDispatchTable vk, plain;
+    VkDevice device = VK_NULL_HANDLE, without;
+    instance_fixture_open(&other, &platform, &on_driver);
+    for (size_t i = 0; i < ARRAY_COUNT(commands); i++) {
+        const struct command_row *row = &commands[i], *last = i > 0 ? row - 1 : NULL;
+        const struct instance_fixture *of = row->is_on_driver ? &other : &fixture;
+        if (!last || last->first != row->first || last->count != row->count ||
+            last->is_on_driver != row->is_on_driver) {
+            if (last)
+                vk.DestroyDevice(device, NULL);
+            GET(instance_fixture_create_device(of, NULL, backend_extensions + row->first,
+                                               row->count, &device, &vk));
+            GET(instance_fixture_create_device(of, NULL, NULL, 0, &without, &plain));
+            plain.DestroyDevice(without, NULL);
+        }
+        if ((of->get_device_proc_addr(device, row->name) != NULL) != row->is_there)
+            fail_msg("%s with %u extensions from number %u", row->name, row->count, row->first);
+    }
     vk.DestroyDevice(device, NULL);
     instance_fixture_close(&other);
-}
-
-TEST(test_own_commands)
-{
-    expect_own_commands(&(struct instance_fixture_setup){0}, true, true);
-    expect_own_commands(&(struct instance_fixture_setup){0}, false, false);
-    expect_own_commands(&on_driver, true, false);
-    expect_own_commands(&(struct instance_fixture_setup){.backend = "driver"}, false, false);
 }
 
 /* What a driver has of the same extension isn't asked. */
@@ -426,16 +402,6 @@ TEST(test_over_a_driver_with_nv)
     assert_int_equal(platform.null_driver.calls("vkCreateAccelerationStructureNV"), 0);
     vk.DestroyDevice(device, NULL);
     instance_fixture_close(&other);
-}
-
-OFFER_TEST(test_two_devices)
-{
-    VkuDeviceDispatchTable vk, plain;
-    VkDevice with = instance_fixture_open_device(&fixture, &vk), without;
-    GET(instance_fixture_create_device(&fixture, NULL, NULL, 0, &without, &plain));
-    plain.DestroyDevice(without, NULL);
-    assert_non_null(fixture.get_device_proc_addr(with, "vkCreateAccelerationStructureKHR"));
-    vk.DestroyDevice(with, NULL);
 }
 
 /* Known and unknown structures stand before and behind the features in the chain. */
@@ -477,32 +443,27 @@ OFFER_TEST(test_chains)
 /* Each refused with one message about the feature, if it is not an extension that is refused. */
 OFFER_TEST(test_what_is_not_offered)
 {
-    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
-                                             VK_KHR_RAY_QUERY_EXTENSION_NAME};
-    const STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query, .rayQuery = VK_TRUE);
-    const STRUCT(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, motion,
-                 .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE);
-    const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures,
-                 .accelerationStructure = VK_TRUE, .accelerationStructureCaptureReplay = VK_TRUE);
-    const struct {
-        const void *chain;
-        const char *message;
-    } features[] = {{&query, "RayQueryFeatures"},
-                    {&motion, "PipelineTraceRaysIndirect"},
-                    {&structures, "CaptureReplay"}};
+    static struct device_wish wish;
     VkuDeviceDispatchTable vk;
     VkDevice device;
-    for (size_t i = 0; i < ARRAY_COUNT(features); i++) {
+    for (size_t i = 0; i < ARRAY_COUNT(backend_features); i++) {
+        if (!backend_features[i].message)
+            continue;
         messages_clear(&fixture.messages);
-        assert_int_equal(instance_fixture_create_device(&fixture, features[i].chain, extensions, 2,
+        device_wish_begin(&wish);
+        device_wish_set(&wish, backend_features[i].name, VK_TRUE);
+        assert_int_equal(instance_fixture_create_device(&fixture, wish.features.pNext,
+                                                        wish.extensions, wish.extension_count,
                                                         &device, &vk),
                          VK_ERROR_FEATURE_NOT_PRESENT);
         assert_int_equal(
             messages_count(&fixture.messages, "ASSAY-error", "assay_validation.backend"), 1);
-        assert_int_equal(messages_count(&fixture.messages, "ASSAY-error", features[i].message), 1);
+        assert_int_equal(
+            messages_count(&fixture.messages, "ASSAY-error", backend_features[i].message), 1);
     }
-    assert_int_equal(instance_fixture_create_device(&fixture, NULL, extensions, 3, &device, &vk),
+    device_wish_add(&wish, VK_KHR_RAY_QUERY_EXTENSION_NAME);
+    assert_int_equal(instance_fixture_create_device(&fixture, NULL, wish.extensions,
+                                                    wish.extension_count, &device, &vk),
                      VK_ERROR_EXTENSION_NOT_PRESENT);
     messages_clear(&fixture.messages);
 }
