@@ -145,8 +145,8 @@ OFFER_TEST(test_failing_enumeration)
     if (!platform.is_null)
         skip();
     uint32_t count = 77;
-    platform.null_driver.fail_next("vkEnumerateDeviceExtensionProperties",
-                                   VK_ERROR_OUT_OF_HOST_MEMORY);
+    platform.null_driver.fail_at("vkEnumerateDeviceExtensionProperties", 1,
+                                 VK_ERROR_OUT_OF_HOST_MEMORY);
     assert_int_equal(
         fixture.vk.EnumerateDeviceExtensionProperties(fixture.physical, NULL, &count, NULL),
         VK_ERROR_OUT_OF_HOST_MEMORY);

@@ -113,13 +113,7 @@ CONSTANTS = {
         "16": "*TexelBufferOffsetAlignmentBytes",
         "(VkDeviceSize)1 << 38": "maxBufferSize",
     },
-    # Its pointers are the application's.
-    "VkPhysicalDeviceVulkan14Properties vulkan14": {
-        "1": "maxVertexAttribDivisor maxCombinedImageSamplerDescriptorCount "
-             "identicalMemoryTypeRequirements",
-        "4": "lineSubPixelPrecisionBits",
-        "32": "maxPushDescriptors",
-    },
+    "VkPhysicalDeviceVulkan14Properties vulkan14": {"32": "maxPushDescriptors"},
 }
 
 # What commands do that creates or destroys nothing, and is about no state but that of one object. They

@@ -181,9 +181,8 @@ struct null_driver_barrier {
     FUNCTION(struct null_driver_config, default_config, (void))                                    \
     /* NULL: the default. */                                                                       \
     FUNCTION(void, configure, (const struct null_driver_config *config))                           \
-    /* The next call of a command that returns VkResult returns this one and does nothing. */      \
-    FUNCTION(void, fail_next, (const char *name, VkResult result))                                 \
-    /* Makes one of the next calls fail: number 1 is the next. */                                  \
+    /* One of the next calls of a command that returns VkResult, number 1 is the next, returns     \
+     * this one and does nothing. */                                                               \
     FUNCTION(void, fail_at, (const char *name, uint32_t number, VkResult result))                  \
     /* While true, submits, waits and status queries return VK_ERROR_DEVICE_LOST. */               \
     FUNCTION(void, set_device_lost, (bool lost))                                                   \

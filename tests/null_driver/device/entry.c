@@ -71,11 +71,6 @@ void null_driver_fail_at(const char *name, uint32_t number, VkResult result)
     atomic_store(&failures[entry->entry], result);
 }
 
-void null_driver_fail_next(const char *name, VkResult result)
-{
-    null_driver_fail_at(name, 1, result);
-}
-
 /* A program could not ask these again: what was recorded would be lost, and a result would be that
  * of the operation. */
 static bool can_be_refused(const struct entry_point *entry)

@@ -71,16 +71,6 @@ static void fill(const struct null_driver_config *config, const struct property_
            row->size);
 }
 
-static void fill_vulkan14(VkPhysicalDeviceVulkan14Properties *properties)
-{
-    const VkPhysicalDeviceVulkan14Properties asked = *properties;
-    *properties = vulkan14;
-    properties->sType = asked.sType;
-    properties->pNext = asked.pNext;
-    properties->pCopySrcLayouts = asked.pCopySrcLayouts;
-    properties->pCopyDstLayouts = asked.pCopyDstLayouts;
-}
-
 void properties_fill(const struct null_driver_config *config, uint32_t index,
                      VkPhysicalDeviceProperties2 *properties)
 {
@@ -91,9 +81,6 @@ void properties_fill(const struct null_driver_config *config, uint32_t index,
             if (rows[i].sType == out->sType && guard_is_known(config, rows[i].guard))
                 fill(config, &rows[i], out);
         }
-        if (out->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_4_PROPERTIES &&
-            guard_is_known(config, V1_4))
-            fill_vulkan14((VkPhysicalDeviceVulkan14Properties *)out);
         /* Devices of a group differ in nothing else. Both begin with the device's UUID. */
         if (out->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ID_PROPERTIES ||
             out->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES)

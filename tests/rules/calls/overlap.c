@@ -63,8 +63,8 @@ static void bind2_failing(struct scene *scene, VkResult second)
     VkResult results[] = {VK_SUCCESS, second};
     const VkBindMemoryStatus status[] = {MAKE(VkBindMemoryStatus, .pResult = &results[0]),
                                          MAKE(VkBindMemoryStatus, .pResult = &results[1])};
-    scene->fixture->instance.platform->null_driver.fail_next("vkBindBufferMemory2",
-                                                             VK_ERROR_OUT_OF_DEVICE_MEMORY);
+    scene->fixture->instance.platform->null_driver.fail_at("vkBindBufferMemory2", 1,
+                                                           VK_ERROR_OUT_OF_DEVICE_MEMORY);
     bind2_with(scene, 0, status);
 }
 
