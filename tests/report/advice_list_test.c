@@ -62,3 +62,35 @@ TEST_OPENED(worst_first, surrounding_set_up)
     advice_list_destroy(NULL);
     reporter_destroy(reporter);
 }
+
+/* A messenger gets the types that it has asked for. */
+TEST_OPENED(messengers, surrounding_set_up)
+{
+    struct hearing validation = {0}, performance = {0}, report = {0};
+    struct reporter *reporter = reporter_of(NULL);
+    struct advice_list *list = advice_list_create(LINES);
+    assert_non_null(list);
+    VkDebugUtilsMessengerCreateInfoEXT info = hearing_messenger(&performance);
+    info.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
+    reporter_add(reporter, MESSENGER(0), &info);
+    reporter_add_hearing(reporter, 1, &validation);
+    VkDebugReportCallbackCreateInfoEXT callback = hearing_report_callback(&report);
+    callback.flags = VK_DEBUG_REPORT_PERFORMANCE_WARNING_BIT_EXT;
+    assert_int_equal(reporter_add_report_callback(reporter, CALLBACK(0), &callback), VK_SUCCESS);
+    advise(list, ADVICE_structure_is_destroyed_before_its_device, 1, 1);
+    advise(list, ADVICE_created_structure_is_built, 2, 1);
+    advice_list_send(list, reporter, VK_NULL_HANDLE);
+    assert_int_equal(validation.count, 1);
+    assert_string_equal(validation.id, "ASSAY-advice-leaked");
+    assert_int_equal(performance.count, 1);
+    assert_int_equal(performance.severity, VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT);
+    assert_int_equal(performance.types, VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT);
+    assert_string_equal(performance.id, "ASSAY-advice-never-built");
+    assert_int_equal(performance.object_count, 1);
+    assert_int_equal(performance.objects[0], 2);
+    assert_string_equal(performance.names[0], "rock 2");
+    assert_int_equal(report.count, 1);
+    assert_int_equal(report.report_flags, VK_DEBUG_REPORT_PERFORMANCE_WARNING_BIT_EXT);
+    advice_list_destroy(list);
+    reporter_destroy(reporter);
+}

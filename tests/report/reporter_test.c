@@ -1,11 +1,82 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Messengers of the instance's creation, what is sent when memory runs out, and which ids a filter
- * mutes. scenes_test.c has which messages are sent. */
+/* What callbacks get of a message, messengers of the instance's creation, what is sent when memory
+ * runs out, and which ids a filter mutes. scenes_test.c has which messages are sent. */
 #include "hearing.h"
 #include "src/report/ids/message_filter.h"
 #include "src/report/ids/message_id.h"
 #include "src/report/message.h"
 #include "src/report/summary.h"
+
+HEARD_TEST(callback_data, "")
+{
+    struct object_names *names = names_create();
+    struct label_stack labels = {0};
+    struct shared_labels queue_labels = {0};
+    object_names_set(names, VK_OBJECT_TYPE_BUFFER, 0xb, "scratch");
+    label_push(&labels, "frame");
+    label_push(&queue_labels.stack, "queue");
+    label_push(&queue_labels.stack, "pass");
+    const struct call_origin origin = {
+        .command_buffer = (VkCommandBuffer)(uintptr_t)0xc,
+        .names = names,
+        .labels = &labels,
+        .submission = {.queue = (VkQueue)(uintptr_t)0x9, .number = 3, .labels = &queue_labels}};
+    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
+    struct finding finding;
+    finding_says(&finding, "scratchData", "is in {}", object(VK_OBJECT_TYPE_BUFFER, 0xb));
+
+    capture_begin(STDERR_FILENO);
+    assert_false(reporter_send(reporter, SENT_RULE, &location, &origin, &finding));
+    assert_string_equal(capture_end(), "");
+    assert_int_equal(hearing->count, 1);
+    assert_int_equal(hearing->severity, VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT);
+    assert_int_equal(hearing->types, VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT);
+    assert_string_equal(hearing->id, SENT_ID);
+    assert_int_equal(hearing->number, message_id_number(SENT_ID));
+    assert_memory_equal(hearing->text, "vkCmdBuildAccelerationStructuresKHR(): pInfos[0].", 49);
+    assert_int_equal(hearing->queue_label_count, 2);
+    assert_int_equal(hearing->label_count, 1);
+    assert_string_equal(hearing->labels[0], "frame");
+    assert_int_equal(hearing->object_count, 3);
+    assert_int_equal(hearing->types_of_objects[0], VK_OBJECT_TYPE_COMMAND_BUFFER);
+    assert_string_equal(hearing->names[0], "(null)");
+    assert_int_equal(hearing->types_of_objects[1], VK_OBJECT_TYPE_BUFFER);
+    assert_int_equal(hearing->objects[1], 0xb);
+    assert_string_equal(hearing->names[1], "scratch");
+    label_stack_clear(&labels);
+    label_stack_clear(&queue_labels.stack);
+    object_names_destroy(names);
+}
+
+TEST_OPENED(report_callback, surrounding_set_up)
+{
+    struct hearing hearing = {0};
+    const VkDebugReportCallbackCreateInfoEXT info = hearing_report_callback(&hearing);
+    struct reporter *reporter = reporter_of(NULL);
+    assert_int_equal(reporter_add_report_callback(reporter, CALLBACK(0), &info), VK_SUCCESS);
+    capture_begin(STDERR_FILENO);
+    assert_false(send_one(reporter));
+    assert_int_equal(hearing.count, 1);
+    assert_int_equal(hearing.report_flags, VK_DEBUG_REPORT_ERROR_BIT_EXT);
+    assert_int_equal(hearing.object_type, VK_DEBUG_REPORT_OBJECT_TYPE_UNKNOWN_EXT);
+    assert_int_equal(hearing.number, message_id_number(SENT_ID));
+    assert_string_equal(hearing.prefix, "Assay");
+    assert_has(hearing.text, "Validation Error: [ " SENT_ID " ] | MessageID = 0x");
+    assert_has(hearing.text, "\nvkCmdBuildAccelerationStructuresKHR(): pInfos[1].");
+
+    const struct call_origin origin = {.device = (VkDevice)(uintptr_t)0xd};
+    struct finding finding;
+    violated_plainly(&finding, "", "is wrong");
+    hearing.answer = VK_TRUE;
+    assert_true(reporter_send(reporter, SENT_RULE, &(struct location){.command = COMMAND_DEVICE},
+                              &origin, &finding));
+    assert_int_equal(hearing.object_type, VK_DEBUG_REPORT_OBJECT_TYPE_DEVICE_EXT);
+    assert_int_equal(hearing.object, 0xd);
+    reporter_warn(reporter, "odd");
+    assert_int_equal(hearing.report_flags, VK_DEBUG_REPORT_WARNING_BIT_EXT);
+    assert_string_equal(capture_end(), "");
+    reporter_destroy(reporter);
+}
 
 TEST_OPENED(create_info_messengers_serve_creation_and_destruction, surrounding_set_up)
 {
