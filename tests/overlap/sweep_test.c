@@ -247,39 +247,6 @@ TEST(most_calls_without_pairs_are_plain)
     assert_in_range(plain, without_pairs / 2, without_pairs);
 }
 
-/* ---- structures in pieces */
-
-/* A structure in a sparse buffer is added once without memory, and once a piece. */
-static void add_pieces(struct sweep *sweep, enum range_role role, uint32_t build, uintptr_t handle)
-{
-    add_range(sweep, range_of(role, build, handle, 0, 0, 0));
-    add_range(sweep, range_of(role, build, handle, 1, build * 64, build * 64 + 32));
-    add_range(sweep, range_of(role, build, handle, 1, build * 64 + 48, build * 64 + 64));
-}
-
-TEST(a_structure_in_pieces_is_one_structure)
-{
-    static const struct {
-        enum range_role role;
-        uint32_t build;
-        uintptr_t handle;
-        uint32_t pairs; /* from then on */
-    } added[] = {{ROLE_DST, 0, 7, 0},
-                 {ROLE_DST, 1, 8, 0},
-                 {ROLE_DST, 2, 7, 1},
-                 {ROLE_SRC, 3, 8, 2},
-                 {ROLE_SRC, 1, 8, 2}};
-    struct sweep sweep;
-    sweep_init(&sweep);
-    for (size_t i = 0; i < sizeof(added) / sizeof(added[0]); i++) {
-        uint32_t pairs = 0;
-        add_pieces(&sweep, added[i].role, added[i].build, added[i].handle);
-        sweep_equal_handles(&sweep, count_pair, &pairs);
-        assert_int_equal(pairs, added[i].pairs);
-    }
-    sweep_release(&sweep);
-}
-
 /* ---- cost: builds that share what may be shared, or all conflict */
 
 static uint32_t pairs_of(struct sweep *sweep)
@@ -330,17 +297,6 @@ static uint32_t pairs_of_conflicts(uint32_t builds, bool one_structure)
         }
     }
     return pairs_of(&sweep);
-}
-
-/* Builds into one structure conflict also if the memory of one of them is unknown or empty. */
-TEST(a_range_without_bytes_has_a_handle)
-{
-    struct sweep sweep;
-    sweep_init(&sweep);
-    add_range(&sweep, range_of(ROLE_DST, 0, 7, 1, 0, 100));
-    add_range(&sweep, range_of(ROLE_DST, 1, 7, 2, 5, 5));
-    assert_false(sweep_finds_nothing(&sweep));
-    assert_int_equal(pairs_of(&sweep), 1);
 }
 
 /* However many builds there are: as many pairs a build, also if all pairs are wanted. */

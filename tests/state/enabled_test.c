@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What rules get: the flags and types that are valid on a device with one extension, those of the
- * registry; properties of formats; the other rules that a finding names; copies of parameters of
- * builds, and members and names of their inputs. */
-#include "src/model/build_parameters.h"
+ * registry; properties of formats; the other rules that a finding names; members and names of inputs
+ * of builds. */
 #include "src/model/formats.h"
 #include "src/model/input_names.h"
 #include "src/model/inputs.h"
@@ -108,22 +107,6 @@ TEST(a_finding_names_no_more_rules_than_fit)
         assert_false(also_violates(&finding, (enum rule)i));
         assert_int_equal(finding.also_count, i < FINDING_ALSO ? i + 1 : FINDING_ALSO);
     }
-}
-
-TEST(the_copy_of_pointers_is_an_array)
-{
-    const STRUCT(VkAccelerationStructureGeometryKHR, geometry,
-                 .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR);
-    const VkAccelerationStructureGeometryKHR *pointer = &geometry;
-    const STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info, .geometryCount = 1,
-                 .ppGeometries = &pointer);
-    struct readable_cache cache = {0};
-    struct build_parameters copy;
-    assert_int_equal(build_parameters_copy(&cache, &info, NULL, &copy), VK_SUCCESS);
-    assert_null(copy.info.ppGeometries);
-    assert_ptr_equal(copy.info.pGeometries, copy.geometries);
-    assert_int_equal(copy.geometries[0].geometryType, VK_GEOMETRY_TYPE_AABBS_KHR);
-    build_parameters_release(&copy);
 }
 
 /* A micromap of dense geometry has an index for each primitive up to the largest one. */
