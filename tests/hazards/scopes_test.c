@@ -2,7 +2,6 @@
 /* Scopes against the registry: each stage with each access flag, on both sides. */
 #include "src/hazards/scopes.h"
 
-#include <stdio.h>
 #include <string.h>
 
 #include "tests/unit/unit_test.h"
@@ -24,40 +23,27 @@ struct access_row {
 #define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
 #define ALL_FLAGS (VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT)
 
-static const struct access_row *find_access(const char *name)
-{
-    for (size_t i = 0; i < COUNT_OF(access_rows); i++)
-        if (!strcmp(access_rows[i].name, name))
-            return &access_rows[i];
-    fail_msg("no access flag %s", name);
-    return NULL;
-}
-
-static const struct stage_row *find_stage(const char *name)
-{
-    for (size_t i = 0; i < COUNT_OF(stage_rows); i++)
-        if (!strcmp(stage_rows[i].name, name))
-            return &stage_rows[i];
-    fail_msg("no stage %s", name);
-    return NULL;
-}
-
 static const struct barrier_features all_features = {true, true, true, true};
 
 /* Finds flags by their names without prefix, which may be those of vkCmdPipelineBarrier. */
 static const struct access_row *named_access(const char *name)
 {
-    char full[128];
-    snprintf(full, sizeof(full), "VK_ACCESS_2_%s", name);
-    return find_access(full);
+    for (size_t i = 0; i < COUNT_OF(access_rows); i++)
+        if (!strcmp(access_rows[i].name + strlen("VK_ACCESS_2_"), name))
+            return &access_rows[i];
+    fail_msg("no access flag %s", name);
+    return NULL;
 }
 
 static const struct stage_row *named_stage(const char *name)
 {
-    char full[128];
-    snprintf(full, sizeof(full), "VK_PIPELINE_STAGE_2_%s%s",
-             strcmp(name, "TRANSFER_BIT") == 0 ? "ALL_" : "", name);
-    return find_stage(full);
+    const bool is_old = strcmp(name, "TRANSFER_BIT") == 0;
+    for (size_t i = 0; i < COUNT_OF(stage_rows); i++)
+        if (!strcmp(stage_rows[i].name + strlen("VK_PIPELINE_STAGE_2_"),
+                    is_old ? "ALL_TRANSFER_BIT" : name))
+            return &stage_rows[i];
+    fail_msg("no stage %s", name);
+    return NULL;
 }
 
 static bool includes(const struct access_row *access, enum access_kind kind)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What rules get: the flags and types that are valid on a device with one extension, those of the
- * registry; properties of formats; the other rules that a finding names; members and names of inputs
- * of builds. */
+ * registry; properties of formats; the other rules that a finding names; members and names of
+ * inputs of builds. */
 #include "src/model/formats.h"
 #include "src/model/input_names.h"
 #include "src/model/inputs.h"

@@ -424,19 +424,3 @@ JOURNAL_TEST(a_build_has_the_site_and_the_labels_of_its_call)
     journal_clear(journal);
     assert_null(site_at(journal, 6));
 }
-
-JOURNAL_TEST(a_build_without_memory_takes_no_other_build_s_site)
-{
-    add_build(journal, 0, NULL, &site_a);
-    memory_fail_after(0);
-    uint32_t failed = 1;
-    for (; journal_note_origin(journal, NULL, failed % 2 ? &site_b : &site_a); failed++)
-        assert_true(failed < 200);
-    assert_true(memory_fail_no_more());
-    add_build(journal, 1, NULL, NULL);
-    assert_null(site_at(journal, 1));
-    assert_ptr_equal(site_at(journal, 0), &site_a);
-    assert_false(unknown_is_set(&journal->unknown));
-    add_build(journal, 2, NULL, &site_b);
-    assert_ptr_equal(site_at(journal, 2), &site_b);
-}
