@@ -58,7 +58,8 @@ RESOURCES_TEST(what_backs_several_objects_ends)
     for (unsigned n = 1; n <= 5; n++)
         have_accel(resources, n, n <= 3 ? 1 : n - 2, 0, 0x100);
     resources_bind_buffer(resources, buffer(2), memory(1), 0, false);
-    resources_remove_accel(resources, accel(2));
+    for (unsigned n = 2; n <= 4; n += 2)
+        resources_remove_accel(resources, accel(n));
     resources_remove_buffer(resources, buffer(2));
     for (unsigned n = 1; n <= 5; n += 2)
         assert_int_equal(backed(resources, n), YES);
