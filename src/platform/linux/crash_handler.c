@@ -34,9 +34,9 @@ static struct {
     pthread_t thread;
     bool has_thread;
     int requests[2], replies[2]; /* pipes to the thread, and from it */
-    atomic_bool reported;        /* one report for each process */
-    atomic_bool is_busy;         /* a handler reports */
-    _Atomic pid_t thread_id, reporter_id;
+    _Atomic pid_t thread_id;
+    _Atomic pid_t reporter_id; /* the thread that reports, once for each process; 0: none yet */
+    atomic_bool is_reported;   /* it has */
 } crash;
 
 static pid_t own_id(void)
@@ -142,6 +142,11 @@ static bool is_function(const struct sigaction *action)
     return action->sa_handler != SIG_DFL && action->sa_handler != SIG_IGN;
 }
 
+static bool is_reporting(void)
+{
+    return atomic_load(&crash.reporter_id) && !atomic_load(&crash.is_reported);
+}
+
 /* Another thread's handler would end the process before this one has written its report. */
 static void wait_for_reporter(void)
 {
@@ -152,7 +157,7 @@ static void wait_for_reporter(void)
                 pause();
     }
     int left = 2 * VALIDATION_MILLISECONDS / PAUSE_MILLISECONDS;
-    while (left-- && atomic_load(&crash.is_busy) && atomic_load(&crash.reporter_id) != own_id())
+    while (left-- && is_reporting() && atomic_load(&crash.reporter_id) != own_id())
         poll(NULL, 0, PAUSE_MILLISECONDS);
 }
 
@@ -166,14 +171,12 @@ static void report_once(int signal, const siginfo_t *info)
     };
     if (crash.process != process_id())
         return; /* a child has no device */
-    if (atomic_exchange(&crash.reported, true)) {
+    if (!atomic_compare_exchange_strong(&crash.reporter_id, &(pid_t){0}, own_id())) {
         wait_for_reporter();
         return;
     }
-    atomic_store(&crash.reporter_id, own_id());
-    atomic_store(&crash.is_busy, true);
     crash.hooks.report(&event);
-    atomic_store(&crash.is_busy, false);
+    atomic_store(&crash.is_reported, true);
 }
 
 /* Calls the previous handler with the mask that it would have without the layer. The handler may
@@ -280,12 +283,12 @@ bool crash_handler_is_of_parent(void)
 void crash_handler_leave_parent(void)
 {
     crash.has_thread = false;
-    atomic_store(&crash.reported, false);
-    atomic_store(&crash.is_busy, false);
+    atomic_store(&crash.reporter_id, 0);
+    atomic_store(&crash.is_reported, false);
 }
 
 void crash_handler_wait(void)
 {
-    while (atomic_load(&crash.is_busy))
+    while (is_reporting())
         poll(NULL, 0, PAUSE_MILLISECONDS);
 }

@@ -16,11 +16,10 @@ static struct {
     pthread_t thread;
     bool has_thread;
     HANDLE request, reply;
-    atomic_bool ends;     /* the request is to end */
-    atomic_bool is_valid; /* the reply */
-    atomic_bool reported; /* one report for each process */
-    atomic_bool is_busy;  /* a filter reports */
-    _Atomic DWORD reporter_id;
+    atomic_bool ends;          /* the request is to end */
+    atomic_bool is_valid;      /* the reply */
+    _Atomic DWORD reporter_id; /* the thread that reports, once for each process; 0: none yet */
+    atomic_bool is_reported;   /* it has */
 } crash;
 
 /* ---- the thread */
@@ -101,25 +100,27 @@ static struct crash_event event_of(const EXCEPTION_RECORD *record)
     };
 }
 
+static bool is_reporting(void)
+{
+    return atomic_load(&crash.reporter_id) && !atomic_load(&crash.is_reported);
+}
+
 /* Another thread's filter would end the process before this one has written its report. */
 static void wait_for_reporter(void)
 {
     int left = 2 * VALIDATION_MILLISECONDS / PAUSE_MILLISECONDS;
-    while (left-- && atomic_load(&crash.is_busy) &&
-           atomic_load(&crash.reporter_id) != GetCurrentThreadId())
+    while (left-- && is_reporting() && atomic_load(&crash.reporter_id) != GetCurrentThreadId())
         Sleep(PAUSE_MILLISECONDS);
 }
 
 static LONG WINAPI filter(EXCEPTION_POINTERS *exception)
 {
-    if (atomic_exchange(&crash.reported, true)) {
+    if (!atomic_compare_exchange_strong(&crash.reporter_id, &(DWORD){0}, GetCurrentThreadId())) {
         wait_for_reporter();
     } else {
         const struct crash_event event = event_of(exception->ExceptionRecord);
-        atomic_store(&crash.reporter_id, GetCurrentThreadId());
-        atomic_store(&crash.is_busy, true);
         crash.hooks.report(&event);
-        atomic_store(&crash.is_busy, false);
+        atomic_store(&crash.is_reported, true);
     }
     return crash.previous ? crash.previous(exception) : EXCEPTION_CONTINUE_SEARCH;
 }
@@ -155,6 +156,6 @@ void crash_handler_leave_parent(void) {}
 
 void crash_handler_wait(void)
 {
-    while (atomic_load(&crash.is_busy))
+    while (is_reporting())
         Sleep(PAUSE_MILLISECONDS);
 }
