@@ -376,7 +376,8 @@ static bool compose(struct composed *composed, const struct build_parameters *gi
     }
 }
 
-/* Those of a micromap are as the application gave them; what is kept as given lacks them. */
+/* Returns the parameters that the application gave. Recording does not change those of a micromap,
+ * and recorded_build_given() lacks its usages and addresses. */
 static const struct build_parameters *find_given(const struct recorded_build *build)
 {
     const VkAccelerationStructureTypeKHR type = build->parameters.info.type;

@@ -118,7 +118,7 @@ struct bench {
     FILE *csv;
 };
 
-/* Of each frame, in milliseconds; at each level of each build, in nanoseconds. */
+/* A sample is the milliseconds of a frame; with --levels, the nanoseconds of a build. */
 struct samples {
     double wall[MOST_FRAMES], cpu[MOST_FRAMES], thread[MOST_FRAMES];
 };
