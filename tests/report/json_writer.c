@@ -1,12 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Writes lines of JSON for schema_test.py, which sets log_format and log_filename:
- *
- *     json_writer names       objects and labels with names that break a careless writer
- *     json_writer processes   16 processes at the same time
- *     json_writer threads     8 threads at the same time
- *     json_writer killed      a process that is killed right after a finding */
+/* json_writer [PROCESSES THREADS]: writes lines of JSON for schema_test.py, which sets log_format
+ * and log_filename: objects, labels, modules, drivers and applications with names that break a
+ * careless writer; or findings with these names by so many processes at the same time, each of so
+ * many threads. */
 #include <pthread.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,13 +16,7 @@
 #include "src/state/commands/object_names.h"
 #include "tests/fixture/make.h"
 
-enum {
-    LONG_NAME = 10000,
-    PROCESSES = 16,
-    SENT_BY_PROCESS = 300,
-    THREADS = 8,
-    SENT_BY_THREAD = 200
-};
+enum { LONG_NAME = 10000, THREADS_MAX = 8, SENT_BY_THREAD = 200 };
 
 static char long_name[LONG_NAME + 1], long_controls[LONG_NAME + 1], long_emoji[LONG_NAME + 1];
 
@@ -127,27 +118,6 @@ static void write_names(void)
     }
 }
 
-static void write_process(void)
-{
-    struct reporter *reporter = begin("one of many");
-    for (int i = 0; i < SENT_BY_PROCESS; i++)
-        send_named(reporter, nasty_names[i % NAMES]);
-    reporter_destroy(reporter);
-}
-
-static void write_processes(void)
-{
-    for (int i = 0; i < PROCESSES; i++) {
-        if (fork() == 0) {
-            write_process();
-            _exit(0);
-        }
-    }
-    for (int i = 0, status; i < PROCESSES; i++)
-        if (wait(&status) < 0 || status)
-            exit(1);
-}
-
 static void *write_thread(void *reporter)
 {
     for (int i = 0; i < SENT_BY_THREAD; i++)
@@ -155,47 +125,32 @@ static void *write_thread(void *reporter)
     return NULL;
 }
 
-static void write_threads(void)
+static void write_process(int thread_count)
 {
-    struct reporter *reporter = begin("threads");
-    pthread_t threads[THREADS];
-    for (int i = 0; i < THREADS; i++)
+    struct reporter *reporter = begin("one of many");
+    pthread_t threads[THREADS_MAX];
+    for (int i = 0; i < thread_count && i < THREADS_MAX; i++)
         if (pthread_create(&threads[i], NULL, write_thread, reporter) != 0)
-            exit(1);
-    for (int i = 0; i < THREADS; i++)
+            _exit(1);
+    for (int i = 0; i < thread_count && i < THREADS_MAX; i++)
         pthread_join(threads[i], NULL);
     reporter_destroy(reporter);
 }
 
-static void write_killed(void)
-{
-    pid_t child = fork();
-    if (child == 0) {
-        struct reporter *reporter = begin("killed");
-        send_named(reporter, "before the end");
-        kill(getpid(), SIGKILL);
-        _exit(0);
-    }
-    int status;
-    if (waitpid(child, &status, 0) != child || !WIFSIGNALED(status))
-        exit(1);
-}
-
 int main(int count, char **arguments)
 {
-    static const struct {
-        const char *word;
-        void (*write)(void);
-    } parts[] = {{"names", write_names},
-                 {"processes", write_processes},
-                 {"threads", write_threads},
-                 {"killed", write_killed}};
+    const int processes = count == 3 ? atoi(arguments[1]) : 0;
+    int status = 0;
     fill_long_names();
-    for (size_t i = 0; count == 2 && i < sizeof(parts) / sizeof(parts[0]); i++) {
-        if (strcmp(arguments[1], parts[i].word) != 0)
-            continue;
-        parts[i].write();
-        return 0;
-    }
-    return 2;
+    if (!processes)
+        write_names();
+    for (int i = 0; i < processes; i++)
+        if (fork() == 0) {
+            write_process(atoi(arguments[2]));
+            return 0;
+        }
+    for (int i = 0; i < processes && !status; i++)
+        if (wait(&status) < 0)
+            return 1;
+    return status != 0;
 }

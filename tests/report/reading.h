@@ -24,9 +24,8 @@ unsigned settings_muted(const struct settings *settings);
  * Until the next call. */
 const char *settings_text(const struct settings *settings);
 
-/* One line was said, and it has all these words; NULL ends them. */
-void assert_warned(const char *const *words);
-#define ASSERT_WARNED(...) assert_warned((const char *const[]){__VA_ARGS__, NULL})
+/* One line was said, in which assert_parts() finds these parts. */
+void assert_warned(const char *parts);
 
 /* One value of VK_EXT_layer_settings, or a text; and the structure that has several. */
 VkLayerSettingEXT setting_given(const char *key, VkLayerSettingTypeEXT type, const void *values);

@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a program with log_format = json, and validates each line against the schema.
 
-usage: schema_test.py [--one-file] [--killed] [--call-sites MODE] [--findings N] [--records N]
+usage: schema_test.py [--one-file] [--call-sites MODE] [--findings N] [--records N]
                       SCHEMA PROGRAM [ARGUMENT...]
 
   --one-file    the processes write one file
-  --killed      the processes are killed, so there is no summary
   --findings N  there are exactly so many
   --call-sites MODE
                 sets call_sites; each finding of a rule has a call site that begins in the program
@@ -61,19 +60,19 @@ class Checker:
         return line
 
 
-def check_instances(lines, where, is_killed):
+def check_instances(lines, where):
     """The lines of one process are from the header of an instance to its summary."""
     kinds = [line["Type"] for line in lines]
     if kinds[0] != "Header":
         raise Failure(f"{where}: the first line is {kinds[0]}")
-    if kinds.count("Summary") != (0 if is_killed else kinds.count("Header")):
+    if kinds.count("Summary") != kinds.count("Header"):
         raise Failure(f"{where}: {kinds.count('Header')} headers, "
                       f"but {kinds.count('Summary')} summaries")
-    if not is_killed and kinds[-1] != "Summary":
+    if kinds[-1] != "Summary":
         raise Failure(f"{where}: the last line is {kinds[-1]}")
 
 
-def check_file(checker, path, is_killed):
+def check_file(checker, path):
     """Returns the lines of a file."""
     content = path.read_bytes()
     if not content.endswith(b"\n"):
@@ -84,7 +83,7 @@ def check_file(checker, path, is_killed):
     for line in lines:
         processes.setdefault(line["pid"], []).append(line)
     for process, of_process in processes.items():
-        check_instances(of_process, f"{path.name}, process {process}", is_killed)
+        check_instances(of_process, f"{path.name}, process {process}")
     return lines
 
 
@@ -133,7 +132,6 @@ def check_records(lines, least):
 def read_arguments():
     parser = argparse.ArgumentParser()
     parser.add_argument("--one-file", action="store_true")
-    parser.add_argument("--killed", action="store_true")
     parser.add_argument("--call-sites")
     parser.add_argument("--findings", type=int)
     parser.add_argument("--records", type=int, default=0)
@@ -165,9 +163,8 @@ def main():
         files = sorted(pathlib.Path(folder).iterdir())
         if not files or not all(re.fullmatch(expected, file.name) for file in files):
             raise Failure(f"the files are {[file.name for file in files]}")
-        lines = [line for file in files for line in check_file(checker, file, arguments.killed)]
-    if not arguments.killed:
-        check_counts(lines)
+        lines = [line for file in files for line in check_file(checker, file)]
+    check_counts(lines)
     if arguments.call_sites:
         check_call_sites(lines, str(pathlib.Path(arguments.command[0]).resolve()))
     check_records(lines, arguments.records)

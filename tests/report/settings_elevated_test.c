@@ -60,7 +60,7 @@ TEST_OPENED(test_what_the_application_gives, clear)
     assert_int_equal(settings.level, LEVEL_STATE);
     assert_int_equal(settings.report_flags, REPORT_ERROR | REPORT_INFO);
     assert_int_equal(settings.duplicate_message_limit, 4);
-    ASSERT_WARNED("assay_validation.levle");
+    assert_warned("assay_validation.levle");
 }
 
 /* ---- the same text as the utility library's */
