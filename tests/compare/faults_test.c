@@ -6,9 +6,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tests/snapshots/scene.h"
+#include "tests/player/play.h"
+#include "tests/unit/unit_test.h"
 
-enum { BUFFER_SIZE = 1 << 16, WAITS = 10, BUILDS = 3 };
+enum { WAITS = 10, BUILDS = 3 };
+
+static struct platform platform;
+static struct play play;
+static struct program program;
 
 /* A message about the driver's answers, or about what was not compared. */
 static bool is_expected(const char *text)
@@ -19,31 +24,32 @@ static bool is_expected(const char *text)
 
 static uint32_t compared, compared_tops; /* messages about answers in the last life */
 
-static void submit(VkCommandBuffer commands)
+/* Executes commands of a program, whose messages are kept. */
+static void execute(const char *text)
 {
-    GET(fixture.vk.EndCommandBuffer(commands));
-    GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
-    fixture.vk.QueueWaitIdle(fixture.queue);
+    program.line_count = 0;
+    program.used = 0;
+    play_words(&play, program_add(&program, text, 1)->words);
 }
 
 /* Returns the number of waits. */
 static uint64_t live(uint32_t failing, VkResult result)
 {
-    SCENE_OPEN(.boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE, .has_tlas = true);
-    struct device_buffer instances = scene_input(BUFFER_SIZE);
-    const VkAabbPositionsKHR box = {0, 0, 0, 1, 1, 1};
-    memcpy(scene.boxes.bytes, &box, sizeof(box));
+    program.line_count = 0;
+    play = (struct play){.platform = &platform, .level = "content"};
+    assert_true(play_begin(&play, &program));
+    execute("init A0 floats 0 0 0 1 1 1");
     if (failing)
         platform.null_driver.fail_at("vkWaitForFences", failing, result);
     for (int i = 0; i < BUILDS; i++)
-        submit(scene_record_boxes(0, 1));
-    scene_write_instance(&instances, true);
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    scene_build_instance(commands, instances.address, false);
-    submit(commands);
-    scene_close();
+        execute("build B0 boxes A0 primitives 1; submit; host wait q0");
+    execute("init I0 instances B0; top T0 instances I0 B0; submit; host wait q0; close");
     const uint64_t waits = platform.null_driver.calls("vkWaitForFences");
-    const struct messages *messages = &fixture.instance.messages;
+    assert_int_equal(platform.null_driver.allocated(), 0);
+    assert_int_equal(platform.null_driver.invalid_queries(), 0);
+    play_end(&play);
+    play_close(&play);
+    const struct messages *messages = &play.fixture.messages;
     compared = compared_tops = 0;
     for (uint32_t i = 0; i < messages_kept(messages); i++) {
         if (!is_expected(messages->items[i].text))
@@ -51,8 +57,6 @@ static uint64_t live(uint32_t failing, VkResult result)
         compared += strstr(messages->items[i].text, "Driver: no hit") != NULL;
         compared_tops += strstr(messages->items[i].text, "makes a TLAS whose instance 0") != NULL;
     }
-    assert_int_equal(platform.null_driver.allocated(), 0);
-    platform.null_driver.reset();
     return waits;
 }
 
@@ -81,8 +85,8 @@ TEST(test_messages_name_submissions)
     for (int i = 1; i <= BUILDS; i++) {
         char words[32];
         snprintf(words, sizeof(words), ", submission %d", i);
-        assert_in_range(messages_count(&fixture.instance.messages, "ASSAY-compare-missed", words),
-                        1, UINT32_MAX);
+        assert_in_range(messages_count(&play.fixture.messages, "ASSAY-compare-missed", words), 1,
+                        UINT32_MAX);
     }
 }
 

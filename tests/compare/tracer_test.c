@@ -7,10 +7,15 @@
 #include <string.h>
 
 #include "subject.h"
-#include "tests/snapshots/scene.h"
+#include "tests/fixture/instance.h"
+#include "tests/fixture/make.h"
+#include "tests/unit/unit_test.h"
 
 enum { RAYS = 4, WAITS_MAX = 3 };
 
+static struct platform platform;
+static struct instance_fixture instance;
+static VkQueue queue;
 static VkResult waits[WAITS_MAX]; /* the results of the waits, in their order */
 static uint32_t wait_count;
 static VkPhysicalDeviceMemoryProperties memory;
@@ -46,9 +51,9 @@ static uint64_t count_destroyed(void)
     return count;
 }
 
-static bool begin_submission(void *queues, VkQueue queue)
+static bool begin_submission(void *queues, VkQueue used)
 {
-    assert_ptr_equal(queue, fixture.queue);
+    assert_ptr_equal(used, queue);
     return may_submit;
 }
 
@@ -59,18 +64,24 @@ static void end_submission(void *queues)
 
 static void open_tracer_with(const struct instance_settings *settings)
 {
+    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+                                             VK_KHR_RAY_QUERY_EXTENSION_NAME};
     STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query, .rayQuery = VK_TRUE);
-    fixture_open_with(&fixture, &platform, settings, &query, VK_KHR_RAY_QUERY_EXTENSION_NAME);
-    fixture.instance.vk.GetPhysicalDeviceMemoryProperties(fixture.instance.physical, &memory);
-    vk = fixture.vk;
-    device = (struct compare_device){.handle = fixture.device,
-                                     .vk = &vk,
+    const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, features, .pNext = &query,
+                 .accelerationStructure = VK_TRUE);
+    device = (struct compare_device){.vk = &vk,
                                      .memory = &memory,
                                      .scratch_alignment = 256,
                                      .begin_submission = begin_submission,
                                      .end_submission = end_submission,
                                      .queues = &submissions,
                                      .has_queries = true};
+    instance_fixture_create(&instance, &platform, settings);
+    instance.vk.GetPhysicalDeviceMemoryProperties(instance.physical, &memory);
+    GET(instance_fixture_create_device(&instance, &features, extensions, ARRAY_COUNT(extensions),
+                                       &device.handle, &vk));
+    vk.GetDeviceQueue(device.handle, 0, 0, &queue);
     allocated_before = platform.null_driver.allocated();
     GET(tracer_create(&device, &tracer));
     wait_count = submissions = 0;
@@ -85,7 +96,9 @@ static void open_tracer(void)
 
 static void close_tracer(void)
 {
-    fixture_close(&fixture);
+    vk.DestroyDevice(device.handle, NULL);
+    assert_int_equal(platform.null_driver.invalid_queries(), 0);
+    instance_fixture_close(&instance);
     platform.null_driver.reset();
 }
 
@@ -98,7 +111,7 @@ static VkResult run(VkResult first, VkResult second)
     struct compare_answer *answers = calloc(RAYS, sizeof(*answers));
     assert_true(job && answers);
     subject_ring(&subject);
-    *job = (struct tracer_job){.queue = fixture.queue,
+    *job = (struct tracer_job){.queue = queue,
                                .input_count = 1,
                                .inputs = &subject.input,
                                .ray_count = RAYS,
@@ -125,14 +138,14 @@ TEST(test_calls_are_valid)
         VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
     const struct compare_input inputs[] = {source.input, update.input};
     open_tracer_with(&(struct instance_settings){.hazards = "true"});
-    GET(tracer_run(tracer, &(struct tracer_job){.queue = fixture.queue,
+    GET(tracer_run(tracer, &(struct tracer_job){.queue = queue,
                                                 .input_count = 2,
                                                 .inputs = inputs,
                                                 .ray_count = RAYS,
                                                 .rays = rays,
                                                 .answers = answers}));
     tracer_destroy(tracer);
-    messages_expect_none(&fixture.instance.messages);
+    messages_expect_none(&instance.messages);
     close_tracer();
 }
 
@@ -147,50 +160,32 @@ TEST_BETWEEN(test_queue_in_use, open_tracer, close_tracer)
     tracer_destroy(tracer);
 }
 
-static void expect_kept(VkResult result)
+/* What the device may still use is kept, and destroyed when a wait succeeds; else the device takes
+ * the objects with it. */
+static const struct ending {
+    const char *test;
+    VkResult first, second; /* of the waits */
+    bool is_kept, is_left;  /* after the first wait; at the end, too */
+} endings[] = {
+    {"test_timeout", VK_TIMEOUT, VK_SUCCESS, true, false},
+    {"test_failed_wait", VK_ERROR_OUT_OF_HOST_MEMORY, VK_SUCCESS, true, false},
+    {"test_timeout_at_the_end", VK_TIMEOUT, VK_TIMEOUT, true, true},
+    {"test_failed_wait_at_the_end", VK_TIMEOUT, VK_ERROR_OUT_OF_DEVICE_MEMORY, true, true},
+    {"test_lost_device", VK_ERROR_DEVICE_LOST, VK_SUCCESS, false, false}, /* which uses nothing */
+};
+
+TEST_OF_ROWS_BETWEEN(test_ending, endings, const struct ending *row, open_tracer, close_tracer)
 {
     const uint64_t destroyed = count_destroyed();
-    assert_int_equal(run(result, VK_SUCCESS), VK_TIMEOUT);
-    assert_int_equal(count_destroyed(), destroyed);
+    assert_int_equal(run(row->first, row->second), row->is_kept ? VK_TIMEOUT : row->first);
+    assert_int_equal(count_destroyed() == destroyed, row->is_kept);
     tracer_destroy(tracer);
-    assert_int_equal(wait_count, 2);
-    assert_int_equal(platform.null_driver.allocated(), allocated_before);
+    assert_int_equal(count_destroyed() == destroyed, row->is_left);
+    assert_int_equal(platform.null_driver.allocated() == allocated_before, !row->is_left);
+    assert_int_equal(wait_count, row->is_kept ? 2 : 1);
 }
 
-TEST_BETWEEN(test_timeout, open_tracer, close_tracer)
+const char *unit_test_open(const char *name)
 {
-    expect_kept(VK_TIMEOUT);
-}
-
-TEST_BETWEEN(test_failed_wait, open_tracer, close_tracer)
-{
-    expect_kept(VK_ERROR_OUT_OF_HOST_MEMORY);
-}
-
-/* The device takes the objects with it. */
-static void expect_left(VkResult result)
-{
-    assert_int_equal(run(VK_TIMEOUT, result), VK_TIMEOUT);
-    const uint64_t destroyed = count_destroyed();
-    tracer_destroy(tracer);
-    assert_int_equal(count_destroyed(), destroyed);
-}
-
-TEST_BETWEEN(test_timeout_at_the_end, open_tracer, close_tracer)
-{
-    expect_left(VK_TIMEOUT);
-}
-
-TEST_BETWEEN(test_failed_wait_at_the_end, open_tracer, close_tracer)
-{
-    expect_left(VK_ERROR_OUT_OF_DEVICE_MEMORY);
-}
-
-/* A lost device uses nothing. */
-TEST_BETWEEN(test_lost_device, open_tracer, close_tracer)
-{
-    assert_int_equal(run(VK_ERROR_DEVICE_LOST, VK_SUCCESS), VK_ERROR_DEVICE_LOST);
-    assert_int_equal(platform.null_driver.allocated(), allocated_before);
-    tracer_destroy(tracer);
-    assert_int_equal(wait_count, 1);
+    return platform_open(&platform, name ? name : "null");
 }

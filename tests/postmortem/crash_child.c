@@ -9,42 +9,82 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-enum { BUFFER_SIZE = 1 << 16 };
-
 char output[OUTPUT_SIZE];
 int status;
+struct play play;
+static struct program program;
+static struct platform platform;
 
-void crash(const struct crash *crash)
+const char *unit_test_open(const char *name)
 {
-    PLAN_FAULT(.kind = NULL_DRIVER_CRASH, .at = NULL_DRIVER_AT_BUILD,
-               .skips_copies = crash->skips_copies, .signal = crash->signal,
-               .in_thread = crash->in_thread);
-    VkCommandBuffer commands = scene_record_boxes(0, 1);
-    scene_submit(commands);
+    return platform_open(&platform, name ? name : "null");
 }
 
 void open_at(const char *level)
 {
-    SCENE_OPEN(.settings.level = level, .boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE,
-               .has_tlas = true);
-    fixture.instance.vk.DestroyDebugUtilsMessengerEXT(fixture.instance.instance,
-                                                      fixture.instance.messenger, NULL);
-    fixture.instance.messenger = VK_NULL_HANDLE;
-    scene_invalidate_box(0);
+    play = (struct play){.platform = &platform, .level = level ? level : "content"};
+    if (!play_begin(&play, &program))
+        _exit(1);
+    struct instance_fixture *instance = &play.fixture;
+    instance->vk.DestroyDebugUtilsMessengerEXT(instance->instance, instance->messenger, NULL);
+    instance->messenger = VK_NULL_HANDLE;
+    execute_line("init V1 box");
+}
+
+void close_device(void)
+{
+    play_end(&play);
+    play_close(&play);
+}
+
+void execute_line(const char *text)
+{
+    play_text(&play, &program, "%s", text);
+}
+
+void submit_box(void)
+{
+    execute_line("c0: " BUILD_BOX);
+    execute_line("submit c0");
+}
+
+void plan_crash(const struct crash *crash)
+{
+    platform.null_driver.plan_fault(&(struct null_driver_fault){.kind = NULL_DRIVER_CRASH,
+                                                                .at = NULL_DRIVER_AT_BUILD,
+                                                                .number = crash->number,
+                                                                .skips_copies = crash->skips_copies,
+                                                                .signal = crash->signal,
+                                                                .in_thread = crash->in_thread});
+}
+
+void crash(const struct crash *crash)
+{
+    plan_crash(crash);
+    submit_box();
 }
 
 void build_with_wild_reference(void)
 {
     open_at(NULL);
-    struct device_buffer instances = scene_input(BUFFER_SIZE);
-    scene_write_instance(&instances, true);
-    ((VkAccelerationStructureInstanceKHR *)instances.bytes)->accelerationStructureReference =
-        0x123456789000;
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    scene_build_instance(commands, instances.address, false);
-    scene_submit(commands);
-    fixture.vk.DeviceWaitIdle(fixture.device);
+    execute_line("init I0 reference 0x123456789000; build B0; submit; host wait idle");
+    execute_line("c0: top T0 instances I0 B0");
+    execute_line("submit c0; host wait idle");
     _exit(HANDLED);
+}
+
+static void expect_text(const char *parts)
+{
+    const char *at = output;
+    while (*parts) {
+        const char *next = strstr(parts, "...");
+        char part[256];
+        snprintf(part, sizeof(part), "%.*s", next ? (int)(next - parts) : (int)strlen(parts),
+                 parts);
+        assert_has(at, part);
+        at = strstr(at, part) + strlen(part);
+        parts += strlen(part) + (next ? 3 : 0);
+    }
 }
 
 void expect_ending(const struct ending *ending)
@@ -53,8 +93,8 @@ void expect_ending(const struct ending *ending)
     if (number ? !WIFSIGNALED(status) || WTERMSIG(status) != number
                : !WIFEXITED(status) || WEXITSTATUS(status) != HANDLED)
         fail_msg("status 0x%x, output: %s", (unsigned)status, output);
-    for (const char *const *text = ending->says; *text; text++)
-        assert_has(output, *text);
+    if (ending->says)
+        expect_text(ending->says);
     if (ending->lacks)
         assert_lacks(output, ending->lacks);
 }

@@ -13,7 +13,8 @@ TEST(test_wild_reference)
     print_message("%s\n", WIFSIGNALED(status) ? "lavapipe crashes" : "lavapipe does not crash");
     if (WIFEXITED(status) && WEXITSTATUS(status) == HANDLED)
         return; /* another release of lavapipe than those that crash */
-    EXPECT_ENDING(SIGSEGV, {"ASSAY-crash", "1. build of VkAccelerationStructureKHR 0x",
-                            ": its inputs had been copied, and it had not finished.",
-                            "read when the process crashed"});
+    EXPECT_ENDING(SIGSEGV,
+                  "ASSAY-crash...1. build of VkAccelerationStructureKHR 0x...: its inputs had been "
+                  "copied, and it had "
+                  "not finished...read when the process crashed");
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The shader that copies, by itself: sources of any alignment and size, against memcpy(). */
-#include "tests/snapshots/scene.h"
+#include "tests/snapshots/shader.h"
 
 #include <string.h>
 
@@ -25,12 +25,10 @@ static struct device_buffer source, target, list, gate;
 static void open_scene(void)
 {
     shader_open(code, sizeof(code), 2 * sizeof(uint64_t));
-    source = fixture_buffer(&fixture, SOURCE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    target =
-        fixture_buffer(&fixture, (VkDeviceSize)ORDERS * ROOM, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    gate = fixture_buffer(&fixture, sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    list = fixture_buffer(&fixture, ORDERS * sizeof(struct copy_order),
-                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    source = shader_buffer(SOURCE_SIZE);
+    target = shader_buffer((VkDeviceSize)ORDERS * ROOM);
+    gate = shader_buffer(sizeof(uint32_t));
+    list = shader_buffer(ORDERS * sizeof(struct copy_order));
 }
 
 #define COPY_TEST(name) TEST_BETWEEN_IF(name, open_scene, shader_close, true)

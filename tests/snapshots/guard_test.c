@@ -2,7 +2,7 @@
 /* The shader of setting guard, by itself: random operations of builds of partitioned structures,
  * against what the null driver does in its place. Programs play the instances of top-level
  * structures, and what the host does. */
-#include "tests/snapshots/scene.h"
+#include "tests/snapshots/shader.h"
 
 #include <string.h>
 
@@ -51,8 +51,8 @@ static struct device_buffer source, target;
 static void open_scene(void)
 {
     shader_open(code, sizeof(code), 64);
-    source = fixture_buffer(&fixture, SOURCE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    target = fixture_buffer(&fixture, TARGET_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    source = shader_buffer(SOURCE_SIZE);
+    target = shader_buffer(TARGET_SIZE);
 }
 
 #define GUARD_TEST(name) TEST_BETWEEN_IF(name, open_scene, shader_close, true)

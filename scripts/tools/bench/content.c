@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What a frame costs without the layer, at level execution and at level content, there also with
- * setting hazards; or at each level: each frame builds, submits and waits. Prints medians. */
+ * setting hazards; or at each level: each frame builds, submits and waits. Prints medians. Or what
+ * setting guard costs the device. */
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -9,13 +11,13 @@
 #include "scripts/tools/measure.h"
 #include "tests/null_driver/null_driver.h"
 
-enum { MOST_SIDES = 14, MOST_FRAMES = 1001 };
+enum { MOST_SIDES = 16, MOST_FRAMES = 1001, GUARD_FRAMES = 15 };
 
 static const VkBool32 on = VK_TRUE, off = VK_FALSE;
 static const char *const parameters = "parameters", *const state = "state",
                          *const execution = "execution", *const content = "content",
-                         *const json = "json";
-static const uint32_t compared_rays = 1000;
+                         *const json = "json", *const references = "references";
+static const uint32_t compared_rays = 1000, large_budget_mib = 1024;
 enum { MOST_SETTINGS = 3 };
 #define SETTING(layer, key, type, value)                                                           \
     {                                                                                              \
@@ -23,10 +25,11 @@ enum { MOST_SETTINGS = 3 };
     }
 #define LEVEL(name) SETTING(GPU_LAYER, "level", STRING, name)
 #define SWITCH(layer, key) SETTING(layer, key, BOOL32, &on)
+#define LARGE_BUDGET SETTING(GPU_LAYER, "content_budget_mib", UINT32, &large_budget_mib)
 #define NO_HAZARDS SETTING(GPU_LAYER, "hazards", BOOL32, &off)
 
 /* What is compared; a side may take part in several comparisons. */
-enum { OF_CONTENT = 1, OF_HAZARDS = 2, OF_LEVELS = 4, OF_ALL = 7 };
+enum { OF_CONTENT = 1, OF_HAZARDS = 2, OF_LEVELS = 4, OF_GUARD = 8, OF_ALL = 15 };
 
 static const struct side_kind {
     const char *name, *layer;
@@ -52,6 +55,11 @@ static const struct side_kind {
      GPU_LAYER,
      OF_LEVELS,
      {LEVEL(&content), SETTING(GPU_LAYER, "compare_rays", UINT32, &compared_rays)}},
+    {"copy", GPU_LAYER, OF_GUARD, {LEVEL(&content), LARGE_BUDGET}},
+    {"copy and guard",
+     GPU_LAYER,
+     OF_GUARD,
+     {LEVEL(&content), LARGE_BUDGET, SETTING(GPU_LAYER, "guard", STRING, &references)}},
     {"khronos", BENCH_PEER, OF_CONTENT | OF_HAZARDS, {{0}}},
     {"khronos GPU-AV", BENCH_PEER, OF_CONTENT, {SWITCH(BENCH_PEER, "gpuav_enable")}},
     {"khronos syncval", BENCH_PEER, OF_HAZARDS, {SWITCH(BENCH_PEER, "validate_sync")}},
@@ -108,7 +116,7 @@ struct options {
     const char *only;   /* a side; NULL: all */
     const char *scene;  /* part of a scene's name; NULL: all scenes */
     const char *csv;    /* or NULL */
-    bool with_peer, hazards, levels, quick;
+    bool with_peer, hazards, levels, guard, quick;
 };
 
 struct bench {
@@ -248,6 +256,40 @@ static void measure_all_levels(struct bench *bench)
     }
 }
 
+/* ---- what setting guard costs the device */
+
+/* Milliseconds between timestamps of the fastest frame, because other work of the machine only adds
+ * to it. */
+static double measure_device(struct side *side, const struct frame_kind *kind)
+{
+    double best = INFINITY;
+    struct frames *frames = frames_open(kind, side);
+    for (uint32_t i = 0; i <= GUARD_FRAMES; i++) { /* the first makes what is made once */
+        const double device = frames_run(frames).device / 1e6;
+        best = i ? fmin(best, device) : best;
+    }
+    frames_close(frames);
+    return best;
+}
+
+static void measure_guard(struct bench *bench)
+{
+    printf("| instances | build | and copy (level content) | and guard | copy | guard |\n");
+    printf("| --- | --- | --- | --- | --- | --- |\n");
+    for (uint32_t count = 1000; count <= 1000000; count *= 10) {
+        const struct frame_kind kind = {"", 1, count, true, .has_timestamps = true};
+        double times[3];
+        int measured = 0;
+        for (int s = 0; s < MOST_SIDES; s++)
+            if (bench->is_open[s])
+                times[measured++] = measure_device(&bench->sides[s], &kind);
+        printf("| %u | %.3f ms | %.3f ms | %.3f ms | %.1f M/s | %.1f M/s |\n", count, times[0],
+               times[1], times[2], count / (times[1] - times[0]) / 1e3,
+               count / (times[2] - times[1]) / 1e3);
+        fflush(stdout);
+    }
+}
+
 /* ---- frames */
 
 static void print(const struct bench *bench, const struct frame_kind *kind, uint32_t count)
@@ -300,6 +342,8 @@ static const char usage[] =
     "  --levels         prints what each level, setting record_builds and setting compare_rays\n"
     "                   add to a build of another list of scenes, in nanoseconds of CPU time\n"
     "                   and in bytes, as CSV; needs --driver\n"
+    "  --guard          measures on the device what setting guard adds to builds of 1,000 to\n"
+    "                   1,000,000 instances, as timestamps tell it: the fastest of 15\n"
     "  --quick          with --levels: a hundredth of the size, and three samples\n"
     "  --peer           with VK_LAYER_KHRONOS_validation, too: as it is by default, and with\n"
     "                   its GPU-assisted checks\n"
@@ -314,6 +358,7 @@ static const struct command_line_option option_table[] = {
     {"only", command_line_text, offsetof(struct options, only), true},
     {"hazards", command_line_set, offsetof(struct options, hazards), false},
     {"levels", command_line_set, offsetof(struct options, levels), false},
+    {"guard", command_line_set, offsetof(struct options, guard), false},
     {"quick", command_line_set, offsetof(struct options, quick), false},
     {"peer", command_line_set, offsetof(struct options, with_peer), false},
     {"csv", command_line_text, offsetof(struct options, csv), true},
@@ -336,7 +381,8 @@ static void open_sides(struct bench *bench)
     uint32_t count = 0;
     for (int s = 0; s < MOST_SIDES; s++) {
         const struct side_kind *kind = &side_kinds[s];
-        const bool is_compared = kind->comparisons & (options->levels    ? OF_LEVELS
+        const bool is_compared = kind->comparisons & (options->guard     ? OF_GUARD
+                                                      : options->levels  ? OF_LEVELS
                                                       : options->hazards ? OF_HAZARDS
                                                                          : OF_CONTENT);
         bench->is_open[s] = is_compared && (options->only ? strcmp(options->only, kind->name) == 0
@@ -374,10 +420,14 @@ int main(int argc, char **argv)
     if (is_null(options))
         raise_limits();
     bench.csv = command_line_open_csv(options->csv, "scene,side,wall_ms,cpu_ms");
+    if (options->guard && (options->only || options->with_peer))
+        command_line_wrong(&line, "goes with neither --only nor --peer", "--guard");
     if (options->levels && !options->driver)
         command_line_wrong(&line, "needs --driver", "--levels");
     open_sides(&bench);
-    if (options->levels) {
+    if (options->guard) {
+        measure_guard(&bench);
+    } else if (options->levels) {
         measure_all_levels(&bench);
     } else {
         print_heads(&bench);

@@ -20,6 +20,7 @@ struct frames {
     VkAccelerationStructureBuildRangeInfoKHR range;
     const VkAccelerationStructureBuildRangeInfoKHR **ranges;
     struct recorder recorder;
+    VkQueryPool timestamps; /* two, or null */
     bool is_built;
 };
 
@@ -181,6 +182,11 @@ struct frames *frames_open(const struct frame_kind *kind, struct side *side)
         open_triangles(frames);
     open_structures(frames);
     recorder_open(&frames->recorder, side);
+    if (kind->has_timestamps)
+        TOOL_CALL(
+            side->gpu.calls, CreateQueryPool, side->gpu.device,
+            &MAKE(VkQueryPoolCreateInfo, .queryType = VK_QUERY_TYPE_TIMESTAMP, .queryCount = 2),
+            NULL, &frames->timestamps);
     return frames;
 }
 
@@ -198,6 +204,7 @@ void frames_close(struct frames *frames)
         return;
     struct gpu *gpu = frames->gpu;
     recorder_close(&frames->recorder);
+    gpu->calls.DestroyQueryPool(gpu->device, frames->timestamps, NULL);
     for (uint32_t i = 0; i < frames->kind.builds; i++)
         gpu_destroy_structure(gpu, &frames->structures[i]);
     close_memory(frames, &frames->vertices);
@@ -238,6 +245,27 @@ static void record_barrier(struct frames *frames)
                     VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
 }
 
+static void record_timestamp(struct frames *frames, uint32_t number)
+{
+    const VkuDeviceDispatchTable *calls = &frames->gpu->calls;
+    if (!frames->timestamps)
+        return;
+    if (number == 0)
+        calls->CmdResetQueryPool(frames->recorder.commands, frames->timestamps, 0, 2);
+    calls->CmdWriteTimestamp(frames->recorder.commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT,
+                             frames->timestamps, number);
+}
+
+static double read_timestamps(const struct frames *frames)
+{
+    const struct gpu *gpu = frames->gpu;
+    uint64_t ticks[2] = {0};
+    if (frames->timestamps)
+        TOOL_CALL(gpu->calls, GetQueryPoolResults, gpu->device, frames->timestamps, 0, 2,
+                  sizeof(ticks), ticks, sizeof(ticks[0]), VK_QUERY_RESULT_64_BIT);
+    return (double)(ticks[1] - ticks[0]) * (double)gpu->properties.limits.timestampPeriod;
+}
+
 static void record(struct frames *frames)
 {
     struct gpu *gpu = frames->gpu;
@@ -245,6 +273,7 @@ static void record(struct frames *frames)
     const uint32_t a_call = kind->builds_a_call ? kind->builds_a_call : kind->builds;
     const uint32_t a_barrier = kind->builds_a_barrier ? kind->builds_a_barrier : kind->builds;
     recorder_begin(&frames->recorder, 0);
+    record_timestamp(frames, 0);
     for (uint32_t i = 0; i < kind->builds; i += a_call) {
         const uint32_t left = kind->builds - i;
         if (i % a_barrier == 0)
@@ -253,6 +282,9 @@ static void record(struct frames *frames)
                                                      left < a_call ? left : a_call,
                                                      &frames->infos[i], &frames->ranges[i]);
     }
+    if (frames->timestamps)
+        record_barrier(frames);
+    record_timestamp(frames, 1);
     recorder_end(&frames->recorder);
 }
 
@@ -271,5 +303,6 @@ struct frame_times frames_run(struct frames *frames)
     }
     return (struct frame_times){.wall = read_clock(CLOCK_MONOTONIC) - wall,
                                 .cpu = read_clock(CLOCK_PROCESS_CPUTIME_ID) - cpu,
-                                .thread = thread_time() - thread};
+                                .thread = thread_time() - thread,
+                                .device = read_timestamps(frames)};
 }

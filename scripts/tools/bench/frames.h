@@ -15,6 +15,7 @@ struct frame_kind {
     uint32_t builds_a_call, builds_a_barrier; /* 0: one call, after one barrier */
     bool has_own_inputs;                      /* each build; otherwise all read the same */
     bool by_host;                             /* vkBuildAccelerationStructuresKHR */
+    bool has_timestamps;                      /* around what the device builds */
 };
 
 struct frames;
@@ -25,6 +26,7 @@ void frames_close(struct frames *frames);
 
 struct frame_times {
     double wall, cpu, thread; /* nanoseconds; CPU time of all threads of the process, and of this */
+    double device;            /* between the timestamps, in nanoseconds; 0 without them */
 };
 
 struct frame_times frames_run(struct frames *frames);
