@@ -20,6 +20,12 @@ class Sources(unittest.TestCase):
                     if OTHERS.isdisjoint((str(path), str(path.parent))) and f"{path} " not in build]
         self.assertEqual(left_out, [])
 
+    def test_programs_of_windows_exist(self):
+        build = (BUILD / "build.ninja").read_text(encoding="utf-8")
+        lines = (ROOT / "tests/windows/tests.txt").read_text(encoding="utf-8").splitlines()
+        programs = [line.split()[1].removesuffix(".exe") for line in lines]
+        self.assertEqual([name for name in programs if f"build tests/{name}: " not in build], [])
+
 
 if __name__ == "__main__":
     unittest.main()
