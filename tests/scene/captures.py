@@ -32,6 +32,7 @@ class Capture:
         self.folder = folder
         self.lines = []
         self.findings = []
+        self.structures = set()
         self.number = 0
         (folder / "data").mkdir(parents=True)
         self.add("Capture", version=1, pid=7, time="2026-11-22T18:00:00.000001Z", LayerVersion="0.2.0",
@@ -50,6 +51,8 @@ class Capture:
                  command_buffer="0xcb", build=0, **members)
 
     def structure(self, number, kind="bottom level", name=None, size=256):
+        """A build adds one without a name, unless it is there."""
+        self.structures.add(number)
         self.add("Structure", structure=number, handle=hex(0x1000 + number), type=kind, buffer=1, offset=0,
                  size=size, **({"name": name} if name else {}))
 
@@ -97,6 +100,8 @@ class Capture:
              "stride": 64, "size": 64, "data": name}], **members}
 
     def build(self, structure, *geometry, kind="bottom level", mode="build", flags=0, **members):
+        if structure not in self.structures:
+            self.structure(structure, kind)
         self.command("Build", dst_id=structure, dst=hex(0x1000 + structure), type=kind, mode=mode,
                      flags=hex(flags), geometry=list(geometry), command="vkCmdBuildAccelerationStructuresKHR",
                      **members)
@@ -104,9 +109,8 @@ class Capture:
 
     def build_top(self, structure, instances, **members):
         """References are the ids of structures, unless `references` says more."""
-        known = {line["structure"] for line in self.lines if line["Type"] == "Structure"}
         members.setdefault("references", [
-            {"reference": hex(reference), **({"structure": reference} if reference in known else {})}
+            {"reference": hex(reference), **({"structure": reference} if reference in self.structures else {})}
             for reference in sorted({instance[1] for instance in instances} - {0})])
         return self.build(structure, self.instances(instances), kind="top level", **members)
 

@@ -38,7 +38,6 @@ class Programs(Case):
 
     def test_sizes_of_triangles(self):
         capture = Capture(self.folder)
-        capture.structure(1)
         capture.build(1, capture.triangles([(0, 0, 0), (2, 0, 0), (0, 2, 0), (0, 4, 0)], [0, 1, 2, 2, 1, 0, 0, 1, 3]))
         lines = self.run_program(1, capture).splitlines()
         self.assertEqual((len(lines), lines[0], lines[-1]), (10, f"{2:10} " + "#" * 60, f"{3.8:10} " + "#" * 30))

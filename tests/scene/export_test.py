@@ -73,7 +73,6 @@ class Meshes(Export):
 
     def test_the_faces_of_a_box_look_outwards(self):
         capture = Capture(self.folder)
-        capture.structure(1)
         capture.build(1, capture.boxes([(-1, -2, -3, 1, 2, 3)]))
         volume = 0
         for (ax, ay, az), (bx, by, bz), (cx, cy, cz) in self.export(capture).triangles():
@@ -100,13 +99,11 @@ class Meshes(Export):
             with self.subTest(name):
                 self.begin_again()
                 capture = Capture(self.folder)
-                capture.structure(1)
                 capture.build(1, capture.triangles(rows, descr=descr, code=code, vertex_format=f"VK_FORMAT_{name}"))
                 self.expect_triangles(self.export(capture).triangles(), [tuple(expected)], 1e-6)
 
     def test_other_formats_and_geometries_are_counted(self):
         capture = Capture(self.folder)
-        capture.structure(1)
         capture.build(1, capture.triangles(TRIANGLE, vertex_format="VK_FORMAT_R64G64B64_SFLOAT"),
                       capture.triangles(TRIANGLE, vertex_format="VK_FORMAT_R32G32B32A32_SINT"),
                       capture.triangles([(0, 0)] * 3), {"type": "spheres", "primitiveCount": 7},
@@ -127,7 +124,6 @@ class Meshes(Export):
             with self.subTest(members):
                 self.begin_again()
                 capture = Capture(self.folder)
-                capture.structure(1)
                 capture.build(1, capture.triangles(corners, vertices_more={"first": first}, **members))
                 gltf = self.export(capture)
                 self.expect_triangles(gltf.triangles(), expected)
@@ -136,7 +132,6 @@ class Meshes(Export):
 
     def test_indices_with_offsets(self):
         capture = Capture(self.folder)
-        capture.structure(1)
         corners = [(i, i * i, 0) for i in range(6)]
         capture.build(1, capture.triangles(corners, [0, 1, 2, 2, 1, 0, 3, 4, 9], firstVertex=2,
                                            vertices_more={"first": 24}))
@@ -147,8 +142,6 @@ class Meshes(Export):
 
     def test_what_is_not_finite(self):
         capture = Capture(self.folder)
-        capture.structure(1)
-        capture.structure(2, "top level")
         capture.build(1, capture.triangles(TRIANGLE + [(0, math.inf, 0), (0, 0, 0), (0, 1, 0)]),
                       capture.triangles([(3e38, 0, 0), (1, 0, 0), (0, 1, 0)],
                                         matrix=(10, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0)),
@@ -170,7 +163,6 @@ class Meshes(Export):
 
     def test_no_stride(self):
         capture = Capture(self.folder)
-        capture.structure(1)
         capture.build(1, capture.triangles([(1, 2, 3)], primitiveCount=4000000000, vertices_more={"stride": 0}))
         self.assertEqual(self.export(capture).left_out(), {"primitives whose data is not in the capture": 4000000000})
 
@@ -243,7 +235,6 @@ class States(Export):
     def setUp(self):
         super().setUp()
         self.capture = capture = Capture(self.folder)
-        capture.structure(1)
         capture.structure(2, "top level", name="first")
         capture.structure(3, "top level", name="second")
         capture.structure(4)
@@ -309,8 +300,6 @@ class Colors(Export):
 
     def test_findings(self):
         capture = Capture(self.folder)
-        capture.structure(1)
-        capture.structure(2, "top level")
         build = capture.build(1, capture.triangles(TRIANGLE * 3), capture.boxes([(0, 0, 0, 1, 1, 1)] * 2),
                               capture.triangles(TRIANGLE))
         top = capture.build_top(2, [(IDENTITY, 1)] * 3)

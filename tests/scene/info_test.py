@@ -80,8 +80,6 @@ class Info(InfoCase):
 
     def test_rare_effects(self):
         capture = Capture(self.folder)
-        capture.structure(1)
-        capture.structure(2, "top level")
         motion = capture.triangles([(0, 0, 0), (1, 0, 0), (0, 1, 0)], flags="0x2")
         capture.build(1, motion, flags=0x20)
         motion = dict(motion, inputs=[*motion["inputs"], {"role": "opacity indices", "missing": "why"},
@@ -234,7 +232,6 @@ class Damage(InfoCase):
             with self.subTest(name):
                 self.begin_again()
                 capture = Capture(self.folder)
-                capture.structure(1)
                 capture.build(1, capture.triangles([(0, 0, 0), (1, 0, 0), (0, 1, 0)]))
                 change(capture)
                 capture.write()

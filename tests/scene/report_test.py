@@ -74,7 +74,6 @@ class Accuracy(ReportCase):
 
     def test_edges_cost_misses(self):
         capture = Capture(self.folder)
-        capture.structure(1)
         capture.build(1, capture.triangles(grid(20, lambda x, y: math.sin(x * 1.1) * math.cos(y * 0.7))))
         rows = self.report(capture, "--rays", 3000)["accuracy"]["rows"]
         wrong = {(row["accuracy"], row["set"]): row["wrong"] for row in rows if row["quality"] == "balanced"}
@@ -109,7 +108,6 @@ class Accuracy(ReportCase):
 
     def test_nothing_to_trace(self):
         capture = Capture(self.folder)
-        capture.structure(1)
         capture.build(1, {"type": "spheres"})
         capture.write()
         status, _, err = run("report", self.folder, "--json", self.json)
@@ -120,8 +118,6 @@ class Accuracy(ReportCase):
 class Effects(ReportCase):
     def test_costs(self):
         capture = Capture(self.folder)
-        capture.structure(1)
-        capture.structure(2, "top level")
         hills = grid(12)
         moved = [(x, y, 5 * math.sin(x * 7 + y * 3)) for x, y, _ in hills]
         capture.build(1, capture.triangles(hills, flags="0x0"), flags=1)
@@ -256,7 +252,6 @@ class Fragile(ReportCase):
     def test_layout_of_the_capture(self):
         """The report reads positions as floats, and still knows the format, the fourth component and offsets."""
         capture = Capture(self.folder)
-        capture.structure(1)
         capture.build(1, capture.triangles([(x, y, z, 0) for x, y, z in UNIT], descr="<f2", code="e",
                                            vertex_format="VK_FORMAT_R16G16B16A16_SFLOAT"),
                       capture.triangles(UNIT * 3, firstVertex=3), {"type": "spheres"})
@@ -296,7 +291,6 @@ class Page(ReportCase):
 
     def test_page(self):
         capture = scene(self.folder)
-        capture.structures = None
         capture.build(1, capture.triangles(grid(3), flags="0x0"), mode="update", src_id=1, flags=3, frame=3)
         capture.lines[-1]["application"] = "</script><b>"
         capture.finding(1, "pInfos[0]", "</script><b>advice</b>", vuid="ASSAY-advice-something")
@@ -317,7 +311,6 @@ class Page(ReportCase):
     def test_what_pixels_show(self):
         """A square in front of the camera: half of the picture is it, and a hit is one test or two."""
         capture = Capture(self.folder)
-        capture.structure(1)
         capture.build(1, capture.triangles([(-1, -9, 0), (1, -9, 0), (1, 9, 0), (-1, -9, 0), (1, 9, 0), (-1, 9, 0)]))
         report = self.report(capture, "--html", self.html, "--camera", "0,0,3.4286,0,0,0")["pictures"]
         self.assertEqual((report["width"], report["height"], report["most primitives"]), (640, 400, 2))

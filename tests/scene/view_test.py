@@ -61,7 +61,6 @@ class View(Case):
     def test_frames(self):
         """Rows that do not change are there once, each moment has what was built by then."""
         capture = Capture(self.folder)
-        capture.structure(1)
         capture.structure(2, "top level", name="world")
         for frame in range(3):
             capture.build(1, capture.triangles([(frame, 0, 0), (1, 0, 0), (0, 1, 0)]),
@@ -80,9 +79,6 @@ class View(Case):
     def test_limit(self):
         """A mesh without room has its box; earlier moments are left out and counted."""
         capture = Capture(self.folder)
-        capture.structure(1)
-        capture.structure(2)
-        capture.structure(3, "top level")
         capture.build(1, capture.triangles([(i, i % 7, 0) for i in range(60000)]))
         capture.build(2, capture.triangles([(i, 0, i % 7) for i in range(60000)]))
         for frame in range(3):
@@ -96,8 +92,6 @@ class View(Case):
     def test_many_instances(self):
         """Of the first moment, what has room is shown, and the rest is counted."""
         capture = Capture(self.folder)
-        capture.structure(1)
-        capture.structure(2, "top level")
         capture.build(1, capture.triangles(CORNERS, QUAD))
         capture.build_top(2, [((1, 0, 0, i, *IDENTITY[4:]), 1) for i in range(20000)])
         view = self.view(capture, "--limit", "1")
@@ -125,7 +119,6 @@ class View(Case):
     def test_use_after_destruction(self):
         """A structure that a build names is there, whatever the capture says of its life."""
         capture = Capture(self.folder)
-        capture.structure(1)
         capture.structure(2, "top level")
         capture.build(1, capture.triangles(CORNERS, QUAD))
         capture.command("Destroyed", dst_id=1)

@@ -52,7 +52,6 @@ class Viewers(Case):
         yield "flags", scene(self.place / "flags"), ["--color", "flags"]
         capture = Capture(self.place / "many")
         capture.structure(1, name="triangle \u00e9 \U0001f986")
-        capture.structure(2, "top level")
         capture.build(1, capture.triangles([(0, 0, 0), (1, 0, 0), (0, 1, 0)]))
         matrices = [(1, .5 * (i % 3), 0, i, 0, 2, 0, 0, 0, .1 * (i % 7), -1, 0) for i in range(400)]
         matrices += [(1, 0, 0, i, 0, 2, 0, 0, 0, 0, -1, 0) for i in range(200)] + [(0,) * 12]
@@ -60,8 +59,6 @@ class Viewers(Case):
         yield "many", capture, []
         yield "nodes", capture, ["--plain-nodes"]
         capture = Capture(self.place / "empty")
-        capture.structure(1)
-        capture.structure(2, "top level")
         capture.build(1, capture.triangles([(NAN, 0, 0)] * 3))
         capture.build_top(2, [(IDENTITY, 1)])
         yield "empty", capture, []
