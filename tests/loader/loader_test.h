@@ -11,7 +11,7 @@
 #include "tests/fixture/make.h"
 #include "tests/fixture/messenger.h"
 #include "tests/fixture/objects.h"
-#include "tests/rules/scene/scene.h"
+#include "tests/player/scene/scene.h"
 #include "tests/unit/unit_test.h"
 
 #define LENGTH(array) (sizeof(array) / sizeof((array)[0]))

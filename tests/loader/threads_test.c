@@ -6,7 +6,7 @@
 #include <time.h>
 
 #include "loader_test.h"
-#include "tests/rules/calls/placing.h"
+#include "tests/player/scene/placing.h"
 
 enum {
     RECORDERS = 4, /* unless the arguments say otherwise */

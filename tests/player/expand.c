@@ -39,7 +39,7 @@ static char *keep(struct program *program, const char *text, size_t length)
     return kept;
 }
 
-/* ---- $NAME and $NAME(ARGUMENTS) */
+/* ---- $NAME, ${NAME} and $NAME(ARGUMENTS) */
 
 static size_t name_length(const char *text)
 {
@@ -95,15 +95,25 @@ static void append(const struct expander *expander, char *to, size_t *used, cons
     to[*used] = '\0';
 }
 
+/* Of an argument, which may have commas in brackets. */
+static size_t argument_length(const char *text)
+{
+    const char *at = text;
+    for (int depth = 0; *at && (depth > 0 || (*at != ',' && *at != ')')); at++)
+        depth += (strchr("([{", *at) != NULL) - (strchr(")]}", *at) != NULL);
+    return (size_t)(at - text);
+}
+
 /* Reads "(a, b)", in which names are replaced, too. Returns what is behind it. */
 static const char *read_arguments(struct expander *expander, const char *text,
                                   const struct arguments *outer, struct arguments *to)
 {
+    text += *text == '(';
     for (unsigned i = 0; *text != ')'; i++) {
         char value[TEXT_SIZE] = "", raw[256];
         size_t used = 0;
-        text += strspn(text, "(, ");
-        size_t length = strcspn(text, ",)");
+        text += strspn(text, ", ");
+        const size_t length = argument_length(text);
         if (i == ARGUMENTS || length >= sizeof(raw) || !text[length])
             fail(expander, "arguments without an end");
         snprintf(raw, sizeof(raw), "%.*s", (int)length, text);
@@ -118,8 +128,11 @@ static const char *read_arguments(struct expander *expander, const char *text,
 static const char *replace_name(struct expander *expander, const char *name,
                                 const struct arguments *arguments, char *to, size_t *used)
 {
+    const bool is_in_braces = *name == '{';
+    name += is_in_braces;
     const size_t length = name_length(name);
-    const char *behind = name + length, *text = find_argument(arguments, name, length);
+    const char *behind = name + length + is_in_braces;
+    const char *text = find_argument(arguments, name, length);
     struct arguments inner = {.names = ""};
     if (!text)
         text = find_cell(expander, name, length);
@@ -156,19 +169,45 @@ static void replace(struct expander *expander, const char *text, const struct ar
     }
 }
 
-/* {WRONG / RIGHT}: a part of the line that only the broken, or the repaired program has. */
-static void choose(const struct expander *expander, char *text)
+/* The end of what begins with a brace, and the slash in it, or NULL: then it is a block of an edit.
+ */
+static char *close_brace(const struct expander *expander, char *open, char **middle)
 {
-    char *open;
-    while ((open = strchr(text, '{'))) {
-        char *middle = strchr(open, '/'), *close = strchr(open, '}');
-        if (!middle || !close || middle > close)
-            fail(expander, "{WRONG / RIGHT}");
+    int depth = 0;
+    *middle = NULL;
+    for (char *at = open; *at; at++) {
+        depth += (strchr("([{", *at) != NULL) - (strchr(")]}", *at) != NULL);
+        if (depth == 1 && !*middle && *at == '/')
+            *middle = at;
+        if (depth == 0)
+            return at;
+    }
+    fail(expander, "{WRONG / RIGHT}");
+}
+
+/* {WRONG / RIGHT}: a part of the line that only the broken, or the repaired program has. Returns
+ * whether there is one.
+ */
+static bool choose(const struct expander *expander, char *text)
+{
+    bool found = false;
+    for (char *open = text; (open = strchr(open, '{'));) {
+        char *middle, *close = close_brace(expander, open, &middle);
+        if (!middle) {
+            open++;
+            continue;
+        }
         const char *from = expander->is_repaired ? middle + 1 : open + 1;
-        const size_t length = (size_t)((expander->is_repaired ? close : middle) - from);
+        const char *end = expander->is_repaired ? close : middle;
+        from += strspn(from, " ");
+        while (end > from && end[-1] == ' ')
+            end--;
+        const size_t length = from < end ? (size_t)(end - from) : 0;
         memmove(open, from, length);
         memmove(open + length, close + 1, strlen(close + 1) + 1);
+        found = true;
     }
+    return found;
 }
 
 /* ---- lines */
@@ -267,7 +306,7 @@ static void add_line(struct expander *expander, const struct source_line *source
     size_t used = 0;
     expander->number = source->number;
     replace(expander, source->text, NULL, text, &used);
-    choose(expander, text);
+    const bool is_changed = choose(expander, text) || source->mark != ' ';
     if (strncmp(text, "expect ", 7) == 0) {
         add_expectation(expander, text + 7, -1, false);
     } else if (strncmp(text, "says ", 5) == 0) {
@@ -276,7 +315,7 @@ static void add_line(struct expander *expander, const struct source_line *source
         const bool is_below = text[0] == ' ';
         cut_expectations(expander, text, (int)program->line_count - is_below);
         if (strspn(text, " ") != strlen(text))
-            program_add(program, text, source->number);
+            program_add(program, text, source->number)->is_changed = is_changed;
     }
 }
 

@@ -73,6 +73,7 @@ struct program_line {
     char *words[PROGRAM_WORDS + 1]; /* commands with ";" between them; NULL behind the last */
     const char *result;             /* that `returns` names, or NULL */
     unsigned number;                /* in the file */
+    bool is_changed;                /* the twin has no such line, or another one */
 };
 
 /* expect ID: TEXT ... TEXT. ID is the end of a message's id, or the name of a rule. */

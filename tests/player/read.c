@@ -124,6 +124,24 @@ static const struct table *find_table(const struct reader *reader, const char *n
     return table;
 }
 
+/* Cuts a text at the first "; " that stands in no brackets and quotation marks. Returns what is
+ * behind it, or NULL. */
+static char *cut_line(char *text)
+{
+    int depth = 0;
+    bool is_quoted = false;
+    for (char *at = text; *at; at++) {
+        is_quoted ^= *at == '"';
+        if (!is_quoted)
+            depth += (strchr("([{", *at) != NULL) - (strchr(")]}", *at) != NULL);
+        if (!is_quoted && depth == 0 && at[0] == ';' && at[1] == ' ') {
+            *at = '\0';
+            return at + 2;
+        }
+    }
+    return NULL;
+}
+
 static void begin_case(struct reader *reader, char *name)
 {
     struct sources *sources = reader->sources;
@@ -145,6 +163,7 @@ static void begin_case(struct reader *reader, char *name)
         source->lines = grow(reader, source->lines, i, sizeof(*source->lines));
         source->lines[source->line_count++] = reader->common[i];
     }
+    source->definitions = reader->definitions;
 }
 
 static void add_line(struct reader *reader, char *line)
@@ -166,25 +185,65 @@ static void add_line(struct reader *reader, char *line)
     source->definitions = reader->definitions;
 }
 
+/* Adds lines that stand in one. */
+static void add_lines(struct reader *reader, char *text)
+{
+    while (text) {
+        char *next = cut_line(text);
+        add_line(reader, text);
+        text = next;
+    }
+}
+
+/* Cuts off what stands behind a colon. */
+static char *cut_at_colon(char *text)
+{
+    char *colon = strstr(text, ": ");
+    if (!colon)
+        return NULL;
+    *colon = '\0';
+    return colon + 2;
+}
+
 static void read_line(struct reader *reader, char *line)
 {
     char *rest;
     if (*line == '\0' || *line == '#')
         return;
     if ((rest = after(line, "case "))) {
+        char *lines = cut_at_colon(rest);
         begin_case(reader, rest);
+        add_lines(reader, lines);
     } else if ((rest = after(line, "define "))) {
         add_definition(reader, rest);
     } else if ((rest = after(line, "each "))) {
         begin_table(reader, rest);
     } else if ((rest = after(line, "row "))) {
         add_row(reader, rest);
-    } else if (strcmp(line, "common") == 0) {
+    } else if (strcmp(line, "common") == 0 || after(line, "common: ")) {
         reader->source = NULL;
         reader->common_count = 0;
+        add_lines(reader, cut_at_colon(line));
     } else {
         add_line(reader, line);
     }
+}
+
+/* Cuts off the first line, to which the lines below it belong that begin with four blanks. Returns
+ * what is behind them, or NULL, and the count of these lines. */
+static char *take_line(char *text, unsigned *count)
+{
+    static const char joint[] = "\n    ";
+    char *end = strchr(text, '\n');
+    for (*count = 1; end && strncmp(end, joint, strlen(joint)) == 0; ++*count) {
+        *end = ' ';
+        memmove(end + 1, end + strlen(joint), strlen(end + strlen(joint)) + 1);
+        end = strchr(end, '\n');
+    }
+    if (!end)
+        return NULL;
+    *end = '\0';
+    return end + 1;
 }
 
 static char *read_text(const struct reader *reader, const char *path)
@@ -212,11 +271,12 @@ static bool has_twin(const struct reader *reader, const struct source *source, u
         is_other = strcmp(broken.lines[i].text, repaired.lines[i].text) != 0;
     for (unsigned i = 0; i < broken.expected_count; i++)
         has_mistake |= !broken.expected[i].is_plain;
+    has_mistake |= program_find(&broken, "breaks", NULL) != NULL;
     if (is_other != has_mistake) {
         char what[256];
         snprintf(what, sizeof(what), "%s: %s", repaired.name,
-                 has_mistake ? "`expect` needs +, - or {WRONG / RIGHT}"
-                             : "+, - or {WRONG / RIGHT} needs `expect`");
+                 has_mistake ? "`expect` and `breaks` need +, - or {WRONG / RIGHT}"
+                             : "+, - or {WRONG / RIGHT} needs `expect` or `breaks`");
         require(reader, false, what);
     }
     return has_mistake;
@@ -240,11 +300,10 @@ void sources_read(struct sources *sources, const char *path, const char *group)
                             .definitions = sources->definitions,
                             .tables = sources->tables};
     unsigned first = sources->count;
+    unsigned count = 1;
     for (char *line = read_text(&reader, path), *next; line; line = next) {
-        next = strchr(line, '\n');
-        if (next)
-            *next++ = '\0';
-        reader.number++;
+        reader.number += count;
+        next = take_line(line, &count);
         read_line(&reader, line);
     }
     check_twins(&reader, first);
@@ -278,6 +337,14 @@ static unsigned list_folder(const char *path, char *names[FILES_MAX])
         closedir(folder);
     qsort(names, count, sizeof(names[0]), compare_names);
     return count;
+}
+
+/* Cases that implicit_cases.py has written. */
+static void read_generated(struct sources *sources, const char *chosen)
+{
+    static const char group[] = "calls/implicit";
+    if (!chosen || strncmp(group, chosen, strlen(chosen)) == 0)
+        sources_read(sources, GENERATED_CASES, group);
 }
 
 static const char *root(void)
@@ -320,6 +387,8 @@ void sources_read_all(struct sources *sources, const char *chosen)
             read_file(sources, folders[i], files[j], chosen, false);
             free(files[j]);
         }
+        if (strcmp(folders[i], "calls") == 0 && !getenv("ASSAY_PROGRAMS"))
+            read_generated(sources, chosen);
         free(folders[i]);
     }
     if (!sources->count) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* programs_test PLATFORM [FOLDER[/FILE]] [--filter NAME] [--list] [--verbose] [--results FILE]
- *               [--level NAME] [--refused]
+ *               [--level NAME] [--refused | --submitted | --misaligned | --fail]
  * programs_test --peer PLATFORM FOLDER[/FILE]
  *
  * Plays the programs (program.h) of a folder, or of all, through the loader. --results writes which
@@ -8,7 +8,10 @@
  * fired, silent or failed; at a level below execution, unseen. With --refused, the null driver
  * refuses each call of the device once, and nothing may be reported about valid programs. With
  * --peer the Khronos layer's synchronization validation plays the programs, too, and a table says
- * which layer reports what. */
+ * which layer reports what. The other options are those of programs of calls (tests/player/calls/),
+ * and no others are played with them: --submitted, --misaligned, and --fail. */
+#include "tests/player/calls/case.h"
+#include "tests/player/calls/plan.h"
 #include "tests/player/play.h"
 
 #include <stdio.h>
@@ -86,14 +89,14 @@ static void play_one(const struct source *source, unsigned variant, bool is_repa
     tally_count(&tally, program.name, &assay->report);
 }
 
-static int play_all(int argc, char **argv, const char *chosen)
+static bool is_about_calls(void)
 {
-    const int status = tally_open(&tally, argc, argv,
-                                  "usage: programs_test " PLATFORM_NAMES
-                                  " [FOLDER[/FILE]] [--filter NAME] [--list] [--verbose]"
-                                  " [--results FILE] [--level NAME] [--refused]\n");
-    if (status)
-        return status;
+    return tally.submits || tally.misaligns || tally.fails;
+}
+
+/* Plays all programs but those of calls. */
+static void play_sequences(void)
+{
     for (unsigned i = 0; i < PLAYS; i++)
         plays[i] = (struct play){.platform = &tally.platform,
                                  .level = tally.level,
@@ -103,15 +106,31 @@ static int play_all(int argc, char **argv, const char *chosen)
     if (tally.refuses)
         setenv("NULL_DRIVER_FAILS", "*", 1);
     for (unsigned i = 0; i < sources.count; i++)
-        for (unsigned j = 0; j < source_variants(&sources.items[i]); j++) {
+        for (unsigned j = 0;
+             !case_is_source(&sources.items[i]) && j < source_variants(&sources.items[i]); j++) {
             if (sources.items[i].has_twin)
                 play_one(&sources.items[i], j, false);
             play_one(&sources.items[i], j, true);
         }
     for (unsigned i = 0; i < PLAYS; i++)
         play_close(&plays[i]);
+}
+
+static int play_all(int argc, char **argv, const char *chosen)
+{
+    const int status = tally_open(&tally, argc, argv,
+                                  "usage: programs_test " PLATFORM_NAMES
+                                  " [FOLDER[/FILE]] [--filter NAME] [--list] [--verbose]"
+                                  " [--results FILE] [--level NAME]"
+                                  " [--refused | --submitted | --misaligned | --fail]\n");
+    if (status)
+        return status;
+    if (!is_about_calls())
+        play_sequences();
+    if (!tally.refuses)
+        calls_play(&sources, &tally, !chosen || strcmp(chosen, "calls") == 0);
     if ((!chosen || strcmp(chosen, "execution") == 0) && !tally.filter && !tally.list &&
-        !tally.level && !tally.refuses)
+        !tally.level && !tally.refuses && !is_about_calls())
         tally_check_ids(&tally, "every id about updates has a program", is_about_updates);
     return tally_close(&tally);
 }
@@ -173,7 +192,8 @@ static int compare_all(const char *name)
         plays[i].platform = &tally.platform;
     printf("group\tprogram\texpected\tAssay\tKhronos\n");
     for (unsigned i = 0; i < sources.count; i++)
-        for (unsigned j = 0; j < source_variants(&sources.items[i]); j++) {
+        for (unsigned j = 0;
+             !case_is_source(&sources.items[i]) && j < source_variants(&sources.items[i]); j++) {
             if (sources.items[i].has_twin)
                 compare(&sources.items[i], j, false);
             compare(&sources.items[i], j, true);

@@ -36,7 +36,7 @@ EXECUTED_HERE = r"(VK_\w+=\S+ )*(scripts/assay-run|assay-run|assay-scene|build/q
 # What stands for something of the reader's own.
 OF_THE_READER = {"frame:12": "submission:1", "VUID-...": FINDING,
                  "FOLDER/FILE": "snapshots/labels"}
-FILTERS = {"rules_test": "feature_acceleration_structure_off", "programs_test": "findings"}
+FILTERS = {"programs_test": "findings"}
 
 
 def blocks():

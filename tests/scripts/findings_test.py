@@ -13,7 +13,7 @@ from judge import Judge
 from play import read_plays
 
 EXPECTED, RETIRED, OTHER = "VUID-a-1", "VUID-a-0", "VUID-b-2"
-NAME = "cases_x.case/device"
+NAME = "calls/x: case/device"
 TWIN = ["twin: 1 messages instead of silence", f"    got {OTHER}", "        text"]
 MUTATION = ["mutation: 1 messages with unexpected ids"]
 

@@ -13,7 +13,7 @@
 
 #include "probes.h"
 #include "tests/fixture/make.h"
-#include "tests/rules/scene/scene.h"
+#include "tests/player/scene/scene.h"
 
 enum { BUILDS = 24, FIRST = SCENE_BASE_BUILDS };
 

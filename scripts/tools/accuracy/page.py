@@ -50,7 +50,7 @@ def load_coverage():
 def play_corpus(raw, level):
     """The outcomes of each play at a level: {(program, case, command): {fired, unseen, silent, failed}}."""
     plays = collections.defaultdict(set)
-    for program in ("rules", "execution"):
+    for program in ("calls", "execution"):
         for line in (raw / f"{program}-{level}.tsv").read_text().splitlines():
             _, case, command, _, outcome = line.split("\t")
             plays[program, case.removesuffix("@" + level), command].add(outcome)
@@ -317,7 +317,7 @@ def main():
         update_readme(arguments.readme, checks)
     alarms = sum(row["false_alarms"] for row in checks)
     if alarms:
-        fail(f"{alarms} false alarms: see what rules_test and programs_test say at each level")
+        fail(f"{alarms} false alarms: see what programs_test says at each level")
 
 
 if __name__ == "__main__":

@@ -22,8 +22,7 @@ LAYER = "VK_LAYER_ASSAY_validation"
 KHRONOS = "VK_LAYER_KHRONOS_validation"
 FOLDERS = ("/etc/vulkan", "/usr/local/etc/vulkan", "/usr/local/share/vulkan", "/usr/share/vulkan")
 REGISTRY = (1, 4, 363)  # whose ids the cases expect
-COMMANDS = {"rules": ["rules/rules_test"], "execution": ["programs/programs_test", "execution"],
-            "content": ["rules/rules_test", "--submitted"]}
+COMMANDS = {"rules": ["calls"], "execution": ["execution"], "content": ["calls", "--submitted"]}
 PLATFORMS = {"rules": "null", "execution": "null", "content": "lavapipe"}
 
 # What cases do wrong before the build, which is of no concern to Assay. The Khronos layer would report
@@ -117,8 +116,7 @@ def judge_list(judge, command, layer, list_name, names, each):
 def play_all(arguments, layers, judge, details):
     table = Table()
     for program, platform in PLATFORMS.items():
-        name, *options = COMMANDS[program]
-        command = [str(arguments.tree / "tests" / name), platform, *options]
+        command = [str(arguments.tree / "tests/programs/programs_test"), platform, *COMMANDS[program]]
         lists = names_of(command)
         if not lists:
             table.left_out[f"{program} on {platform} cannot run here"] += 1
@@ -155,7 +153,7 @@ def main():
                         help="the Khronos layer's manifest (default: the installed one)")
     parser.add_argument("--filter", metavar="TEXT", default="",
                         help="play only lists of cases whose names contain TEXT, such as "
-                             "rules.cases_overlap")
+                             "rules.calls/overlap")
     parser.add_argument("--each", action="store_true",
                         help="play each case in a process of its own (default: each list of cases, "
                              "until it crashes); takes an hour")

@@ -28,9 +28,9 @@ Message = collections.namedtuple("Message", "id text")
 
 
 def is_case(name):
-    """True for a case of rules_test, which has phases; false for a program of
-    programs_test, whose valid twin is a play of its own."""
-    return name.startswith("cases_")
+    """True for a program of a call, which has phases; false for the others, whose valid twin is a play of
+    its own."""
+    return name.startswith("calls/")
 
 
 class Play:
@@ -127,8 +127,8 @@ def run(program, layer, name, seconds, results=None):
 
 
 def list_of(name):
-    """The start of the names of a list of cases, or a file of programs."""
-    return name.split(": ")[0] + ": " if ": " in name else name.split(".")[0] + "."
+    """The start of the names of a file of programs."""
+    return name.split(": ")[0] + ": "
 
 
 def twin_of(name):

@@ -4,16 +4,14 @@
 import collections
 import re
 
-HOST_DATA = ("cases_content", "cases_content_update", "cases_disabling", "cases_instances",
-             "cases_micromap_contents", "cases_motion_instances", "cases_radii")
-EXTENSIONS = ("cases_micromap", "cases_motion", "cases_spheres", "cases_dense",
-              "cases_displacement", "execution/extensions")
-OVERLAPS = ("cases_overlap", "cases_pairs")
+HOST_DATA = ("calls/data", "calls/data_extensions")
+EXTENSIONS = ("calls/micromap", "calls/life_micromap", "calls/extensions", "execution/extensions")
+OVERLAPS = ("calls/overlap",)
 # Programs about objects that were destroyed or lacked memory when a batch executed, or were too small.
 OBJECTS = ("execution/destroyed", "execution/size", "execution/sparse", "execution/unbuilt")
 # Pointers and handles that lead to no memory, or to other memory than they should; endless lists.
 NOWHERE = re.compile(
-    r"^cases_pointers|unreadable|end_too_early|ends_too_early|off_the_page|one_short|cut_short|"
+    r"^calls/call: (infos|ranges|counts|geometr)\w*_(null|small|too_near)|unreadable|end_too_early|ends_too_early|off_the_page|one_short|cut_short|"
     r"over_edge|usages_too_many|chain_loop|command_buffer_is_|device_is_|any_limit|low_address|"
     r"pointers_to_nowhere|arrays_none|no_structure")
 
@@ -31,7 +29,7 @@ GROUPS = (PARAMETERS, OVERLAP, UPDATES, OBJECT, DEVICE_CONTENT, HOST_CONTENT, HO
 
 def group_of(program, name):
     """The row of the table that a play belongs to."""
-    list_name = re.split(r"\.|: ", name)[0]
+    list_name = name.split(": ")[0]
     command = name.rsplit("/", 1)[-1].split("@")[0].split(" ")[0]
     groups = (
         (program == "content", DEVICE_CONTENT),

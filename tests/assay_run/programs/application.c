@@ -23,7 +23,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "tests/rules/scene/scene.h"
+#include "tests/player/scene/scene.h"
 
 static struct fixture fixture;
 static struct scene *scene;

@@ -3,7 +3,7 @@
 #ifndef ASSAY_TESTS_ASSAY_RUN_RECORD_BUILD_H
 #define ASSAY_TESTS_ASSAY_RUN_RECORD_BUILD_H
 
-#include "tests/rules/scene/scene.h"
+#include "tests/player/scene/scene.h"
 
 /* Makes the scene's call. Also in a library of its own. */
 __attribute__((visibility("default"))) VkResult record_build(const struct scene *scene);
