@@ -88,27 +88,46 @@ static const char *text_behind(const struct program_line *line, const char *word
     return strdup(line->text + strlen(word) + 1);
 }
 
-static bool read_setup(struct setup *setup, const struct program *program,
-                       const struct program_line *line)
+/* Whether the line is about one of the two programs, of which each may have another one. */
+static bool is_of_form(const struct program_line *line)
+{
+    static const char *const words[] = {"edit",  "with", "setting", "configure",
+                                        "route", "api",  "muted"};
+    for (size_t i = 0; i < ARRAY_COUNT(words); i++)
+        if (play_is(words[i], line->words[0]))
+            return true;
+    return false;
+}
+
+static enum setup_route route_of(const struct program *program, const struct program_line *line)
 {
     static const char *const routes[] = {"chain", "features2", "khr", "ext"};
-    const char *word = line->words[0], *value = line->words[1];
+    for (size_t i = 0; i < ARRAY_COUNT(routes); i++)
+        if (play_is(routes[i], line->words[1]))
+            return (enum setup_route)i;
+    program_fail(program->name, line->number, "there is no such route");
+}
+
+static void read_setup(struct setup *setup, const struct program *program,
+                       const struct program_line *line)
+{
+    const char *word = line->words[0];
     if (play_is(word, "with"))
         setup->with = text_behind(line, word);
-    else if (play_is(word, "setting") && play_is(value, "level"))
-        setup->level = strdup(line->words[2]);
+    else if (play_is(word, "setting") && play_is(line->words[1], "level"))
+        setup->level = text_behind(line, "setting level");
     else if (play_is(word, "configure"))
         setup->configure = find_edit(program, line, line->text + strlen("configure "))->configure;
-    else if (play_is(word, "api"))
-        setup->api_version = VK_MAKE_API_VERSION(0, 1, (uint32_t)atoi(value + 2), 0);
-    else if (play_is(word, "muted"))
-        setup->muted = strdup(value);
     else if (play_is(word, "route"))
-        while (!play_is(routes[setup->route], value))
-            setup->route++;
+        setup->route = route_of(program, line);
+    else if (play_is(word, "api"))
+        setup->api_version =
+            VK_MAKE_API_VERSION(0, 1, (uint32_t)atoi(line->text + strlen("api 1.")), 0);
+    else if (play_is(word, "muted"))
+        setup->muted = text_behind(line, word);
     else
-        return false;
-    return true;
+        program_fail(program->name, line->number,
+                     "programs of calls have no other setting than the level");
 }
 
 /* Members of struct test_case that a line of this name sets. */
@@ -174,10 +193,13 @@ static const char *read_form(struct test_case *test_case, struct case_form *form
     const char *path = NULL;
     for (unsigned i = 0; i < program->line_count; i++) {
         const struct program_line *line = &program->lines[i];
-        if (!play_is(line->words[0], "edit") || form->step_count == CASE_STEPS) {
-            read_setup(&form->setup, program, line);
+        if (!play_is(line->words[0], "edit")) {
+            if (is_of_form(line))
+                read_setup(&form->setup, program, line);
             continue;
         }
+        if (form->step_count == CASE_STEPS)
+            program_fail(program->name, line->number, "too many edits");
         const struct call_edit *edit = find_edit(program, line, line->text + strlen("edit "));
         const bool is_changed = line->is_changed || test_case->silent;
         form->steps[form->step_count++] = (struct case_step){edit->edit, is_changed};
@@ -195,20 +217,21 @@ bool case_is_source(const struct source *source)
 void case_read(struct test_case *test_case, const struct source *source, unsigned variant)
 {
     static struct program program;
-    const char *reported = NULL;
+    const struct program_line *reports = NULL;
     program_make(&program, source, variant, !source->has_twin);
     *test_case =
         (struct test_case){.source = source, .variant = variant, .name = strdup(program.name)};
     for (unsigned i = 0; i < program.line_count; i++) {
         const struct program_line *line = &program.lines[i];
-        struct setup ignored = {0};
         if (play_is(line->words[0], "reports"))
-            reported = text_behind(line, "reports");
-        else if (!play_is(line->words[0], "edit") && !read_setup(&ignored, &program, line))
+            reports = line;
+        else if (!is_of_form(line))
             read_line(test_case, &program, line);
     }
-    const char *path = read_form(test_case, &test_case->forms[0], &program);
-    test_case->path = !reported ? path : strcmp(reported, "anything") == 0 ? NULL : reported;
+    test_case->path = read_form(test_case, &test_case->forms[0], &program);
+    if (reports)
+        test_case->path =
+            play_is(reports->words[1], "anything") ? NULL : text_behind(reports, "reports");
     program_make(&program, source, variant, true);
     read_form(test_case, &test_case->forms[1], &program);
 }
