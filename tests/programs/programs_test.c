@@ -11,7 +11,6 @@
  * which layer reports what. The other options are those of programs of calls (tests/player/calls/),
  * and no others are played with them: --submitted, --misaligned, and --fail. */
 #include "tests/player/calls/case.h"
-#include "tests/player/calls/plan.h"
 #include "tests/player/play.h"
 
 #include <stdio.h>

@@ -8,6 +8,7 @@
 
 #include "tests/player/program.h"
 #include "tests/player/scene/placing.h"
+#include "tests/player/tally.h"
 
 /* ---- edits, which edits.py translates to C ---- */
 
@@ -127,6 +128,10 @@ static inline const struct case_form *case_right(const struct test_case *test_ca
 bool case_is_source(const struct source *source);
 /* Reads the case of a source's variant, whose texts stay allocated. A mistake ends the process. */
 void case_read(struct test_case *test_case, const struct source *source, unsigned variant);
+
+/* Plays the programs of calls among the sources. `are_all`: no other is there, so that each id must
+ * have fired and stayed silent (plan.c). */
+void calls_play(const struct sources *sources, struct tally *tally, bool are_all);
 
 /* To configure the null driver: it has vertex formats that no driver has to have, of packed, 64-bit
  * and 8-bit components. */

@@ -6,8 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tests/player/calls/wording.h"
-
 bool judge_is_refused(const struct play *play)
 {
     return (play->test_case->refused & UINT64_C(1) << play->command) != 0;
@@ -308,7 +306,7 @@ void judge_play(const struct play *play, struct fixture *fixture, struct report 
     if (missing == NULL && fixture->fails &&
         (lacks_queues || (judge_lacks_features(test_case) && is_felt_by_others(test_case))))
         missing = "debug_action = fail lets no scene be opened";
-    if (missing == NULL && !play->is_mutation_alone) {
+    if (missing == NULL) {
         play_twin(play, fixture, report);
         if (report->outcome == OUTCOME_SKIPPED)
             return;
@@ -325,6 +323,6 @@ void judge_play(const struct play *play, struct fixture *fixture, struct report 
     report->fired = play_mutation(play, fixture, report);
     if (report->outcome == OUTCOME_SKIPPED)
         return;
-    if (report->fired && (report->stayed_silent || play->is_mutation_alone))
+    if (report->fired && report->stayed_silent)
         report->outcome = OUTCOME_PASSED;
 }

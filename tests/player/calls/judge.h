@@ -19,7 +19,6 @@ struct play {
     enum build_command command;
     bool geometry_pointers;        /* ppGeometries instead of pGeometries */
     const char *level;             /* NULL, or a setting instead of the case's own */
-    bool is_mutation_alone;        /* neither the valid call nor the twin is played */
     const struct variant *variant; /* of --submitted, or NULL */
     bool base_is_known;            /* the valid call was silent in this form before */
 };
@@ -78,5 +77,22 @@ bool variant_fits(const struct variant *variant, const struct platform *platform
 /* The make_call of --submitted. */
 bool content_call(const struct play *play, struct fixture *fixture, const struct call *call,
                   struct report *report);
+
+/* ---- what messages say beside what is wrong (wording.c) ---- */
+
+/* Returns whether each message has the hint of its row and counts that agree with their nouns, and
+ * whether the messages of the case's first rule name the ids of the rules of `names`. */
+bool wording_is_good(const struct play *play, const struct fixture *fixture, struct report *report);
+
+/* A play of a case, with its first rule muted: the rules of `names` have messages of their own. */
+struct muted_play {
+    struct play play;
+    struct test_case test_case;
+    char name[192];
+};
+
+/* Makes that play. Returns false if the case names no rule for this command. `muted` must not
+ * move. */
+bool wording_mute(const struct play *play, struct muted_play *muted);
 
 #endif

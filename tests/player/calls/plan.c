@@ -3,15 +3,13 @@
  * builds by command buffers, in every variant that fits (submitted.c). Results are lines of
  * tab-separated values: platform, case, command, id, fired|silent|failed; at a level that is asked
  * for, unseen where it can't see what is broken. */
-#include "tests/player/calls/plan.h"
-
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include "tests/player/calls/wording.h"
+#include "tests/player/calls/judge.h"
 
 enum { CASES_MAX = 2000, PLAYS_MAX = 20000, SETUPS_MAX = 2000 };
 
@@ -25,8 +23,7 @@ struct run {
     struct tally *tally;
     struct fixture fixture;
     struct report report;
-    const char *lower_level; /* that all cases are planned at */
-    bool mutes;              /* the plays of wording_mute() are planned instead of the cases' own */
+    bool mutes; /* the plays of wording_mute() are planned instead of the cases' own */
     struct test_case cases[CASES_MAX];
     size_t case_count;
     struct planned_play plays[PLAYS_MAX];
@@ -68,7 +65,7 @@ static void write_results(const struct run *run, const struct play *play)
     const struct test_case *test_case = play->test_case;
     const struct report *report = &run->report;
 
-    if (play->is_mutation_alone || report->outcome == OUTCOME_SKIPPED)
+    if (report->outcome == OUTCOME_SKIPPED)
         return;
     for (uint32_t i = 0; i < test_case->rule_count; i++) {
         const enum rule rule = test_case->rules[i];
@@ -222,20 +219,6 @@ static void plan_all_forms(struct run *run, const struct test_case *test_case)
     }
 }
 
-/* At a level, the rules of it and of those below speak, and all others are silent. */
-static void plan_at_lower_level(struct run *run, const struct test_case *test_case)
-{
-    const bool is_nv = !fits_command(test_case, COMMAND_DEVICE);
-    const struct play play = {.make_call = play_call,
-                              .platform = &run->tally->platform,
-                              .test_case = test_case,
-                              .command = is_nv ? COMMAND_NV : COMMAND_DEVICE,
-                              .level = run->lower_level,
-                              .is_mutation_alone = true};
-    if (fits_command(test_case, play.command) && case_wrong(test_case)->setup.level == NULL)
-        plan(run, &play);
-}
-
 /* Whether the case is about data of inputs: only level content reads them. */
 static bool is_about_inputs(const struct test_case *test_case)
 {
@@ -256,28 +239,12 @@ static void plan_all_variants(struct run *run, const struct test_case *test_case
     }
 }
 
-static void for_all_cases(struct run *run,
-                          void (*plan_case)(struct run *run, const struct test_case *test_case))
-{
-    for (size_t i = 0; i < run->case_count; i++)
-        plan_case(run, &run->cases[i]);
-}
-
 static void plan_all(struct run *run)
 {
-    static const char *const lower_levels[] = {"parameters", "state"};
     for (int mutes = 0; mutes < 2; mutes++) {
         run->mutes = mutes != 0;
-        if (run->tally->submits) {
-            for_all_cases(run, plan_all_variants);
-            continue;
-        }
-        for_all_cases(run, plan_all_forms);
-        for (size_t i = 0; i < 2 && run->tally->platform.is_null && run->tally->level == NULL;
-             i++) {
-            run->lower_level = lower_levels[i];
-            for_all_cases(run, plan_at_lower_level);
-        }
+        for (size_t i = 0; i < run->case_count; i++)
+            (run->tally->submits ? plan_all_variants : plan_all_forms)(run, &run->cases[i]);
     }
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Checks the wording of messages, and mutes rules to see those that their messages name. */
-#include "tests/player/calls/wording.h"
+#include "tests/player/calls/judge.h"
 
 #include <stdio.h>
 #include <stdlib.h>
