@@ -10,7 +10,6 @@ enum { REPORT_TEXT_MAX = 32 * 1024 };
 
 struct report {
     enum outcome outcome;
-    bool fired, stayed_silent;  /* a case, as it should have */
     char text[REPORT_TEXT_MAX]; /* why it failed or was skipped */
 };
 

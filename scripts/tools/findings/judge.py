@@ -5,8 +5,6 @@ said of valid calls."""
 import collections
 import re
 
-from play import is_case
-
 NOT_READ = "an input of which nothing is read: the sentence makes no exception"
 
 # Plays that say nothing about the Khronos layer: what is in the name, and the reason.
@@ -39,10 +37,6 @@ LEFT_OUT_MESSAGES = (
 )
 # They come with all host builds, and find no mistake either.
 OF_NO_MISTAKE = {reason for _, _, _, reason in LEFT_OUT_MESSAGES[:2]}
-
-# Phases of a play in which calls are valid; None: a program of programs_test.
-VALID = ("valid call", "twin", "valid mutation", None)
-
 
 def reason_to_ignore(play, message):
     """Why a message about a valid call is no false alarm, or None."""
@@ -90,45 +84,42 @@ class Judge:
         self.not_counted = collections.defaultdict(set)
 
     def judge(self, name, ours, theirs, expected, twin=None):
-        """`expected`: the ids that the play breaks. `twin`: the Khronos layer's play of a program's
-        twin, if there is one."""
+        """`expected`: the ids that the play breaks. `twin`: the Khronos layer's play of its twin, if there
+        is one."""
         reason = reason_to_leave_out(name, ours, theirs)
         if twin and not expected:
             reason = "a mistake that has a warning of Assay's own, or only words"
         if reason:
             return Verdict("left out", reason)
         verdict = Verdict("mistake" if expected else "valid")
-        verdict.is_valid_call = is_case(name) or not expected
+        verdict.is_valid_call = not expected
         if expected:
             verdict.assay = ours.outcome == "passed"
-            self.judge_mistake(verdict, theirs, expected, theirs if is_case(name) else twin)
+            self.judge_mistake(verdict, theirs, expected, twin)
         else:
             verdict.assay_alarmed = ours.outcome != "passed"
             verdict.crashed = theirs.outcome in ("crashed", "hung")
             verdict.outcome = theirs.outcome if verdict.crashed else ""
-        if verdict.is_valid_call:
             verdict.alarms = self.alarms(theirs)
         return verdict
 
     def alarms(self, play):
         """Ids in scope that the Khronos layer reported of valid calls."""
         alarms = set()
-        for phase in VALID:
-            for message in play.messages[phase] if phase not in play.early else ():
-                reason = reason_to_ignore(play, message)
-                if reason is None and message.id in self.scope:
-                    alarms.add(message.id)
-                else:
-                    reason = reason or f"no rule about builds: {message.id}"
-                    self.not_counted[reason].add(play.name)
+        for message in [] if play.is_early else play.messages:
+            reason = reason_to_ignore(play, message)
+            if reason is None and message.id in self.scope:
+                alarms.add(message.id)
+            else:
+                reason = reason or f"no rule about builds: {message.id}"
+                self.not_counted[reason].add(play.name)
         return sorted(alarms)
 
-    def judge_mistake(self, verdict, play, expected, valid_play):
+    def judge_mistake(self, verdict, play, expected, twin):
         accepted = {name for id_ in expected for name in self.same.get(id_, {id_})}
-        found = {message.id for message in play.messages["mutation" if is_case(play.name) else None]
+        found = {message.id for message in play.messages
                  if reason_to_ignore(play, message) not in OF_NO_MISTAKE}
-        known = {message.id for phase in VALID if valid_play
-                 for message in valid_play.messages[phase]}
+        known = {message.id for message in (twin.messages if twin else ())}
         verdict.others = sorted(found - accepted - known)
         if play.outcome in ("crashed", "hung"):
             verdict.outcome = play.outcome
@@ -136,5 +127,5 @@ class Judge:
             verdict.outcome = "found"
         else:
             verdict.outcome = "another id" if verdict.others else "missed"
-        if "mutation" in play.early and verdict.outcome == "missed":
+        if play.is_early and verdict.outcome == "missed":
             verdict.kind, verdict.reason = "left out", "the preparation breaks other rules"

@@ -15,11 +15,10 @@ MEMORY = 2 << 30  # bytes that a program may use: a layer may follow a chain tha
 
 RUN = re.compile(r"\[ RUN      \] (.+)$")
 END = re.compile(r"\[ ( *\w+) +\] (crashed in )?(.+)$")
-PHASE = re.compile(r"(valid call|twin|valid mutation|mutation): ")
-BEFORE_THE_CALL = re.compile(PHASE.pattern + r"(\d+ )?messages before the call$")
+BEFORE_THE_CALL = re.compile(r"the call: \d+ messages before it$")
 GOT = re.compile(r"    (?:got|expected) (\S*)$")
 MISSING = re.compile(r"no message is (\S+): ")
-MESSAGES_END = re.compile(r"\(before the mutation\)$|tests/programs/|execution/\w+: ")
+MESSAGES_END = re.compile(r"tests/programs/|execution/\w+: ")
 
 # Plays at levels that the Khronos layer does not have, and repetitions.
 REPEATED = re.compile(r"@(parameters|state)$|\+ppGeometries$")
@@ -28,8 +27,7 @@ Message = collections.namedtuple("Message", "id text")
 
 
 def is_case(name):
-    """True for a program of a call, which has phases; false for the others, whose valid twin is a play of
-    its own."""
+    """True for a program of a call."""
     return name.startswith("calls/")
 
 
@@ -40,39 +38,33 @@ class Play:
         self.name = name
         self.outcome = "crashed"  # or passed, failed, skipped, hung
         self.reason = ""          # why it was skipped
-        self.messages = collections.defaultdict(list)  # by phase
-        self.early = set()        # phases that ended before the call
+        self.messages = []
+        self.is_early = False     # it ended before the call
         self.missing = set()      # ids that were expected
         self.text = ""
 
     def found_all(self):
-        """True if the mutation of a case had all messages that it should have, though they are not
-        printed: the case failed for something else."""
-        is_printed = self.messages["mutation"] and len(self.text) < TEXT_PRINTED and \
-            len(self.messages["mutation"]) < MESSAGES_PRINTED
-        return is_case(self.name) and not is_printed and not self.missing and \
-            "mutation" not in self.early
+        """True if the program of a call had all messages that it should have, though they are not
+        printed: it failed for something else."""
+        is_printed = self.messages and len(self.text) < TEXT_PRINTED and len(self.messages) < MESSAGES_PRINTED
+        return is_case(self.name) and not is_printed and not self.missing and not self.is_early
 
     def read(self, lines):
         """Reads the lines between the play's name and its outcome."""
-        phase, is_message = "mutation" if is_case(self.name) else None, False
+        is_message = False
         for line in lines:
-            if PHASE.match(line):
-                phase, is_message = PHASE.match(line)[1], False
             if BEFORE_THE_CALL.match(line):
-                self.early.add(phase)
-            if line == "(before the mutation)":
-                phase = "mutation"
+                self.is_early = True
             if MESSAGES_END.match(line):
                 is_message = False
             if MISSING.match(line):
                 self.missing.add(MISSING.match(line)[1])
             if GOT.match(line):
-                self.messages[phase].append(Message(GOT.match(line)[1], ""))
+                self.messages.append(Message(GOT.match(line)[1], ""))
                 is_message = True
             elif is_message:
-                last = self.messages[phase][-1]
-                self.messages[phase][-1] = last._replace(text=last.text + line.strip() + " ")
+                last = self.messages[-1]
+                self.messages[-1] = last._replace(text=last.text + line.strip() + " ")
         self.text = "\n".join(lines)
 
 

@@ -114,16 +114,6 @@ struct test_case {
     uint32_t count;   /* messages of the first rule; 0: any number */
 };
 
-static inline const struct case_form *case_wrong(const struct test_case *test_case)
-{
-    return &test_case->forms[0];
-}
-
-static inline const struct case_form *case_right(const struct test_case *test_case)
-{
-    return &test_case->forms[1];
-}
-
 /* Whether the source is a program of a call: it is in folder calls. */
 bool case_is_source(const struct source *source);
 /* Reads the case of a source's variant, whose texts stay allocated. A mistake ends the process. */

@@ -14,8 +14,7 @@
 enum { CASES_MAX = 2000, PLAYS_MAX = 20000, SETUPS_MAX = 2000 };
 
 struct planned_play {
-    struct play play;
-    bool is_muted; /* the play of wording_mute() instead */
+    struct call_play play;
     uint32_t setup;
 };
 
@@ -23,14 +22,11 @@ struct run {
     struct tally *tally;
     struct fixture fixture;
     struct report report;
-    bool mutes; /* the plays of wording_mute() are planned instead of the cases' own */
     struct test_case cases[CASES_MAX];
     size_t case_count;
     struct planned_play plays[PLAYS_MAX];
     struct setup setups[SETUPS_MAX]; /* in the order of the plays that begin with them */
     uint32_t play_count, setup_count;
-    bool
-        is_known[2 * COMMAND_COUNT]; /* by form: the valid call was silent with the current setup */
 };
 
 static char current_name[256];
@@ -60,26 +56,18 @@ static void catch_crashes(void)
 static void catch_crashes(void) {}
 #endif
 
-static void write_results(const struct run *run, const struct play *play)
+static void write_results(const struct run *run, const struct call_play *play)
 {
-    const struct test_case *test_case = play->test_case;
-    const struct report *report = &run->report;
-
-    if (report->outcome == OUTCOME_SKIPPED)
-        return;
-    for (uint32_t i = 0; i < test_case->rule_count; i++) {
-        const enum rule rule = test_case->rules[i];
-        const enum vuid vuid = rule_infos[rule].vuid[play->command];
-        const bool stayed_silent =
-            test_case->silent ? report->outcome == OUTCOME_PASSED : report->stayed_silent;
-        if (!test_case->silent)
-            tally_note(run->tally, current_name, play->command, vuid,
-                       !report->fired              ? SIGHT_FAILED
-                       : judge_expects(play, rule) ? SIGHT_FIRED
+    const bool has_passed = run->report.outcome == OUTCOME_PASSED;
+    enum rule rules[2 * CASE_RULES];
+    const uint32_t count = judge_rules(play, rules);
+    for (uint32_t i = 0; i < count && run->report.outcome != OUTCOME_SKIPPED; i++)
+        tally_note(run->tally, current_name, play->command,
+                   rule_infos[rules[i]].vuid[play->command],
+                   !has_passed                     ? SIGHT_FAILED
+                   : play->is_repaired             ? SIGHT_SILENT
+                   : judge_expects(play, rules[i]) ? SIGHT_FIRED
                                                    : SIGHT_UNSEEN);
-        tally_note(run->tally, current_name, play->command, vuid,
-                   stayed_silent ? SIGHT_SILENT : SIGHT_FAILED);
-    }
 }
 
 /* ---- which plays ---- */
@@ -116,7 +104,7 @@ static bool is_silent_below_content(const struct test_case *test_case)
     for (uint32_t i = 0; i < test_case->rule_count; i++)
         is_about_content =
             is_about_content || rule_infos[test_case->rules[i]].level == LEVEL_CONTENT;
-    return is_about_content && test_case->silent && case_wrong(test_case)->setup.level == NULL;
+    return is_about_content && test_case->silent && test_case->forms[0].setup.level == NULL;
 }
 
 static bool fits_level(const struct test_case *test_case, const char *level)
@@ -139,35 +127,32 @@ static bool wants_pointers(const struct test_case *test_case)
     return false;
 }
 
-/* Adds the lines of the case that failed. */
-static void print_case(struct report *report, const struct test_case *test_case)
+/* Adds the lines of the program that failed. */
+static void print_program(struct report *report, const struct call_play *play)
 {
     static struct program program;
-    program_make(&program, test_case->source, test_case->variant, !test_case->source->has_twin);
-    report_say(report, "tests/programs/%s.cases:%u: %s\n", test_case->source->group,
+    const struct source *source = play->test_case->source;
+    program_make(&program, source, play->test_case->variant, play->is_repaired);
+    report_say(report, "tests/programs/%s.cases:%u: %s\n", source->group,
                program.lines[program.line_count - 1].number, program.name);
     for (unsigned i = 0; i < program.line_count; i++)
         report_say(report, "    %s\n", program.lines[i].text);
 }
 
-/* The valid call is made once for each setup and form: a variant, or a command with either array.
- */
-static void play_one(struct run *run, struct play play)
+static void play_one(struct run *run, const struct call_play *play)
 {
-    bool *is_known = &run->is_known[play.variant ? (size_t)(play.variant - variants)
-                                                 : 2 * play.command + play.geometry_pointers];
-    snprintf(current_name, sizeof(current_name), "%s/%s%s%s%s", play.test_case->name,
-             play.variant ? play.variant->name : command_word(play.command),
-             play.geometry_pointers && !play.variant ? "+ppGeometries" : "",
-             play.level != NULL ? "@" : "", play.level != NULL ? play.level : "");
+    snprintf(current_name, sizeof(current_name), "%s%s/%s%s%s%s%s", play->test_case->name,
+             play->is_muted ? "+muted" : "",
+             play->variant ? play->variant->name : command_word(play->command),
+             play->geometry_pointers && !play->variant ? "+ppGeometries" : "",
+             play->level != NULL ? "@" : "", play->level != NULL ? play->level : "",
+             play->is_repaired && !play->test_case->silent ? " (repaired)" : "");
     if (!tally_starts(run->tally, current_name))
         return;
-    play.base_is_known = *is_known;
-    judge_play(&play, &run->fixture, &run->report);
-    *is_known |= run->report.stayed_silent;
-    write_results(run, &play);
+    judge_play(play, &run->fixture, &run->report);
+    write_results(run, play);
     if (run->report.outcome == OUTCOME_FAILED)
-        print_case(&run->report, play.test_case);
+        print_program(&run->report, play);
     tally_count(run->tally, current_name, &run->report);
 }
 
@@ -185,36 +170,57 @@ static uint32_t find_setup(struct run *run, const struct setup *setup)
     return run->setup_count++;
 }
 
-/* Plans a case; or the case with its first rule muted, if the message of that rule names others. */
-static void plan(struct run *run, const struct play *play)
+static void plan(struct run *run, const struct call_play *play)
 {
-    struct muted_play muted;
-    if (run->mutes && !wording_mute(play, &muted))
+    if (play->variant && !variant_fits(play))
         return;
-    const struct play *played = run->mutes ? &muted.play : play;
-    if (play->variant && !variant_fits(play->variant, play->platform, played->test_case))
-        return;
-    const struct setup setup = judge_first_setup(played);
+    const struct setup setup = judge_setup(play);
     if (run->play_count == PLAYS_MAX)
         abort();
-    run->plays[run->play_count++] = (struct planned_play){
-        .play = *play, .is_muted = run->mutes, .setup = find_setup(run, &setup)};
+    run->plays[run->play_count++] =
+        (struct planned_play){.play = *play, .setup = find_setup(run, &setup)};
+}
+
+/* Whether the message of the first rule names others, which have messages if that rule is muted. */
+static bool names_others(const struct call_play *play)
+{
+    const struct test_case *test_case = play->test_case;
+    bool names = false;
+    for (uint32_t i = 0; i < test_case->name_count; i++)
+        names |= rule_id(test_case->names[i], play->command) != NULL;
+    return names && !judge_is_refused(play) && rule_id(test_case->rules[0], play->command) != NULL;
+}
+
+/* Plans the repaired program, and the broken one. */
+static void plan_both(struct run *run, struct call_play play)
+{
+    for (int broken = 0; broken < 2 - play.test_case->silent; broken++) {
+        play.is_repaired = !broken;
+        plan(run, &play);
+    }
+}
+
+static void plan_form(struct run *run, struct call_play play)
+{
+    plan_both(run, play);
+    play.is_muted = names_others(&play);
+    if (play.is_muted)
+        plan_both(run, play);
 }
 
 static void plan_all_forms(struct run *run, const struct test_case *test_case)
 {
     for (enum build_command command = COMMAND_DEVICE; command < COMMAND_COUNT; command++) {
-        struct play play = {.make_call = play_call,
-                            .platform = &run->tally->platform,
-                            .test_case = test_case,
-                            .command = command,
-                            .level = run->tally->level};
+        struct call_play play = {.platform = &run->tally->platform,
+                                 .test_case = test_case,
+                                 .command = command,
+                                 .level = run->tally->level};
         if (!fits_command(test_case, command) || !fits_level(test_case, run->tally->level))
             continue;
-        plan(run, &play);
+        plan_form(run, play);
         if (wants_pointers(test_case) && command == COMMAND_DEVICE) {
             play.geometry_pointers = true;
-            plan(run, &play);
+            plan_form(run, play);
         }
     }
 }
@@ -222,48 +228,35 @@ static void plan_all_forms(struct run *run, const struct test_case *test_case)
 /* Whether the case is about data of inputs: only level content reads them. */
 static bool is_about_inputs(const struct test_case *test_case)
 {
-    const char *level = case_wrong(test_case)->setup.level;
+    const char *level = test_case->forms[0].setup.level;
     return level != NULL && strcmp(level, "content") == 0 && !test_case->is_for_the_call;
 }
 
 static void plan_all_variants(struct run *run, const struct test_case *test_case)
 {
     for (uint32_t i = 0; i < variant_count && is_about_inputs(test_case); i++) {
-        const struct play play = {.make_call = content_call,
-                                  .platform = &run->tally->platform,
-                                  .test_case = test_case,
-                                  .command = variants[i].command,
-                                  .geometry_pointers = variants[i].geometry_pointers,
-                                  .variant = &variants[i]};
-        plan(run, &play);
+        plan_form(run, (struct call_play){.platform = &run->tally->platform,
+                                          .test_case = test_case,
+                                          .command = variants[i].command,
+                                          .geometry_pointers = variants[i].geometry_pointers,
+                                          .variant = &variants[i]});
     }
 }
 
 static void plan_all(struct run *run)
 {
-    for (int mutes = 0; mutes < 2; mutes++) {
-        run->mutes = mutes != 0;
-        for (size_t i = 0; i < run->case_count; i++)
-            (run->tally->submits ? plan_all_variants : plan_all_forms)(run, &run->cases[i]);
-    }
+    for (size_t i = 0; i < run->case_count; i++)
+        (run->tally->submits ? plan_all_variants : plan_all_forms)(run, &run->cases[i]);
 }
 
 /* One setup after the other: each change is an instance and a device, which take most of the time.
  */
 static void play_all(struct run *run)
 {
-    for (uint32_t setup = 0; setup < run->setup_count; setup++) {
-        memset(run->is_known, 0, sizeof(run->is_known));
-        for (uint32_t i = 0; i < run->play_count; i++) {
-            const struct planned_play *planned = &run->plays[i];
-            struct muted_play muted;
-            if (planned->setup != setup)
-                continue;
-            if (planned->is_muted)
-                wording_mute(&planned->play, &muted);
-            play_one(run, planned->is_muted ? muted.play : planned->play);
-        }
-    }
+    for (uint32_t setup = 0; setup < run->setup_count; setup++)
+        for (uint32_t i = 0; i < run->play_count; i++)
+            if (run->plays[i].setup == setup)
+                play_one(run, &run->plays[i].play);
 }
 
 /* ---- every id has a case: on the null driver, which takes everything ---- */

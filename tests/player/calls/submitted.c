@@ -43,14 +43,18 @@ static bool is_for_command(const struct test_case *test_case, enum build_command
            (test_case->refused & UINT64_C(1) << command) != 0;
 }
 
-bool variant_fits(const struct variant *variant, const struct platform *platform,
-                  const struct test_case *test_case)
+bool variant_fits(const struct call_play *play)
 {
+    const struct variant *variant = play->variant;
+    const struct platform *platform = play->platform;
+    const struct test_case *test_case = play->test_case;
+    enum rule rules[2 * CASE_RULES];
+    const uint32_t count = judge_rules(play, rules);
     if (!is_for_command(test_case, variant->command) ||
         (variant->instance_pointers && !has_plain_instances(test_case)))
         return false;
-    for (uint32_t i = 0; i < test_case->rule_count; i++)
-        if (rule_id(test_case->rules[i], variant->command) == NULL)
+    for (uint32_t i = 0; i < count; i++)
+        if (rule_id(rules[i], variant->command) == NULL)
             return false;
     if (platform->is_guarded && test_case->guard_warns)
         return false;
@@ -97,12 +101,11 @@ static bool has_null_pointers(const struct scene *scene)
     return false;
 }
 
-static struct scene *open_scene(const struct play *play, struct fixture *fixture,
-                                const struct call *call)
+static struct scene *open_scene(const struct call_play *play, struct fixture *fixture)
 {
     const struct platform *platform = play->platform;
     fixture->copies_inputs = true;
-    struct scene *scene = judge_open_scene(play, fixture, call);
+    struct scene *scene = judge_open_scene(play, fixture);
     if (play->geometry_pointers)
         scene_use_geometry_pointers(scene);
     if (play->variant->instance_pointers)
@@ -115,45 +118,44 @@ static struct scene *open_scene(const struct play *play, struct fixture *fixture
 /* ---- the call ---- */
 
 /* A command that refuses the kind of build says so at the call. */
-static bool expect_refusal_alone(const struct play *play, const struct fixture *fixture,
-                                 const struct call *call, struct report *report)
+static bool expect_refusal_alone(const struct call_play *play, const struct fixture *fixture,
+                                 struct report *report)
 {
     const struct messages *messages = &fixture->instance.messages;
     const char *refusal = rule_id(play->test_case->refusal, play->command);
-    return (judge_is_refused(play) && call->form != NULL &&
+    return (judge_is_refused(play) && !play->is_repaired &&
             messages_count(messages, refusal, NULL) == messages->count) ||
-           report_expect_none(report, messages, call->what, "before the submission was waited for");
+           report_expect_none(report, messages, "the call", "before the submission was waited for");
 }
 
-static bool record_and_submit(const struct play *play, struct fixture *fixture, struct scene *scene,
-                              const struct call *call, struct report *report)
+static bool record_and_submit(const struct call_play *play, struct fixture *fixture,
+                              struct scene *scene, struct report *report)
 {
     const VkQueue queue = scene_queue(scene, scene_family(scene));
     scene_call(scene);
     scene_end(scene, scene->command_buffer);
     GET(commands_submit(scene->vk, queue, scene->command_buffer, VK_NULL_HANDLE));
-    const bool good = expect_refusal_alone(play, fixture, call, report);
+    const bool good = expect_refusal_alone(play, fixture, report);
     GET(scene->vk->QueueWaitIdle(queue));
     return good;
 }
 
-bool content_call(const struct play *play, struct fixture *fixture, const struct call *call,
-                  struct report *report)
+bool content_call(const struct call_play *play, struct fixture *fixture, struct report *report)
 {
     const struct messages *messages = &fixture->instance.messages;
     messages_clear(&fixture->instance.messages);
     fixture->instance.messages.answer = VK_FALSE;
-    struct scene *scene = open_scene(play, fixture, call);
+    struct scene *scene = open_scene(play, fixture);
     bool good = false;
     if (scene->skip != NULL) {
         report->outcome = OUTCOME_SKIPPED;
         report_say(report, "%s", scene->skip);
-    } else if (report_expect_none(report, messages, call->what, "before the call")) {
-        good = record_and_submit(play, fixture, scene, call, report);
+    } else if (report_expect_none(report, messages, "the call", "before it")) {
+        good = record_and_submit(play, fixture, scene, report);
     }
     const uint32_t count = messages->count;
     scene_close(scene); /* nothing is said twice, or when objects go */
     return (messages->count == count ||
-            report_expect_none(report, messages, call->what, "after the wait")) &&
+            report_expect_none(report, messages, "the call", "after the wait")) &&
            good;
 }
