@@ -61,7 +61,7 @@ enum { CASE_RULES = 8, CASE_STEPS = 8 };
 
 struct case_step {
     void (*edit)(struct scene *scene);
-    bool is_changed; /* the other program has no such line, or another one */
+    bool is_changed; /* the other program lacks the line, or has another one */
 };
 
 /* What one of the two programs says. */
@@ -81,7 +81,7 @@ struct test_case {
      * is played again with that rule muted, and then each has a message. */
     enum rule names[CASE_RULES];
     uint32_t name_count;
-    bool silent;               /* the program is valid: it shows that the rules stay silent */
+    bool silent;               /* there is one program, which is valid: the rules stay silent */
     struct case_form forms[2]; /* of the broken program, and of the repaired one */
 
     uint64_t commands; /* bits 1 << COMMAND_...; 0: all that have the ids of the rules */
@@ -91,24 +91,20 @@ struct test_case {
     enum rule refusal;
 
     /* The lines of these names: */
-    bool needs_drivers_sizes; /* not played with setting limits = harsh */
-    bool spares_drivers; /* of what it does no driver need be proof, as the null driver and backend
-                            cpu are */
-    /* The twin, or a mutation that no error is about, may lead to what backend cpu cannot execute:
-     * then the host's call fails. */
-    bool may_fail_on_cpu;
-    bool keep_arrays;   /* not to be repeated with ppGeometries */
-    bool forwards;      /* the callback lets the call pass; null driver only */
-    bool below_content; /* what the data says is wrong, too, and the case isn't about that */
-    /* For --submitted, which plays the cases of level content by command buffers, too: */
-    bool is_wild;        /* a driver that trusts the data reads where nothing is */
-    bool guard_protects; /* setting guard keeps a driver from that */
-    bool guard_warns; /* and warns of what no rule is about: references of moving instances, unbuilt
-                         structures in external memory, pointers to no memory */
-    bool has_pointers;      /* which a shader has to follow */
-    bool is_for_the_call;   /* its data is the host's, or parameters break rules, too */
-    bool is_for_contents;   /* only --submitted plays it */
-    bool needs_null_driver; /* only null */
+    bool needs_drivers_sizes; /* setting limits = harsh cannot play it */
+    bool spares_drivers;      /* it may crash any driver but the null driver and backend cpu */
+    bool may_fail_on_cpu;   /* backend cpu may refuse the valid call: the host's call fails then */
+    bool keep_arrays;       /* it is not repeated with ppGeometries */
+    bool forwards;          /* the callback lets the call pass; null driver only */
+    bool below_content;     /* its data is wrong, too, so level content cannot play it */
+    bool needs_null_driver; /* line `only null` */
+    /* For --submitted, which plays the cases of level content by command buffers: */
+    bool is_wild;         /* a driver that trusts the data reads at invalid addresses */
+    bool guard_protects;  /* setting guard keeps a driver from reading there */
+    bool guard_warns;     /* setting guard adds warnings that belong to no rule */
+    bool has_pointers;    /* a shader has to follow pointers of the data */
+    bool is_for_the_call; /* --submitted does not play it */
+    bool is_for_contents; /* only --submitted plays it */
 
     const char *path; /* that each message has to contain; "pGeometries[" fits ppGeometries too */
     uint32_t count;   /* messages of the first rule; 0: any number */

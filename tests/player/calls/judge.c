@@ -335,8 +335,8 @@ struct scene *judge_open_scene(const struct call_play *play, struct fixture *fix
 {
     struct scene *scene = scene_open(fixture, play->command);
     const struct case_form *form = judge_form(play);
-    const bool is_edited = !judge_is_refused(play) || !play->is_repaired;
-    for (uint32_t i = 0; i < form->step_count && is_edited; i++) {
+    const bool has_edits = !judge_is_refused(play) || !play->is_repaired;
+    for (uint32_t i = 0; i < form->step_count && has_edits; i++) {
         scene->is_edited |= form->steps[i].is_changed;
         form->steps[i].edit(scene);
     }

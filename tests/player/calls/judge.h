@@ -9,12 +9,11 @@
 struct call_play {
     const struct platform *platform;
     const struct test_case *test_case;
-    bool is_repaired; /* of a case that is silent, the only program */
-    bool is_muted;    /* the first rule is, so that those of `names` have messages */
-    enum build_command
-        command;            /* of a command that is refused the repaired program edits nothing */
-    bool geometry_pointers; /* ppGeometries instead of pGeometries */
-    const char *level;      /* NULL, or a setting instead of the program's own */
+    bool is_repaired; /* the repaired program, or the only one */
+    bool is_muted;    /* the first rule is muted, so that the rules of `names` have messages */
+    enum build_command command;
+    bool geometry_pointers;        /* ppGeometries instead of pGeometries */
+    const char *level;             /* NULL, or a setting instead of the program's own */
     const struct variant *variant; /* of --submitted, or NULL */
 };
 
@@ -44,7 +43,8 @@ bool judge_lacks_features(const struct call_play *play);
  * after the last. */
 void judge_play(const struct call_play *play, struct fixture *fixture, struct report *report);
 
-/* Opens a scene and edits it. */
+/* Opens a scene and edits it, unless the command takes no build of the case's kind and the program
+ * is the repaired one. */
 struct scene *judge_open_scene(const struct call_play *play, struct fixture *fixture);
 
 /* The setup of the fixture. Another setup takes a new instance and device. */

@@ -1,16 +1,29 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reads programs of calls. Their lines:
+/* Reads programs of calls. Lines of both programs, the broken and the repaired one:
  *
- *     breaks RULE, RULE       the rules that the broken program violates
- *     keeps [RULE, RULE]      the program is valid; the rules stay silent
- *     names RULE, RULE        rules whose ids the message of the first rule names, too
- *     on COMMAND COMMAND      device, indirect, host, nv, command_buffers (the first two),
- * with_ranges (device and host), or names such as CopyMicromapEXT; without it: all commands that
- * have ids of the rules count NUMBER            of messages of the first rule refused COMMAND RULE
- * see test_case.refused edit EDITS              edits the call, before it is made reports TEXT what
- * each message contains; anything: nothing is asked. Without it: the path of the first member that
- * only the broken program edits with WORDS, setting level NAME, configure EDITS, route NAME,
- * api 1.1, muted ID    see struct setup only null, and the names of members of struct test_case */
+ *     breaks RULE, RULE        the rules that the broken program violates
+ *     keeps [RULE, RULE]       the program is valid, and the rules stay silent
+ *     names RULE, RULE         rules whose ids the message of the first rule names, too
+ *     on COMMAND COMMAND       the commands that the program is played on: device, indirect, host,
+ *                              nv, command_buffers (device and indirect), with_ranges (device and
+ *                              host), or names such as CopyMicromapEXT. Without the line: all
+ *                              commands that have ids of the rules
+ *     count NUMBER             the number of messages of the first rule
+ *     refused COMMAND RULE     see test_case.refused
+ *     reports TEXT             what each message contains; anything: nothing is asked. Without the
+ *                              line: the path of the first member that only this program edits
+ *     only null                the null driver alone plays it
+ *     may_fail_on_cpu, ...     other members of struct test_case
+ *
+ * Lines of which each program may have its own:
+ *
+ *     edit EDITS               edits the call before it is made
+ *     with WORDS               what the device has; see struct setup for these lines
+ *     setting level NAME
+ *     configure EDITS          edits the configuration of the null driver
+ *     route chain | features2 | khr | ext
+ *     api 1.NUMBER
+ *     muted ID */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -88,7 +101,7 @@ static const char *text_behind(const struct program_line *line, const char *word
     return strdup(line->text + strlen(word) + 1);
 }
 
-/* Whether the line is about one of the two programs, of which each may have another one. */
+/* Whether it is a line of which each program may have its own. */
 static bool is_of_form(const struct program_line *line)
 {
     static const char *const words[] = {"edit",  "with", "setting", "configure",
@@ -162,7 +175,7 @@ static bool read_flag(struct test_case *test_case, const char *word)
     return false;
 }
 
-/* Reads a line about the case as a whole, which both programs have. */
+/* Reads a line of both programs. */
 static void read_line(struct test_case *test_case, const struct program *program,
                       const struct program_line *line)
 {
@@ -186,7 +199,7 @@ static void read_line(struct test_case *test_case, const struct program *program
 }
 
 /* Reads the edits and the setup of one of the programs. Returns the path of the first edit that the
- * other one has not. */
+ * other program lacks. */
 static const char *read_form(struct test_case *test_case, struct case_form *form,
                              const struct program *program)
 {
