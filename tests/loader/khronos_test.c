@@ -16,19 +16,10 @@ const char *loader_test_open(void)
                                                            : KHRONOS_NAME " is not installed";
 }
 
-/* The first layer is the nearest to the application. Loaders order them by the variable that
- * enables them, or by the folders in which they find them. */
-static void open_fixture(const char *first, const char *second)
+static void open_fixture(bool is_above)
 {
     static const struct setup by_environment = {.by_environment = true};
-    const bool is_above = strcmp(first, LAYER_NAME) == 0;
-    char layers[256], folders[1024];
-
-    snprintf(layers, sizeof(layers), "%s:%s", first, second);
-    snprintf(folders, sizeof(folders), "%s:%s", is_above ? EXPLICIT_FOLDER : SYSTEM_FOLDER,
-             is_above ? SYSTEM_FOLDER : EXPLICIT_FOLDER);
-    setenv("VK_INSTANCE_LAYERS", layers, 1);
-    setenv("VK_LAYER_PATH", folders, 1);
+    enable_beside(KHRONOS_NAME, SYSTEM_FOLDER, is_above);
     const char *missing = fixture_open(&fixture, &platform, &by_environment);
     unsetenv("VK_INSTANCE_LAYERS");
     if (missing)
@@ -118,9 +109,9 @@ static void ask_for_wrong_sizes(const struct scene *scene)
             fixture.device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &info, counts, &sizes);
 }
 
-static void validate(const char *first, const char *second)
+static void validate(bool is_above)
 {
-    open_fixture(first, second);
+    open_fixture(is_above);
     struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
     scene_call(scene);
     assert_int_equal(scene_submit_call(scene), VK_SUCCESS);
@@ -138,7 +129,7 @@ static void validate(const char *first, const char *second)
 
     ask_for_wrong_sizes(scene);
     assert_int_equal(messages_count(&fixture.instance.messages, STRIDE_ID, OWN_STRIDE_TEXT),
-                     strcmp(first, LAYER_NAME) == 0 ? 3 : 1);
+                     is_above ? 3 : 1);
     messages_clear(&fixture.instance.messages);
 
     scene_close(scene);
@@ -148,10 +139,10 @@ static void validate(const char *first, const char *second)
 
 TEST(test_above_the_khronos_layer)
 {
-    validate(LAYER_NAME, KHRONOS_NAME);
+    validate(true);
 }
 
 TEST(test_below_the_khronos_layer)
 {
-    validate(KHRONOS_NAME, LAYER_NAME);
+    validate(false);
 }

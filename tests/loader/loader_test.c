@@ -21,6 +21,17 @@ bool layer_is_installed(const char *name, const char *folder)
     return false;
 }
 
+void enable_beside(const char *other, const char *folder, bool is_above)
+{
+    char layers[256], folders[1024];
+    snprintf(layers, sizeof(layers), "%s:%s", is_above ? LAYER_NAME : other,
+             is_above ? other : LAYER_NAME);
+    snprintf(folders, sizeof(folders), "%s:%s", is_above ? EXPLICIT_FOLDER : folder,
+             is_above ? folder : EXPLICIT_FOLDER);
+    setenv("VK_INSTANCE_LAYERS", layers, 1);
+    setenv("VK_LAYER_PATH", folders, 1);
+}
+
 uint32_t count_findings(const struct setup *setup)
 {
     static struct fixture fixture;

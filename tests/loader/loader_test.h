@@ -30,6 +30,11 @@ __attribute__((weak)) const char *loader_test_open(void);
 /* Whether the loader finds a layer in VK_LAYER_PATH, which becomes `folder`. */
 bool layer_is_installed(const char *name, const char *folder);
 
+/* Enables this layer and another one by the environment. Loaders order them by the variable that
+ * enables them, or by the folders in which they find them: the nearest to the application is first.
+ */
+void enable_beside(const char *other, const char *folder, bool is_above);
+
 /* Makes a valid call, of which nothing may be reported, and one with a mistake. Returns the number
  * of messages of the latter; if it is 1, the message is that of the mistake. */
 uint32_t count_findings(const struct setup *setup);

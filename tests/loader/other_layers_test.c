@@ -11,19 +11,11 @@
 #define CAPTURE_NAME "VK_LAYER_LUNARG_gfxreconstruct"
 #define SELECT_NAME "VK_LAYER_MESA_device_select"
 
-/* One valid call, and one with a mistake. Loaders order layers by the variable that enables them,
- * or by the folders in which they find them: the nearest to the application is first. */
-static void find_mistake(bool is_below, const char *other, const char *folder)
+/* One valid call, and one with a mistake. */
+static void find_mistake(bool is_above, const char *other, const char *folder)
 {
     const struct setup setup = {.by_environment = true};
-    char layers[256], path[1024];
-
-    snprintf(layers, sizeof(layers), "%s:%s", is_below ? other : LAYER_NAME,
-             is_below ? LAYER_NAME : other);
-    snprintf(path, sizeof(path), "%s:%s", is_below ? folder : EXPLICIT_FOLDER,
-             is_below ? EXPLICIT_FOLDER : folder);
-    setenv("VK_INSTANCE_LAYERS", layers, 1);
-    setenv("VK_LAYER_PATH", path, 1);
+    enable_beside(other, folder, is_above);
     assert_int_equal(count_findings(&setup), 1);
     unsetenv("VK_INSTANCE_LAYERS");
 }
@@ -64,7 +56,7 @@ TEST_OF_ROWS(test_neighbour, neighbours, const struct neighbour *row, prepare_ca
     const bool is_strict = strcmp(row->name, STRICT_LAYER_NAME) == 0;
     if (!is_strict)
         need_layer(row->name);
-    find_mistake(!row->is_above, row->name, is_strict ? STRICT_FOLDER : SYSTEM_FOLDER);
+    find_mistake(row->is_above, row->name, is_strict ? STRICT_FOLDER : SYSTEM_FOLDER);
 }
 
 /* An implicit layer, which loaders put above explicit ones. */
@@ -72,7 +64,7 @@ TEST(test_below_device_select)
 {
     unsetenv("VK_LOADER_LAYERS_DISABLE");
     need_layer(SELECT_NAME);
-    find_mistake(true, STRICT_LAYER_NAME, STRICT_FOLDER);
+    find_mistake(false, STRICT_LAYER_NAME, STRICT_FOLDER);
     setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);
 }
 

@@ -154,6 +154,17 @@ static const struct version_case {
     {"test_1_0_without_the_extension", {.api_version = VK_API_VERSION_1_0}, ANY, NO},
     {"test_no_version", {0}, ANY, NO},
     {"test_1_1", {.api_version = VK_API_VERSION_1_1}, ANY, IF_NULL},
+    /* The physical device's version counts, too. */
+    {"test_1_1_over_a_driver_of_1_0",
+     {.api_version = VK_API_VERSION_1_1, .driver_version = VK_API_VERSION_1_0},
+     ANY,
+     NO},
+    {"test_1_1_with_the_extension_over_a_driver_of_1_0",
+     {.api_version = VK_API_VERSION_1_1,
+      .driver_version = VK_API_VERSION_1_0,
+      .has_properties2 = true},
+     ANY,
+     IF_NULL},
     {"test_cpu_1_0_with_the_extension",
      {.api_version = VK_API_VERSION_1_0, .has_properties2 = true, .backend = "cpu"},
      YES,
@@ -176,20 +187,6 @@ TEST_OF_ROWS(test_version, cases, const struct version_case *version, unit_test_
 {
     assert_answer(version->has_extension, run(&version->application));
     assert_answer(version->limit_exceeded, limit_was_exceeded());
-}
-
-/* The physical device's version counts, too. */
-TEST(test_1_1_over_a_driver_of_1_0)
-{
-    if (!platform.is_null)
-        skip();
-    struct application application = {.api_version = VK_API_VERSION_1_1,
-                                      .driver_version = VK_API_VERSION_1_0};
-    run(&application);
-    assert_false(limit_was_exceeded());
-    application.has_properties2 = true;
-    run(&application);
-    assert_true(limit_was_exceeded());
 }
 
 /* ---- limits = harsh: core commands and those of the extension */
