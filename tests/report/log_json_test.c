@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Tests of log_format = json, and of names in message_id_filter. schema_test.py validates lines. */
+/* Tests of log_format = json, and of names in message_id_filter. schema_test.py validates lines,
+ * and scenes_test.c has where they go. */
 #include "hearing.h"
 #include "src/report/log/lines.h"
-
-#define SENT_COMMAND "VUID-vkCmdBuildAccelerationStructuresKHR-"
 
 /* ---- one finding, with all that a line may have */
 
@@ -150,62 +149,6 @@ TEST(test_expectation)
     label[MESSAGE_NAME_SIZE - 1] = '\0';
     assert_has(file_line(1), label);
     assert_has(file_line(2), label);
-}
-
-/* The ids of one rule are its current one and those before; "formerly" has all but the one that the
- * finding is reported with. */
-TEST(test_former_ids)
-{
-    static const struct {
-        const char *names, *id, *formerly;
-    } cases[] = {
-        {"current", "pInfos-12258", "\"formerly\":[\"" SENT_COMMAND "pInfos-03671\"]"},
-        {"listed", "pInfos-03671", "\"formerly\":[]"},
-    };
-    for (size_t i = 0; i < LENGTH(cases); i++) {
-        const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
-        char id[100];
-        struct finding finding;
-        surrounding_json("a.jsonl");
-        setenv("VK_ASSAY_VALIDATION_VUID_NAMES", cases[i].names, 1);
-        struct reporter *reporter = reporter_of(NULL);
-        finding_says(&finding, "scratchData.deviceAddress", "is wrong");
-        reporter_send(reporter, RULE_build_scratch_is_in_one_buffer, &location,
-                      &(struct call_origin){0}, &finding);
-        reporter_destroy(reporter);
-        snprintf(id, sizeof(id), "\"VUID\":\"" SENT_COMMAND "%s\"", cases[i].id);
-        file_read("a.jsonl");
-        assert_has(file_line(1), id);
-        assert_has(file_line(1), cases[i].formerly);
-    }
-}
-
-TEST(test_standard_error)
-{
-    surrounding_json(NULL);
-    capture_begin(STDERR_FILENO);
-    struct reporter *reporter = reporter_of(NULL);
-    send_one(reporter);
-    reporter_destroy(reporter);
-    assert_int_equal(count_lines(capture_end()), 3);
-    environment_set("DEBUG_ACTION=callback");
-    capture_begin(STDERR_FILENO);
-    reporter = reporter_of(NULL);
-    send_one(reporter);
-    reporter_destroy(reporter);
-    assert_string_equal(capture_end(), "");
-}
-
-/* Neither report_flags nor a limit hides the lines around the findings. */
-TEST(test_flags_do_not_hide_header_and_summary)
-{
-    surrounding_json("a.jsonl");
-    environment_set("REPORT_FLAGS=warn");
-    struct reporter *reporter = reporter_of(NULL);
-    send_one(reporter);
-    reporter_destroy(reporter);
-    assert_int_equal(count_lines(file_read("a.jsonl")), 2);
-    assert_parts(file_line(1), "\"Findings\":{}...errors, which report_flags leaves out");
 }
 
 /* Fails before the reporter exists, or not at all. */

@@ -5,6 +5,8 @@
 #include "hearing.h"
 #include "src/report/ids/message_id.h"
 
+#define JSON_FILE "LOG_FORMAT=json LOG_FILENAME=assay.log "
+
 /* A reporter of a living instance with a messenger, created with the settings that
  * environment_set() takes. Steps end in a semicolon:
  *
@@ -29,7 +31,8 @@
  *     severity error      likewise; or warning
  *     log WORDS...WORDS; log-lacks WORDS; silent   stderr has the words, in this order; or not; or
  *                         is empty since the last such step
- *     file NAME WORDS     the file has the words; lacks-file NAME: there is none
+ *     file NAME WORDS...WORDS   the file has the words; lacks-file NAME: there is none
+ *     lines 3             assay.log has so many lines
  *     end                 the reporter is destroyed, and the next one is created */
 static const struct scene {
     const char *test, *settings, *steps;
@@ -159,6 +162,23 @@ static const struct scene {
     {"a_log_file_that_cannot_be_opened", "LOG_FILENAME=/nonexistent/assay.log",
      "unhear; send; log assay_validation.log_filename: \"/nonexistent/assay.log\" cannot be opened "
      "for writing (No such file or directory)"},
+
+    /* ---- lines of JSON; after `end`, those of the next reporter begin */
+    {"json_on_stderr", "LOG_FORMAT=json",
+     "unhear; send; end; log \"Header\"...\n{\"Type\":\"Finding\"...\n{\"Type\":\"Summary\"...\n{"},
+    {"no_json_for_callbacks_alone", "LOG_FORMAT=json DEBUG_ACTION=callback",
+     "unhear; send; end; silent"},
+    {"flags_do_not_hide_header_and_summary", JSON_FILE "REPORT_FLAGS=warn",
+     "send; end; lines 3; file assay.log \"Header\"...\"Findings\":{}...errors, which "
+     "report_flags leaves out"},
+    /* The ids of one rule are its current one and those before; "formerly" has all but the one that
+     * the finding is reported with. */
+    {"former_ids", JSON_FILE,
+     "wrong; file assay.log \"VUID\":\"VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-12258\"..."
+     "\"formerly\":[\"VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03671\"]"},
+    {"former_ids_of_a_retired_one", JSON_FILE "VUID_NAMES=listed",
+     "wrong; file assay.log \"VUID\":\"VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03671\"..."
+     "\"formerly\":[]"},
 };
 
 static struct {
@@ -286,7 +306,7 @@ static void expect_file(const char *words)
 {
     char name[64];
     snprintf(name, sizeof(name), "%.*s", (int)strcspn(words, " "), words);
-    assert_has(file_read(name), words + strlen(name) + 1);
+    assert_parts(file_read(name), words + strlen(name) + 1);
 }
 
 static void expect_log(const char *words)
@@ -334,6 +354,8 @@ static bool expect(const char *verb, const char *words)
         expect_no_log(words);
     else if (is(verb, "file"))
         expect_file(words);
+    else if (is(verb, "lines"))
+        assert_int_equal(count_lines(file_read("assay.log")), atoi(words));
     else if (is(verb, "lacks-file"))
         assert_int_equal(access(words, F_OK), -1);
     else

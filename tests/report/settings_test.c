@@ -14,7 +14,7 @@
  * one warning, which assert_parts() finds, or none if that is NULL. */
 static const struct row {
     const char *test, *file, *environment, *text;
-    const char *warning;
+    const char *warning, *application;
 } rows[] = {
     {"defaults", NULL, "", ""},
     {"all_of_an_environment", NULL,
@@ -55,6 +55,31 @@ static const struct row {
     {"preset_beside_an_invalid_value", PRESET, "LEVEL=contents",
      "level=content guard=1 sites=2 advice=1",
      "assay_validation.level...\"contents\"...The preset's value, content, is used."},
+
+    /* ---- settings of the application: the file wins over them, and the environment over both */
+    {"application", NULL, "", "level=parameters", NULL, "level=parameters"},
+    {"application_and_file", FILE_LINE("level = state"), "", "level=state", NULL,
+     "level=parameters"},
+    {"application_file_and_environment", FILE_LINE("level = state"), "LEVEL=content",
+     "level=content", NULL, "level=parameters"},
+    {"two_lines_of_a_key", CONTENT FILE_LINE("level = state"), "", "level=state", NULL,
+     "level=parameters"},
+    {"a_line_without_a_value_behind_another", CONTENT FILE_LINE("level ="), "", "level=parameters",
+     NULL, "level=parameters"},
+    {"unknown_key_of_the_application", NULL, "", "",
+     "assay_validation.validate_sync\" is not a setting", "validate_sync=true"},
+    /* A key that is given wins over the preset, also if the preset's source comes before the key's.
+     */
+    {"preset_of_the_application_before_keys", NULL, "", "sites=2 hazards=0 advice=1", NULL,
+     "preset=everything level=execution hazards=false"},
+    {"preset_of_the_application_behind_keys", NULL, "", "sites=2 hazards=0 advice=1", NULL,
+     "level=execution hazards=false preset=everything"},
+    {"preset_of_the_application_alone", FILE_LINE("guard = off"), "ADVICE=false",
+     "level=content sites=2", NULL, "preset=everything"},
+    {"preset_of_the_environment_and_keys_of_the_application", NULL, "PRESET=ci",
+     "limits=1 sites=2 hazards=0 advice=1", NULL, "level=execution hazards=false"},
+    {"preset_of_a_file_and_keys_of_the_application", FILE_LINE("preset = ci"), "",
+     "limits=1 sites=2 hazards=0 advice=1", NULL, "level=execution hazards=false"},
 
     /* ---- settings that need others: one line says why they have no effect */
     {"rays", CONTENT FILE_LINE("compare_rays = 64"), FILTER "ASSAY-compare-double",
@@ -228,13 +253,33 @@ static void set_variables(const char *environment, bool removes)
     }
 }
 
+static const VkLayerSettingsCreateInfoEXT *settings_of(const char *application)
+{
+    enum { GIVEN = 4 };
+    static char keys[GIVEN][64], texts[GIVEN][64];
+    static const char *values[GIVEN];
+    static VkLayerSettingEXT entries[GIVEN];
+    static VkLayerSettingsCreateInfoEXT given;
+    uint32_t count = 0;
+    for (int length;
+         sscanf(application, " %63[^=]=%63s%n", keys[count], texts[count], &length) == 2;
+         application += length) {
+        values[count] = texts[count];
+        entries[count] = text_given(keys[count], &values[count]);
+        assert_true(++count < GIVEN);
+    }
+    given = settings_given(entries, count);
+    return &given;
+}
+
 TEST(settings_are_read)
 {
     for (size_t i = 0; i < LENGTH(rows); i++) {
         const struct row *row = &rows[i];
         surrounding_clear(row->file);
         set_variables(row->environment, false);
-        const struct settings settings = settings_read(NULL);
+        const struct settings settings =
+            settings_read(row->application ? settings_of(row->application) : NULL);
         set_variables(row->environment, true);
         print_message("%s\n", row->test);
         assert_string_equal(settings_text(&settings), row->text);
