@@ -32,9 +32,6 @@ class Layer(Runs):
         return [[json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
                 for file in files]
 
-    def test_mistake(self):
-        self.expect(self.run_steps("mistake"), 99, VUID)
-
     def test_scratch_mistake(self):
         self.expect(self.run_steps("clean scratch", "--error-exitcode", "7"), 7, "scratchData.deviceAddress")
 
@@ -69,11 +66,6 @@ class Layer(Runs):
         result = self.run_steps("mistake", VK_INSTANCE_LAYERS="VK_LAYER_ASSAY_validation")
         self.assertIn("1 finding in 1 process", result.err)
 
-    def test_two_runs_in_one_folder(self):
-        self.assertEqual(self.run_steps("mistake", "--record", "records").status, 99)
-        self.assertEqual(self.run_steps("clean", "--record", "records").status, 0)
-        self.assertEqual(len(self.records()), 2)
-
     def run_region(self, status, *steps, label=f"assay:expect {VUID}"):
         return self.expect(self.run_words("--record", "records", "--", APPLICATION, f"label={label}",
                                           *steps), status)
@@ -100,16 +92,6 @@ class Layer(Runs):
             jsonschema.validate(line, schema)
         self.assertIn("Expectation", [line["Type"] for line in lines])
 
-    def test_mistyped_filter(self):
-        result = self.run_steps("clean", "--set", "message_id_filter=VUID-mistyped")
-        self.assertEqual(result.status, 0)
-        self.assertIn("1 warning", result.err)
-        self.assertEqual(self.run_steps("mistake", "--set", "message_id_filter=x").status, 99)
-
-    def test_mistyped_setting(self):
-        self.environment["VK_ASSAY_VALIDATION_LEVLE"] = "state"
-        self.expect(self.run_steps("clean"), 0, "LEVLE")
-
     def test_everything(self):
         self.expect(self.run_steps("clean", "--everything", "--html", "a.html"), 0, "0 findings")
         result = self.run_steps("clean mistake", "--everything", "--json", "a.json")
@@ -119,16 +101,6 @@ class Layer(Runs):
                            ("guard", "references"), ("call_sites", "full"), ("record_builds", "true"),
                            ("advice", "true"), ("limits", "driver")):
             self.assertEqual(settings[key], value, key)
-
-    def test_everything_beside_other_settings(self):
-        """Below level content and on backend cpu no builds are guarded, without a warning."""
-        self.environment["VK_ASSAY_VALIDATION_HAZARDS"] = "false"
-        for words in (("--level", "execution"), ("--backend", "cpu")):
-            result = self.run_steps("clean", "--everything", *words, "--json", "a.json")
-            self.assertNotIn("warning", self.expect(result, 0).err)
-            settings = self.load("a.json")["headers"][0]["Settings"]
-            for key, value in (("guard", "off"), ("hazards", "false"), ("advice", "true")):
-                self.assertEqual(settings[key], value)
 
     def test_messenger_and_log_action(self):
         for action in ("default", "callback", "log", "ignore", "fail"):
@@ -150,15 +122,6 @@ class Layer(Runs):
         self.assertNotIn("is alive at", result.err)
         self.expect(self.run_steps("clean submit leave", *options), 0,
                     "ended without vkDestroyInstance, so the list of advice is missing: after 1 submission")
-
-    def test_children(self):
-        self.assertEqual(self.run_steps("fork mistake").status, 99)
-        self.assertEqual(self.run_steps("exec mistake").status, 99)
-        self.assertEqual(self.run_steps("clean exec mistake").status, 99)
-        self.assertEqual(self.run_steps("fork clean exit=4").status, 4)
-
-    def test_child_that_outlives_its_parent(self):
-        self.assertEqual(self.run_steps("outlive mistake leave").status, 99)
 
     def test_sixteen_processes(self):
         processes = f"for i in $(seq 16); do {APPLICATION} name=process-$i many=3 & done; wait"
@@ -196,17 +159,6 @@ class Layer(Runs):
     def test_held_back(self):
         self.expect(self.run_steps("many=50"), 99,
                     "1 finding (reported 10 times, 40 duplicates not reported)")
-
-    @needs_jsonschema
-    def test_records(self):
-        schema = self.load(SCHEMA)
-        self.run_steps("clean name=é\"\\ mistake", "--record", "records")
-        [lines] = self.records()
-        for line in lines:
-            jsonschema.validate(line, schema)
-        self.assertEqual(lines[0]["Type"], "Header")
-        self.assertEqual(lines[-1]["Type"], "Summary")
-        self.assertEqual(lines[0]["Settings"]["report_flags"], "error,warn")
 
     @unittest.skipUnless((KHRONOS / "VkLayer_khronos_validation.json").exists(),
                          "the Khronos validation layer is not installed")

@@ -18,11 +18,6 @@ class Merging(Runs):
         self.record("load(); find(); end()", "records")
         self.expect(self.run_words("--merge", "records"), 99, "1 finding in 2 processes")
 
-    def test_clean(self):
-        self.record("load(); end()", "a")
-        self.record("load(); end()", "b")
-        self.assertEqual(self.run_words("--merge", "a", "b").status, 0)
-
     def test_a_record_named_twice_counts_once(self):
         self.record("load(); find()", "a")
         self.assertIn("1 finding in 1 process", self.run_words("--merge", "a", ".", "a").err)
@@ -60,11 +55,6 @@ class Merging(Runs):
         self.write_record(header(), name="a/7.jsonl")
         self.write_record(header(), name="b/7.jsonl")
         self.assertIn("2 processes", self.run_words("--merge", "a", "b").err)
-
-    def test_baseline(self):
-        self.record("load(); find()", "records")
-        self.run_words("--merge", "records", "--write-baseline", "known.txt")
-        self.assertEqual(self.run_words("--merge", "records", "--baseline", "known.txt").status, 0)
 
     def test_nothing_there(self):
         (self.folder / "empty").mkdir()

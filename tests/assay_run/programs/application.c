@@ -12,18 +12,16 @@
  *   leave         ends without destroying anything, as many applications do
  *   exit=N        the exit status
  *   signal=N      sends that signal to itself
- *   fork          the steps that follow are those of a child, for which the parent waits
- *   outlive       they are those of a child that has an instance and goes on after the parent's end
- *   exec          a new program in the same process carries out the steps that follow
  * It has a messenger, as most applications have. The environment names the driver and the layer. */
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "tests/player/scene/scene.h"
+
+enum { NOT_A_STEP = 3 }; /* the exit status */
 
 static struct fixture fixture;
 static struct scene *scene;
@@ -37,12 +35,13 @@ static void open_scene(void)
     scene = scene_open(&fixture, COMMAND_DEVICE);
 }
 
-static void close_scene(void)
+static void end(int status)
 {
-    if (scene == NULL)
-        return;
-    scene_close(scene);
-    fixture_close(&fixture);
+    if (scene != NULL) {
+        scene_close(scene);
+        fixture_close(&fixture);
+    }
+    exit(status);
 }
 
 static void submit(void)
@@ -100,98 +99,48 @@ static void open_label(const char *name)
     scene->vk->CmdBeginDebugUtilsLabelEXT(scene->command_buffer, &label);
 }
 
-/* Returns in the child. */
-static void fork_child(void)
+static bool is(const char *name, const char *other)
 {
-    int status = 0;
-    fflush(NULL);
-    const pid_t child = fork();
-    if (child == 0)
-        return;
-    waitpid(child, &status, 0);
-    exit(WEXITSTATUS(status));
+    return strcmp(name, other) == 0;
 }
 
-/* Returns in the child, which has an instance, after the parent's end. */
-static void outlive_parent(void)
+static void carry_out(const char *step)
 {
-    int opened[2], ended[2];
-    char byte = 0;
-    if (pipe(opened) != 0 || pipe(ended) != 0)
-        exit(3);
-    fflush(NULL);
-    if (fork() != 0) {
-        close(opened[1]);
-        exit(read(opened[0], &byte, 1) == 1 ? 0 : 3);
-    }
-    close(ended[1]);
-    open_scene();
-    if (write(opened[1], &byte, 1) != 1 || read(ended[0], &byte, 1) != 0)
-        exit(3);
-    usleep(300000); /* assay-run sees the end, too */
-}
-
-static const char *argument_of(const char *step, const char *name)
-{
-    const size_t length = strlen(name);
-    return strncmp(step, name, length) == 0 && step[length] == '=' ? step + length + 1 : NULL;
-}
-
-static bool carry_out_with_argument(const char *step)
-{
-    const char *argument;
-    if ((argument = argument_of(step, "name"))) {
-        set_name(argument);
-    } else if ((argument = argument_of(step, "label"))) {
-        open_label(argument);
-    } else if ((argument = argument_of(step, "many"))) {
+    char name[16];
+    snprintf(name, sizeof(name), "%.*s", (int)strcspn(step, "="), step);
+    const char *argument = strchr(step, '=') ? strchr(step, '=') + 1 : "";
+    if (is(name, "clean"))
+        build(UINT32_MAX);
+    else if (is(name, "mistake"))
+        build(0);
+    else if (is(name, "many"))
         for (int i = atoi(argument); i > 0; i--)
             build(0);
-    } else if ((argument = argument_of(step, "exit"))) {
-        close_scene();
-        exit(atoi(argument));
-    } else if ((argument = argument_of(step, "signal"))) {
-        raise(atoi(argument));
-    } else {
-        return false;
-    }
-    return true;
-}
-
-static void carry_out(char **argv, int i)
-{
-    const char *step = argv[i];
-    if (strcmp(step, "clean") == 0)
-        build(UINT32_MAX);
-    else if (strcmp(step, "mistake") == 0)
-        build(0);
-    else if (strcmp(step, "scratch") == 0)
+    else if (is(name, "scratch"))
         build_with_misaligned_scratch();
-    else if (strcmp(step, "unlabel") == 0)
+    else if (is(name, "name"))
+        set_name(argument);
+    else if (is(name, "label"))
+        open_label(argument);
+    else if (is(name, "unlabel"))
         scene->vk->CmdEndDebugUtilsLabelEXT(scene->command_buffer);
-    else if (strcmp(step, "submit") == 0)
+    else if (is(name, "submit"))
         submit();
-    else if (strcmp(step, "abandon") == 0)
+    else if (is(name, "abandon"))
         abandon_device();
-    else if (strcmp(step, "leave") == 0)
+    else if (is(name, "leave"))
         _exit(0);
-    else if (strcmp(step, "fork") == 0)
-        fork_child();
-    else if (strcmp(step, "outlive") == 0)
-        outlive_parent();
-    else if (strcmp(step, "exec") == 0 && argv[i + 1] != NULL) {
-        argv[i] = argv[0];
-        execv("/proc/self/exe", argv + i);
-    } else if (!carry_out_with_argument(step)) {
-        fprintf(stderr, "not a step: %s\n", step);
-        exit(3);
-    }
+    else if (is(name, "signal"))
+        raise(atoi(argument));
+    else if (is(name, "exit"))
+        end(atoi(argument));
+    else
+        end(NOT_A_STEP);
 }
 
 int main(int argc, char **argv)
 {
     for (int i = 1; i < argc; i++)
-        carry_out(argv, i);
-    close_scene();
-    return 0;
+        carry_out(argv[i]);
+    end(0);
 }
