@@ -9,12 +9,11 @@ import math
 import pathlib
 import struct
 import sys
-import tempfile
 import unittest
 
 sys.path.insert(1, str(pathlib.Path(__file__).resolve().parent.parent / "assay_run"))
 # pylint: disable=wrong-import-position
-from browser import CHROMIUM, Browser
+from browser import CHROMIUM, OfPages
 from captures import IDENTITY, NAN, Capture, Case, run, scene
 
 INF = float("inf")
@@ -270,21 +269,11 @@ class Fragile(ReportCase):
 
 
 @unittest.skipUnless(CHROMIUM, "Chromium is not installed")
-class Page(ReportCase):
-    @classmethod
-    def setUpClass(cls):
-        folder = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(folder.cleanup)
-        cls.browser = Browser(folder.name)
-        cls.addClassCleanup(cls.browser.close)
-
+class Page(OfPages, ReportCase):
     def open(self, capture, width=1280):
         self.report(capture, "--html", self.html)
         self.assertLess(self.html.stat().st_size, 5 << 20)
-        self.browser.open_page()
         self.browser.open(self.html, width)
-        self.assertEqual(self.browser.console, [])
-        self.assertEqual([url for url in self.browser.requests if not url.startswith(("file:", "data:"))], [])
 
     def count(self, selector):
         return self.browser.run(f"document.querySelectorAll({selector!r}).length")
