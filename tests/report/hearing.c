@@ -113,6 +113,14 @@ const char *file_read(const char *name)
     return file_text;
 }
 
+void file_fill(const char *name, const char *text)
+{
+    FILE *file = fopen(name, "w");
+    assert_non_null(file);
+    fputs(text, file);
+    fclose(file);
+}
+
 const char *file_line(unsigned n)
 {
     static char line[16384];
@@ -181,12 +189,8 @@ void surrounding_clear(const char *settings_text)
     setenv("HOME", folder, 1);
     nftw(".local", remove_entry, 8, FTW_DEPTH | FTW_PHYS);
     remove("vk_layer_settings.txt");
-    if (settings_text) {
-        FILE *file = fopen("vk_layer_settings.txt", "w");
-        assert_non_null(file);
-        fputs(settings_text, file);
-        fclose(file);
-    }
+    if (settings_text)
+        file_fill("vk_layer_settings.txt", settings_text);
 }
 
 void surrounding_set_up(void)

@@ -49,6 +49,8 @@ const char *capture_end(void);
 /* What message_write() writes. */
 const char *capture_message(const struct message *message);
 
+/* Writes a file with this text. */
+void file_fill(const char *name, const char *text);
 /* The text of a file, until the next call; fails the test if there is no file. */
 const char *file_read(const char *name);
 /* The n-th line of that text. */

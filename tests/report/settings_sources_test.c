@@ -44,6 +44,8 @@ TEST_OPENED(instance_extension, surrounding_set_up)
 }
 
 #ifndef _WIN32 /* where the paths differ */
+#define STATE "assay_validation.level = state\n"
+
 static void make_folders(const char *path)
 {
     char command[128];
@@ -54,10 +56,7 @@ static void make_folders(const char *path)
 /* The library and the search for unknown keys have to find the same file. */
 static void assert_file_is_read(const char *path)
 {
-    FILE *file = fopen(path, "w");
-    assert_non_null(file);
-    fputs("assay_validation.level = state\nassay_validation.levle = state\n", file);
-    fclose(file);
+    file_fill(path, STATE "assay_validation.levle = state\n");
     struct settings settings = settings_read(NULL);
     assert_int_equal(settings.level, LEVEL_STATE);
     assert_has(warned.lines[warned.count - 1], "\"assay_validation.levle\" in ");
@@ -83,14 +82,6 @@ TEST_OPENED(places_of_the_file, surrounding_set_up)
     assert_file_is_read(".local/vulkan/settings.d/vk_layer_settings.txt");
 }
 
-static void write_file(const char *path)
-{
-    FILE *file = fopen(path, "w");
-    assert_non_null(file);
-    fputs("assay_validation.level = state\n", file);
-    fclose(file);
-}
-
 TEST_OPENED(a_path_to_a_folder, surrounding_set_up)
 {
     make_folders("folder");
@@ -98,7 +89,7 @@ TEST_OPENED(a_path_to_a_folder, surrounding_set_up)
     settings_read(NULL);
     assert_warned("VK_LAYER_SETTINGS_PATH...\"folder\"...has no vk_layer_settings.txt");
 
-    write_file("folder/vk_layer_settings.txt");
+    file_fill("folder/vk_layer_settings.txt", STATE);
     struct settings settings = settings_read(NULL);
     assert_int_equal(settings.level, LEVEL_STATE);
     assert_int_equal(warned.count, 0);
@@ -109,8 +100,8 @@ TEST_OPENED(a_path_to_a_folder, surrounding_set_up)
 TEST_OPENED(a_path_that_comes_second, surrounding_set_up)
 {
     make_folders(".local/share/vulkan/settings.d");
-    write_file(".local/share/vulkan/settings.d/vk_layer_settings.txt");
-    write_file("mine.txt");
+    file_fill(".local/share/vulkan/settings.d/vk_layer_settings.txt", STATE);
+    file_fill("mine.txt", STATE);
     setenv("VK_LAYER_SETTINGS_PATH", "mine.txt", 1);
     settings_read(NULL);
     assert_warned(
