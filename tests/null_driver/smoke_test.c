@@ -1,50 +1,33 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The configuration of the null driver, through the installed loader: what tests of the layer ask
  * for, and do not notice if it is missing. All else that the driver does is shown by them. */
-#include "null_driver.h"
+#include "tests/fixture/instance.h"
 #include "tests/fixture/make.h"
-#include "tests/fixture/objects.h"
 #include "tests/unit/unit_test.h"
-
-#include <string.h>
 
 #define FEATURE(config, sType, type, member, value)                                                \
     null_driver_set_feature(config, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_##sType,                     \
                             offsetof(VkPhysicalDevice##type, member), value)
 
-PFN_vkVoidFunction vkGetInstanceProcAddr(VkInstance instance, const char *pName); /* the loader's */
+#define OFFERED(extension) instance_fixture_count_extension(&fixture, extension)
 
-static struct null_driver_api driver;
-static VkuInstanceDispatchTable vki;
+static struct platform platform;
+static struct instance_fixture fixture;
 static VkuDeviceDispatchTable vk;
-static VkPhysicalDevice physical[NULL_DRIVER_PHYSICAL_DEVICES];
-static VkInstance instance;
 static VkDevice device;
-static void *library;
 
 const char *unit_test_open(const char *argument)
 {
-    library = null_driver_load(NULL_DRIVER_LIBRARY, &driver);
-    return library ? NULL : dlerror();
-}
-
-void unit_test_close(void)
-{
-    dlclose(library);
+    return platform_open(&platform, "null");
 }
 
 static void make_instance(const struct null_driver_config *config)
 {
-    PFN_vkCreateInstance create =
-        (PFN_vkCreateInstance)vkGetInstanceProcAddr(NULL, "vkCreateInstance");
-    const STRUCT(VkApplicationInfo, application, .apiVersion = VK_API_VERSION_1_3);
-    uint32_t count = NULL_DRIVER_PHYSICAL_DEVICES;
-    driver.reset();
-    driver.configure(config);
-    GET(create(&MAKE(VkInstanceCreateInfo, .pApplicationInfo = &application), NULL, &instance));
-    vkuInitInstanceDispatchTable(instance, &vki, vkGetInstanceProcAddr);
-    GET(vki.EnumeratePhysicalDevices(instance, &count, physical));
-    driver.configure(NULL);
+    static const struct instance_settings plain = {.without_layer = true};
+    platform.null_driver.reset();
+    platform.null_driver.configure(config);
+    instance_fixture_create(&fixture, &platform, &plain);
+    platform.null_driver.configure(NULL);
 }
 
 static VkResult make_device(const void *pNext)
@@ -57,36 +40,21 @@ static VkResult make_device(const void *pNext)
     const STRUCT(VkDeviceCreateInfo, info, .pNext = pNext, .queueCreateInfoCount = 1,
                  .pQueueCreateInfos = &queue, .enabledExtensionCount = ARRAY_COUNT(extensions),
                  .ppEnabledExtensionNames = extensions);
-    PFN_vkCreateDevice create =
-        (PFN_vkCreateDevice)vkGetInstanceProcAddr(instance, "vkCreateDevice");
-    const VkResult result = create(physical[0], &info, NULL, &device);
+    const VkResult result = fixture.vk.CreateDevice(fixture.physical, &info, NULL, &device);
     if (result == VK_SUCCESS)
-        vkuInitDeviceDispatchTable(
-            device, &vk,
-            (PFN_vkGetDeviceProcAddr)vkGetInstanceProcAddr(instance, "vkGetDeviceProcAddr"));
+        vkuInitDeviceDispatchTable(device, &vk, fixture.get_device_proc_addr);
     return result;
 }
 
 static void destroy(void)
 {
     vk.DestroyDevice(device, NULL);
-    vki.DestroyInstance(instance, NULL);
-}
-
-static bool device_offers(const char *name)
-{
-    static VkExtensionProperties extensions[256];
-    uint32_t count = 256;
-    GET(vki.EnumerateDeviceExtensionProperties(physical[0], NULL, &count, extensions));
-    for (uint32_t i = 0; i < count; i++)
-        if (strcmp(extensions[i].extensionName, name) == 0)
-            return true;
-    return false;
+    instance_fixture_close(&fixture);
 }
 
 TEST_CLOSED(configuration, destroy)
 {
-    struct null_driver_config config = driver.default_config();
+    struct null_driver_config config = platform.null_driver.default_config();
     config.api_version = VK_API_VERSION_1_2;
     config.as_properties.maxInstanceCount = 7;
     null_driver_hide_extension(&config, VK_KHR_RAY_QUERY_EXTENSION_NAME);
@@ -96,13 +64,13 @@ TEST_CLOSED(configuration, destroy)
     FEATURE(&config, FEATURES_2, Features2, features.sparseBinding, VK_FALSE);
     make_instance(&config);
 
-    assert_false(device_offers(VK_KHR_RAY_QUERY_EXTENSION_NAME));
-    assert_true(device_offers("VK_TEST_extra"));
-    assert_true(device_offers(VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME));
+    assert_int_equal(OFFERED(VK_KHR_RAY_QUERY_EXTENSION_NAME), 0);
+    assert_int_equal(OFFERED("VK_TEST_extra"), 1);
+    assert_int_equal(OFFERED(VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME), 1);
 
     STRUCT(VkPhysicalDeviceAccelerationStructurePropertiesKHR, as);
     STRUCT(VkPhysicalDeviceProperties2, properties, .pNext = &as);
-    vki.GetPhysicalDeviceProperties2(physical[0], &properties);
+    fixture.vk.GetPhysicalDeviceProperties2(fixture.physical, &properties);
     assert_int_equal(properties.properties.apiVersion, VK_API_VERSION_1_2);
     assert_int_equal(as.maxInstanceCount, 7);
     assert_int_equal(as.minAccelerationStructureScratchOffsetAlignment, 256);
@@ -111,7 +79,7 @@ TEST_CLOSED(configuration, destroy)
     STRUCT(VkPhysicalDeviceVulkan12Features, features12);
     STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query, .pNext = &features12);
     STRUCT(VkPhysicalDeviceFeatures2, features, .pNext = &query);
-    vki.GetPhysicalDeviceFeatures2(physical[0], &features);
+    fixture.vk.GetPhysicalDeviceFeatures2(fixture.physical, &features);
     assert_false(query.rayQuery);
     assert_false(features12.bufferDeviceAddressCaptureReplay);
     assert_true(features12.bufferDeviceAddress);
@@ -133,7 +101,7 @@ TEST_CLOSED(configuration, destroy)
 TEST(versions)
 {
     for (uint32_t minor = 0; minor <= 4; minor++) {
-        struct null_driver_config config = driver.default_config();
+        struct null_driver_config config = platform.null_driver.default_config();
         config.api_version = VK_MAKE_API_VERSION(0, 1, minor, 0);
         make_instance(&config);
         GET(make_device(NULL));
@@ -149,12 +117,12 @@ TEST_CLOSED(device_group, destroy)
     make_instance(NULL);
     STRUCT(VkPhysicalDeviceGroupProperties, group);
     uint32_t count = 1;
-    GET(vki.EnumeratePhysicalDeviceGroups(instance, &count, &group));
+    GET(fixture.vk.EnumeratePhysicalDeviceGroups(fixture.instance, &count, &group));
     assert_int_equal(count, 1);
     assert_int_equal(group.physicalDeviceCount, 2);
 
     VkPhysicalDeviceMemoryProperties memory;
-    vki.GetPhysicalDeviceMemoryProperties(physical[0], &memory);
+    fixture.vk.GetPhysicalDeviceMemoryProperties(fixture.physical, &memory);
     assert_true(memory.memoryHeaps[0].flags & VK_MEMORY_HEAP_MULTI_INSTANCE_BIT);
     GET(make_device(&MAKE(VkDeviceGroupDeviceCreateInfo, .physicalDeviceCount = 2,
                           .pPhysicalDevices = group.physicalDevices)));
