@@ -10,6 +10,8 @@
 
 #include "tests/fixture/messenger.h"
 
+PFN_vkVoidFunction vkGetInstanceProcAddr(VkInstance instance, const char *pName); /* the loader's */
+
 /* ---- the loader's environment */
 
 static void select_lavapipe(void)
