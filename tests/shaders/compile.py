@@ -73,7 +73,6 @@ ASSEMBLY = """               OpCapability Shader
        %bool = OpTypeBool
        %uint = OpTypeInt 32 0
       %float = OpTypeFloat 32
-      %uvec3 = OpTypeVector %uint 3
        %vec3 = OpTypeVector %float 3
   %structure = OpTypeAccelerationStructureKHR
       %query = OpTypeRayQueryKHR
@@ -82,13 +81,10 @@ ASSEMBLY = """               OpCapability Shader
      %p_uint = OpTypePointer Uniform %uint
       %p_top = OpTypePointer UniformConstant %structure
     %p_query = OpTypePointer Function %query
-    %p_index = OpTypePointer Input %uvec3
-      %index = OpVariable %p_index Input
         %top = OpVariable %p_top UniformConstant
    %unknowns = OpVariable %p_uniform Uniform
      %uint_0 = OpConstant %uint 0
      %uint_1 = OpConstant %uint 1
-     %uint_2 = OpConstant %uint 2
     %float_0 = OpConstant %float 0
     %float_1 = OpConstant %float 1
      %vec3_0 = OpConstantComposite %vec3 %float_0 %float_0 %float_0
@@ -101,13 +97,10 @@ ASSEMBLY = """               OpCapability Shader
   %condition = OpIEqual %bool %unknown %uint_1
          %as = OpLoad %structure %top
 """
-COMPUTE = """OpEntryPoint GLCompute %main "main" %index %top %unknowns
-               OpExecutionMode %main LocalSize 1 1 1
-               OpDecorate %index BuiltIn GlobalInvocationId"""
-FRAGMENT = """OpEntryPoint Fragment %main "main" %index %top %unknowns
-               OpExecutionMode %main OriginUpperLeft
-               OpDecorate %index Location 0
-               OpDecorate %index Flat"""
+COMPUTE = """OpEntryPoint GLCompute %main "main" %top %unknowns
+               OpExecutionMode %main LocalSize 1 1 1"""
+FRAGMENT = """OpEntryPoint Fragment %main "main" %top %unknowns
+               OpExecutionMode %main OriginUpperLeft"""
 
 
 def expectation(line, where):

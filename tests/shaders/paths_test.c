@@ -124,7 +124,8 @@ TEST(structures_that_calls_get_are_found)
 TEST(damaged_code_does_no_harm)
 {
     const char *names[] = {"a loop of unknown length", "a function that may return early",
-                           "a switch on a push constant, optimized", "loop with phis"};
+                           "a switch on a push constant, optimized",
+                           "as many samples as were pushed, optimized"};
     struct pushed_constants pushed = {.known = 7, .words = {1, 8, 8}};
     struct shader_launch launch = {.pushed = &pushed, .size = {4, 2, 1}};
     struct traced_descriptor traced;
