@@ -35,7 +35,7 @@ static VkDeviceSize rounded(VkDeviceSize size)
 
 TEST(sizes_have_the_shares_of_the_document)
 {
-    enum { S = 1600, B = 700, U = 300 };
+    enum { S = 1536, B = 700, U = 300 };
     static const struct {
         struct harsh_build build;
         unsigned structure, scratch; /* shares */
