@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Vertex formats, several geometries in one structure, updates, and edges of displaced triangles.
- */
+/* Vertex formats, updates, and edges of displaced triangles. */
 #include <math.h>
 #include <string.h>
 
@@ -95,38 +94,6 @@ SCOPE_TEST(test_special_coordinates)
             corners[i] = 0;
         }
     }
-}
-
-/* Empty ones between them: numbers are those of the input. */
-SCOPE_TEST(test_several_geometries)
-{
-    enum { COUNT = 5 };
-    float corners[COUNT][9];
-    struct builder_geometry geometries[2 * COUNT];
-    VkAccelerationStructureBuildRangeInfoKHR ranges[2 * COUNT] = {{0}};
-    struct fixture_input fixture;
-    for (int i = 0; i < 2 * COUNT; i++) {
-        int number = i / 2;
-        float x = (float)number * 2, one[9] = {x, 0, 0, x + 1, 0, 0, x, 1, 0};
-        memcpy(corners[number], one, sizeof(one));
-        fixture_input_triangles(&fixture, corners[number], 1);
-        geometries[i] = fixture.geometry;
-        ranges[i].primitiveCount = i % 2;
-    }
-    struct builder_input input = fixture.input;
-    input.geometry_count = 2 * COUNT;
-    input.geometries = geometries;
-    input.ranges = ranges;
-    void *structure = fixture_build(&input, NULL);
-    for (uint32_t i = 0; i < COUNT; i++) {
-        struct trace_ray ray = fixture_ray(2 * (float)i + 0.25f, 0.25f, 1, 0, 0, -1);
-        struct trace_hit hit;
-        assert_true(fixture_trace(structure, TRACE_ROBUST, &ray, &hit));
-        assert_int_equal(hit.geometry, 2 * i + 1);
-        assert_int_equal(hit.primitive, 0);
-    }
-    geometries[3].type = VK_GEOMETRY_TYPE_AABBS_KHR;
-    assert_null(fixture_build(&input, NULL));
 }
 
 /* What is inactive in the source stays so in the update. */
