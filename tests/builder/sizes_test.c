@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What builds need, rays that end early or hit nothing, and what scans of input find. */
+/* What builds need, rays that hit nothing, and what scans of input find. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -139,35 +139,6 @@ SCOPE_TEST(test_too_small)
 
 /* ---- rays */
 
-static struct trace_ray down(uint32_t flags)
-{
-    struct trace_ray ray = fixture_ray(0.25f, 0.25f, 1, 0, 0, -1);
-    ray.flags = flags;
-    return ray;
-}
-
-SCOPE_TEST(test_first_hit)
-{
-    float corners[90];
-    for (int i = 0; i < 90; i++) {
-        int depth = i % 3 == 2 ? i / 9 : 0;
-        corners[i] = fixture_triangle[i % 9] - (float)depth;
-    }
-    INPUT(triangles, input, corners, 10);
-    void *structure = fixture_build(&input.input, NULL);
-    struct trace_ray ray = down(TRACE_TERMINATE_ON_FIRST_HIT);
-    struct trace_hit hit;
-    assert_true(fixture_trace(structure, TRACE_ROBUST, &ray, &hit));
-    ray.flags = 0;
-    assert_true(fixture_trace(structure, TRACE_ROBUST, &ray, &hit));
-    assert_int_equal(hit.primitive, 0);
-    struct trace_counters counters = {0};
-    struct trace_scene scene = {
-        .structure = structure, .accuracy = TRACE_ROBUST, .counters = &counters};
-    trace_closest(&scene, &ray, &hit);
-    assert_true(counters.nodes > 0 && counters.primitives > 0 && counters.exact_calls == 0);
-}
-
 SCOPE_TEST(test_rays_that_hit_nothing)
 {
     INPUT(triangles, input, fixture_triangle, 1);
@@ -177,7 +148,7 @@ SCOPE_TEST(test_rays_that_hit_nothing)
     void *tlas = fixture_build(&input.input, NULL);
     struct trace_hit hit;
     for (int i = 0; i < 8; i++) {
-        struct trace_ray ray = down(0);
+        struct trace_ray ray = fixture_ray(0.25f, 0.25f, 1, 0, 0, -1);
         float *fields[] = {&ray.origin[0], &ray.direction[2], &ray.direction[2], &ray.t_min,
                            &ray.t_min,     &ray.t_max,        &ray.origin[1],    &ray.direction[0]};
         const float values[] = {NAN, 0, NAN, -1, NAN, NAN, INFINITY, INFINITY};

@@ -65,15 +65,15 @@ static struct content make_content(uint64_t *random, uint32_t base)
     struct content content = {.vertices = VERTICES, .triangles = TRIANGLES, .base = base};
     make_strip(&content, random);
     content.exponent = 120 + (uint32_t)(fixture_random(random) % 5);
+    content.has_palette = fixture_random(random) % 2; /* beside small offsets there is room */
     for (int i = 0; i < 3; i++) {
-        content.offset_bits[i] = 4 + 4 * (uint32_t)(fixture_random(random) % 2);
+        content.offset_bits[i] = content.has_palette || fixture_random(random) % 2 ? 4 : 8;
         content.anchor[i] = (int32_t)(fixture_random(random) % 2000) - 1000;
     }
     for (uint32_t i = 0; i < content.vertices; i++)
         for (int j = 0; j < 3; j++)
             content.offsets[i][j] =
                 (uint16_t)(fixture_random(random) & ((1u << content.offset_bits[j]) - 1));
-    content.has_palette = fixture_random(random) % 2 && position_bits(&content) == 12;
     content.has_user_data = fixture_random(random) % 2;
     content.descriptors = content.has_palette ? 0 : (uint32_t)(fixture_random(random) % 3);
     if (content.vertices * position_bits(&content) > 480)

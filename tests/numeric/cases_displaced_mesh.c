@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Cases 69, 70 and 75: displaced meshes as a whole (VK_NV_displacement_micromap). */
+/* Cases 46, 69 and 70: displaced meshes as a whole (VK_NV_displacement_micromap). */
 #include <math.h>
 #include <string.h>
 
@@ -164,7 +164,7 @@ CASE(70, 0, 0, "updates and copies of displaced triangles", "displacement")
 
 /* ---- beside triangles that aren't displaced, and enough for several threads */
 
-CASE(75, 0, 0, "displaced triangles beside others", "displacement")
+CASE(46, 0, 0, "displaced triangles beside others", "displacement")
 {
     static const float wall[9] = {9, -9, -9, 9, 9, -9, 9, 0, 9};
     struct fixture_mesh mesh = fixture_sphere(1, 1, (float[3]){0, 0, 0});

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Cases 44 to 47: refits, deep trees, threads, copies. */
+/* Cases 44, 45 and 47: refits, deep trees, copies. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -68,20 +68,6 @@ CASE(45, 600, 0, "deep skewed tree", "deep tree")
         EXPECT(case_closest(structure, fixture_ray(at * 1.125f, at * 0.125f, at, 0, 0, -1))
                    .primitive == (uint32_t)i);
     }
-}
-
-CASE(46, 0, 0, "one and two threads", "open edges")
-{
-    if (setting.threads > 1 || setting.accuracy != TRACE_EXACT) /* it traces no rays */
-        return;
-    struct fixture_mesh mesh = fixture_soup(20000, 67);
-    mesh.positions[3 * 100] = NAN;
-    mesh.positions[3 * 50000] = NAN;
-    INPUT(mesh, input, &mesh);
-    void *one = case_build(&input);
-    input.input.threads = 2;
-    void *other = fixture_build(&input.input, NULL);
-    EXPECT(memcmp(one, other, builder_size(one)) == 0);
 }
 
 /* Finds the copy where the original was. */
