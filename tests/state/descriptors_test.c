@@ -4,10 +4,12 @@
 
 #include <string.h>
 
+#include "tests/fixture/make.h"
 #include "tests/unit/unit_test.h"
 
 #define LAYOUT ((VkDescriptorSetLayout)(uintptr_t)0x10)
 #define POOL ((VkDescriptorPool)(uintptr_t)0x20)
+#define TOP_LEVEL(number) ((VkAccelerationStructureKHR)(uintptr_t)(number))
 #define SET(number) ((VkDescriptorSet)(uintptr_t)(0x100 + (number)))
 
 enum { TOP = 0, TOPS = 1, BUFFER = 2, TEXTURE = 3, BINDINGS = 4 };
@@ -22,15 +24,10 @@ static void note_layout(uint32_t first, uint32_t count, VkDescriptorBindingFlags
         [BUFFER] = {BUFFER, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, 0, NULL},
         [TEXTURE] = {TEXTURE, VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE, 1, 0, NULL}};
     const VkDescriptorBindingFlags all[BINDINGS] = {flags, flags, flags, flags};
-    const VkDescriptorSetLayoutBindingFlagsCreateInfo with_flags = {
-        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_BINDING_FLAGS_CREATE_INFO,
-        .bindingCount = count,
-        .pBindingFlags = all};
-    const VkDescriptorSetLayoutCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
-        .pNext = flags ? &with_flags : NULL,
-        .bindingCount = count,
-        .pBindings = &bindings[first]};
+    const STRUCT(VkDescriptorSetLayoutBindingFlagsCreateInfo, with_flags, .bindingCount = count,
+                 .pBindingFlags = all);
+    const STRUCT(VkDescriptorSetLayoutCreateInfo, info, .pNext = flags ? &with_flags : NULL,
+                 .bindingCount = count, .pBindings = &bindings[first]);
     descriptor_sets_note_layout(&sets, LAYOUT, &info);
 }
 
@@ -45,24 +42,19 @@ static void allocate(uint32_t number)
 
 static void write_tops(uint32_t number, uint32_t binding, uint32_t element, uint32_t count)
 {
-    const VkAccelerationStructureKHR tops[4] = {
-        (VkAccelerationStructureKHR)(uintptr_t)1, (VkAccelerationStructureKHR)(uintptr_t)2,
-        (VkAccelerationStructureKHR)(uintptr_t)3, (VkAccelerationStructureKHR)(uintptr_t)4};
-    const VkWriteDescriptorSetAccelerationStructureKHR structures = {
-        .sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET_ACCELERATION_STRUCTURE_KHR,
-        .accelerationStructureCount = count,
-        .pAccelerationStructures = tops};
-    const VkWriteDescriptorSet write = {.pNext = &structures,
-                                        .dstSet = SET(number),
-                                        .dstBinding = binding,
-                                        .dstArrayElement = element,
-                                        .descriptorCount = count,
-                                        .descriptorType =
-                                            VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR};
+    const VkAccelerationStructureKHR tops[4] = {TOP_LEVEL(1), TOP_LEVEL(2), TOP_LEVEL(3),
+                                                TOP_LEVEL(4)};
+    const STRUCT(VkWriteDescriptorSetAccelerationStructureKHR, structures,
+                 .accelerationStructureCount = count, .pAccelerationStructures = tops);
+    const STRUCT(VkWriteDescriptorSet, write, .pNext = &structures, .dstSet = SET(number),
+                 .dstBinding = binding, .dstArrayElement = element, .descriptorCount = count,
+                 .descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR);
     descriptor_sets_write(&sets, &write);
 }
 
-static uint32_t find(uint32_t number, uint32_t binding, struct held_descriptor found[4])
+static struct held_descriptor found[4]; /* by the last find() */
+
+static uint32_t find(uint32_t number, uint32_t binding)
 {
     return descriptor_sets_find(&sets, (uint64_t)(uintptr_t)SET(number), binding, found, 4);
 }
@@ -80,93 +72,79 @@ static void close_sets(void)
 
 TEST_BETWEEN(what_is_written_is_found, open_sets, close_sets)
 {
-    struct held_descriptor found[4];
     const VkDescriptorBufferInfo buffer = {(VkBuffer)(uintptr_t)7, 16, 32};
-    const VkWriteDescriptorSet write = {.dstSet = SET(0),
-                                        .dstBinding = BUFFER,
-                                        .descriptorCount = 1,
-                                        .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
-                                        .pBufferInfo = &buffer};
+    const STRUCT(VkWriteDescriptorSet, write, .dstSet = SET(0), .dstBinding = BUFFER,
+                 .descriptorCount = 1, .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+                 .pBufferInfo = &buffer);
     allocate(0);
-    assert_int_equal(find(0, TOP, found), UINT32_MAX);
+    assert_int_equal(find(0, TOP), UINT32_MAX);
     write_tops(0, TOP, 0, 1);
     descriptor_sets_write(&sets, &write);
-    assert_int_equal(find(0, TOP, found), 1);
+    assert_int_equal(find(0, TOP), 1);
     assert_true(!found[0].is_buffer && found[0].must_be_valid && found[0].handle == 1);
-    assert_int_equal(find(0, BUFFER, found), 1);
+    assert_int_equal(find(0, BUFFER), 1);
     assert_true(found[0].is_buffer && found[0].handle == 7 && found[0].offset == 16 &&
                 found[0].range == 32);
-    assert_int_equal(find(1, TOP, found), UINT32_MAX);
+    assert_int_equal(find(1, TOP), UINT32_MAX);
 }
 
 static void note_layout_of(uint32_t structures)
 {
     const VkDescriptorSetLayoutBinding binding = {
         TOP, VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, structures, 0, NULL};
-    const VkDescriptorSetLayoutCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
-        .bindingCount = 1,
-        .pBindings = &binding};
+    const STRUCT(VkDescriptorSetLayoutCreateInfo, info, .bindingCount = 1, .pBindings = &binding);
     assert_int_equal(descriptor_sets_note_layout(&sets, LAYOUT, &info), structures <= HELD_MAX);
 }
 
 TEST_BETWEEN(a_set_with_room_for_too_many_descriptors_is_unknown, open_sets, close_sets)
 {
-    struct held_descriptor found[4];
     note_layout_of(HELD_MAX);
     allocate(0);
     write_tops(0, TOP, 0, 1);
-    assert_int_equal(find(0, TOP, found), 1);
+    assert_int_equal(find(0, TOP), 1);
     note_layout_of(HELD_MAX + 1);
     allocate(1);
     write_tops(1, TOP, 0, 1);
-    assert_int_equal(find(1, TOP, found), UINT32_MAX);
+    assert_int_equal(find(1, TOP), UINT32_MAX);
 }
 
 TEST_BETWEEN(an_array_goes_on_in_the_next_binding, open_sets, close_sets)
 {
-    struct held_descriptor found[4];
     allocate(0);
     write_tops(0, TOP, 0, 3);
-    assert_int_equal(find(0, TOP, found), 1);
+    assert_int_equal(find(0, TOP), 1);
     assert_int_equal(found[0].handle, 1);
-    assert_int_equal(find(0, TOPS, found), 2);
+    assert_int_equal(find(0, TOPS), 2);
     assert_true(found[0].handle == 2 && found[1].handle == 3 && !found[0].must_be_valid);
     write_tops(0, TOPS, 2, 4); /* behind the last binding that is followed */
-    assert_int_equal(find(0, TOP, found), UINT32_MAX);
+    assert_int_equal(find(0, TOP), UINT32_MAX);
 }
 
 TEST_BETWEEN(copies_are_followed, open_sets, close_sets)
 {
-    struct held_descriptor found[4];
-    VkCopyDescriptorSet copy = {.srcSet = SET(0),
-                                .srcBinding = TOP,
-                                .dstSet = SET(1),
-                                .dstBinding = TOPS,
-                                .dstArrayElement = 1,
-                                .descriptorCount = 1};
+    const STRUCT(VkCopyDescriptorSet, copy, .srcSet = SET(0), .srcBinding = TOP, .dstSet = SET(1),
+                 .dstBinding = TOPS, .dstArrayElement = 1, .descriptorCount = 1);
     allocate(0);
     allocate(1);
     write_tops(0, TOP, 0, 1);
     descriptor_sets_copy(&sets, &copy);
-    assert_int_equal(find(1, TOPS, found), 1);
+    assert_int_equal(find(1, TOPS), 1);
     assert_true(found[0].handle == 1 && found[0].element == 1);
     descriptor_sets_forget_contents(&sets, SET(0));
     descriptor_sets_copy(&sets, &copy);
-    assert_int_equal(find(1, TOPS, found), UINT32_MAX);
+    assert_int_equal(find(1, TOPS), UINT32_MAX);
 }
 
 TEST_BETWEEN(sets_that_change_after_they_are_bound_are_unknown, open_sets, close_sets)
 {
-    struct held_descriptor found[4];
     note_layout(0, BINDINGS, VK_DESCRIPTOR_BINDING_UPDATE_AFTER_BIND_BIT);
     allocate(0);
     write_tops(0, TOP, 0, 1);
-    assert_int_equal(find(0, TOP, found), UINT32_MAX);
+    assert_int_equal(find(0, TOP), UINT32_MAX);
     note_layout(0, BINDINGS, VK_DESCRIPTOR_BINDING_PARTIALLY_BOUND_BIT);
     allocate(1);
     write_tops(1, TOP, 0, 1);
-    assert_int_equal(find(1, TOP, found), 1);
+    assert_int_equal(find(1, TOP), 1);
     assert_false(found[0].must_be_valid);
 }
 
@@ -174,7 +152,6 @@ TEST_BETWEEN(sets_that_change_after_they_are_bound_are_unknown, open_sets, close
 TEST_BETWEEN(freed_sets_give_their_records_back, open_sets, close_sets)
 {
     enum { FRAMES = 1000, SETS = 100 };
-    struct held_descriptor found[4];
     for (uint32_t frame = 0; frame < FRAMES; frame++) {
         for (uint32_t i = 0; i < SETS; i++) {
             allocate(frame * SETS + i);
@@ -194,5 +171,5 @@ TEST_BETWEEN(freed_sets_give_their_records_back, open_sets, close_sets)
     allocate(0);
     descriptor_sets_forget_contents(&sets, SET(0));
     assert_int_equal(sets.sets.count, 0);
-    assert_int_equal(find(0, TOP, found), UINT32_MAX);
+    assert_int_equal(find(0, TOP), UINT32_MAX);
 }

@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Command pools and command buffers: which are there, and what no rule about them sees of
  * recording. */
+#include <string.h>
+
 #include "src/state/commands/bound_shaders.h"
 #include "src/state/commands/command_buffers.h"
 #include "src/state/commands/label_stack.h"
 #include "tests/fixture/make.h"
 #include "tests/fixture/scarce_memory.h"
-#include "tests/unit/property.h"
+#include "tests/unit/unit_test.h"
 
 static VkCommandPool pool(unsigned n)
 {
@@ -59,91 +61,63 @@ static struct command_buffer *begin(struct command_buffers *all, unsigned n)
     return begun;
 }
 
+/* ---- pools and command buffers that come and go */
+
 static void note_gone(void *user, VkCommandBuffer gone)
 {
     unsigned *seen = user;
-    for (unsigned n = 1; n <= 4; n++)
+    for (unsigned n = 1; n <= 9; n++)
         if (gone == handle(n))
             *seen |= 1u << n;
 }
 
-/* ---- pools and command buffers that come and go; which are there is known from an array */
-
-enum { POOLS = 5, BUFFERS = 60 };
-
-struct pool_lives {
-    struct command_buffers *all;
-    unsigned pool_of[BUFFERS + 1];
-    bool has_pool[POOLS + 1];
-};
-
-static void lives_begin(void *state)
+/* Removes a pool, and returns a bit for each command buffer that goes with it. */
+static unsigned remove_pool(struct command_buffers *all, unsigned pool_n)
 {
-    EXPECT(command_buffers_create(&((struct pool_lives *)state)->all) == VK_SUCCESS);
+    unsigned seen = 0;
+    command_buffers_remove_pool(all, pool(pool_n), note_gone, &seen);
+    return seen;
 }
 
-static void lives_end(void *state)
+/* Each digit is the pool of a command buffer, from number 1 on; 0: there is no such one. */
+static void expect_pools(struct command_buffers *all, const char *pools)
 {
-    command_buffers_destroy(((struct pool_lives *)state)->all);
+    for (unsigned n = 1; n <= strlen(pools); n++) {
+        const unsigned pool_n = (unsigned)(pools[n - 1] - '0');
+        assert_int_equal(facts_of(all, n).alive, pool_n ? YES : NO);
+        assert_int_equal(facts_of(all, n).queue_flags, pool_n);
+    }
+}
+
+TEST(pools_take_their_command_buffers_along)
+{
+    struct command_buffers *all = NULL;
+    assert_int_equal(command_buffers_create(&all), VK_SUCCESS);
+    for (unsigned i = 1; i <= 3; i++)
+        command_buffers_add_pool(all, pool(i), 0, i, false);
+    for (unsigned n = 1; n <= 9; n++) {
+        add(all, (n - 1) % 3 + 1, n);
+        begin(all, n);
+    }
+    expect_pools(all, "123123123");
+    take_away(all, 7); /* the last one of a pool, one in the middle, the first, and none */
+    take_away(all, 5);
+    take_away(all, 3);
+    take_away(all, 12);
+    expect_pools(all, "120103023");
+    add(all, 2, 4); /* its end was not seen */
+    add(all, 3, 3);
+    expect_pools(all, "123203023");
+    assert_int_equal(remove_pool(all, 2), 1 << 2 | 1 << 4 | 1 << 8);
+    assert_int_equal(remove_pool(all, 2), 0);
+    expect_pools(all, "103003003");
+    command_buffers_add_pool(all, pool(2), 0, 2, false);
+    add(all, 2, 5);
+    assert_int_equal(remove_pool(all, 3), 1 << 3 | 1 << 6 | 1 << 9);
+    expect_pools(all, "100020000");
+    command_buffers_destroy(all);
     command_buffers_destroy(NULL);
 }
-
-static void pool_add(void *state, const uint32_t *operands)
-{
-    struct pool_lives *lives = state;
-    const unsigned p = operands[0] + 1;
-    if (!lives->has_pool[p])
-        command_buffers_add_pool(lives->all, pool(p), 0, p, false);
-    lives->has_pool[p] = true;
-}
-
-static void pool_remove(void *state, const uint32_t *operands)
-{
-    struct pool_lives *lives = state;
-    const unsigned p = operands[0] + 1;
-    unsigned seen = 0;
-    command_buffers_remove_pool(lives->all, pool(p), note_gone, &seen);
-    for (unsigned i = 1; i <= BUFFERS; i++) {
-        EXPECT(i > 4 || (seen >> i & 1) == (lives->pool_of[i] == p));
-        lives->pool_of[i] = lives->pool_of[i] == p ? 0 : lives->pool_of[i];
-    }
-    lives->has_pool[p] = false;
-}
-
-static void buffer_add(void *state, const uint32_t *operands)
-{
-    struct pool_lives *lives = state;
-    const unsigned p = operands[0] + 1, n = operands[1] + 1;
-    if (!lives->has_pool[p])
-        return;
-    add(lives->all, p, n);
-    begin(lives->all, n);
-    lives->pool_of[n] = p;
-}
-
-static void buffer_remove(void *state, const uint32_t *operands)
-{
-    struct pool_lives *lives = state;
-    take_away(lives->all, operands[0] + 1);
-    lives->pool_of[operands[0] + 1] = 0;
-}
-
-static void lives_check(void *state)
-{
-    const struct pool_lives *lives = state;
-    for (unsigned n = 1; n <= BUFFERS; n++) {
-        EXPECT_EQUAL(facts_of(lives->all, n).alive, lives->pool_of[n] ? YES : NO);
-        EXPECT_EQUAL(facts_of(lives->all, n).queue_flags, lives->pool_of[n]);
-    }
-}
-
-PROPERTY_TEST(command_buffers, .size = sizeof(struct pool_lives), .begin = lives_begin,
-              .check = lives_check, .end = lives_end,
-              .operations = {{"pool_add", pool_add, {POOLS}, 2},
-                             {"pool_remove", pool_remove, {POOLS}, 1},
-                             {"add", buffer_add, {POOLS, BUFFERS}, 25},
-                             {"remove", buffer_remove, {BUFFERS}, 12}},
-              .sequences = 10, .steps = 500, .check_steps = 3)
 
 COMMAND_BUFFERS_TEST(what_was_lost_is_unknown)
 {
