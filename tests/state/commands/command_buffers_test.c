@@ -219,22 +219,14 @@ TEST(readers_of_writes_and_uses_get_all_kinds_of_them)
 
 TEST(each_stage_belongs_to_one_bind_point)
 {
-    static const VkShaderStageFlagBits rays[] = {
-        VK_SHADER_STAGE_RAYGEN_BIT_KHR,       VK_SHADER_STAGE_ANY_HIT_BIT_KHR,
-        VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR,  VK_SHADER_STAGE_MISS_BIT_KHR,
-        VK_SHADER_STAGE_INTERSECTION_BIT_KHR, VK_SHADER_STAGE_CALLABLE_BIT_KHR};
-    static const VkShaderStageFlagBits graphics[] = {VK_SHADER_STAGE_VERTEX_BIT,
-                                                     VK_SHADER_STAGE_TESSELLATION_CONTROL_BIT,
-                                                     VK_SHADER_STAGE_TESSELLATION_EVALUATION_BIT,
-                                                     VK_SHADER_STAGE_GEOMETRY_BIT,
-                                                     VK_SHADER_STAGE_FRAGMENT_BIT,
-                                                     VK_SHADER_STAGE_TASK_BIT_EXT,
-                                                     VK_SHADER_STAGE_MESH_BIT_EXT};
-    VkShaderStageFlags of[SHADER_POINTS] = {[SHADERS_OF_COMPUTE] = VK_SHADER_STAGE_COMPUTE_BIT};
-    for (size_t i = 0; i < sizeof(rays) / sizeof(rays[0]); i++)
-        of[SHADERS_OF_RAYS] |= rays[i];
-    for (size_t i = 0; i < sizeof(graphics) / sizeof(graphics[0]); i++)
-        of[SHADERS_OF_GRAPHICS] |= graphics[i];
+    static const VkShaderStageFlags of[SHADER_POINTS] = {
+        [SHADERS_OF_COMPUTE] = VK_SHADER_STAGE_COMPUTE_BIT,
+        [SHADERS_OF_RAYS] = VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR |
+                            VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR | VK_SHADER_STAGE_MISS_BIT_KHR |
+                            VK_SHADER_STAGE_INTERSECTION_BIT_KHR | VK_SHADER_STAGE_CALLABLE_BIT_KHR,
+        [SHADERS_OF_GRAPHICS] = VK_SHADER_STAGE_ALL_GRAPHICS | VK_SHADER_STAGE_TASK_BIT_EXT |
+                                VK_SHADER_STAGE_MESH_BIT_EXT,
+    };
     for (int point = 0; point < SHADER_POINTS; point++)
         for (uint32_t bit = 0; bit < 31; bit++)
             assert_int_equal(shader_point_has((enum shader_point)point, 1u << bit),
