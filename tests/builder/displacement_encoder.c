@@ -28,6 +28,8 @@ static const struct {
       {474, 1, 970, 4}}},
 };
 
+enum { BYTES_MAX = 16 * 128 }; /* of a triangle */
+
 struct point {
     int u, v;
 };
@@ -157,8 +159,10 @@ static void put_blocks(struct block *block, uint32_t cuts, struct point a, struc
     put_blocks(block, cuts - 1, bc, ac, c, random);
 }
 
-uint32_t encoder_encode(uint32_t format, uint32_t level, const struct encoder_values *wanted,
-                        uint64_t *random, uint8_t *blocks, struct encoder_values *coded)
+/* Writes blocks of values as near to `wanted` as random shifts allow, which then are in `coded`.
+ * Returns the bytes. */
+static uint32_t encode(uint32_t format, uint32_t level, const struct encoder_values *wanted,
+                       uint64_t *random, uint8_t *blocks, struct encoder_values *coded)
 {
     uint32_t most = tables[format - 1].level, cuts = level > most ? level - most : 0;
     int edge = 1 << level;
@@ -191,11 +195,13 @@ void *fixture_micromap(const struct micromap_input *input)
     return micromap;
 }
 
-void *encoder_micromap(uint32_t format, uint32_t count, const uint8_t *levels, encoder_value *value,
-                       void *context, VkMicromapUsageEXT *usages, struct encoder_values *coded)
+/* What triangles have is in `coded`, one a triangle. */
+static void *make_micromap(uint32_t format, uint32_t count, const uint8_t *levels,
+                           encoder_value *value, void *context, VkMicromapUsageEXT *usages,
+                           struct encoder_values *coded)
 {
     VkMicromapTriangleEXT *triangles = fixture_allocate(count * sizeof(*triangles));
-    uint8_t *data = fixture_allocate((uint64_t)count * ENCODER_BYTES);
+    uint8_t *data = fixture_allocate((uint64_t)count * BYTES_MAX);
     uint64_t random = 13;
     uint32_t used = 0;
     for (uint32_t i = 0; i < 6; i++)
@@ -204,7 +210,7 @@ void *encoder_micromap(uint32_t format, uint32_t count, const uint8_t *levels, e
         struct encoder_values wanted;
         want(&wanted, i, levels[i], value, context);
         triangles[i] = (VkMicromapTriangleEXT){used, levels[i], (uint16_t)format};
-        used += encoder_encode(format, levels[i], &wanted, &random, data + used, &coded[i]);
+        used += encode(format, levels[i], &wanted, &random, data + used, &coded[i]);
         usages[levels[i]].count++;
     }
     return fixture_micromap(&(struct micromap_input){
@@ -224,8 +230,8 @@ void open_displaced(struct displaced *displaced, uint32_t format, uint32_t count
                     const float *vectors, uint64_t vectors_size)
 {
     displaced->coded = fixture_allocate(count * sizeof(*displaced->coded));
-    displaced->micromap = encoder_micromap(format, count, levels, value, context, displaced->usages,
-                                           displaced->coded);
+    displaced->micromap =
+        make_micromap(format, count, levels, value, context, displaced->usages, displaced->coded);
     displaced->displacement = (struct builder_displacement){
         .usage_count = 6,
         .usages = displaced->usages,

@@ -7,26 +7,15 @@
 #include "tests/builder/fixture.h"
 
 #define ENCODER_EDGE 33 /* vertices of an edge at level 5 */
-#define ENCODER_BYTES (16 * 128)
 
 /* Values by weights of vertices 1 and 2, in units in which an edge is 2^level. */
 struct encoder_values {
     uint16_t at[ENCODER_EDGE][ENCODER_EDGE]; /* [u][v] */
 };
 
-/* Blocks of values as near to `wanted` as random shifts allow, which then are in `coded`. Returns
- * the bytes. */
-uint32_t encoder_encode(uint32_t format, uint32_t level, const struct encoder_values *wanted,
-                        uint64_t *random, uint8_t *blocks, struct encoder_values *coded);
-
 /* What a vertex should have. */
 typedef uint16_t encoder_value(void *context, uint32_t triangle, uint32_t level, uint32_t u,
                                uint32_t v);
-
-/* A micromap of the fixture's scope; `usages` has 6 elements, one a level. What triangles have is
- * in `coded`, one a triangle. */
-void *encoder_micromap(uint32_t format, uint32_t count, const uint8_t *levels, encoder_value *value,
-                       void *context, VkMicromapUsageEXT *usages, struct encoder_values *coded);
 
 /* Displacements as a geometry has them, with a micromap of their own. */
 struct displaced {

@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "src/check/overlap/pairs.h"
-#include "tests/overlap/sweep_fixture.h"
 #include "tests/unit/unit_test.h"
 
 struct sole {

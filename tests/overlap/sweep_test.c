@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "src/check/overlap/sweep.h"
-#include "tests/overlap/sweep_fixture.h"
 #include "tests/unit/property.h"
 #include "tests/unit/steps.h"
 
@@ -21,6 +20,40 @@ struct call {
     bool by_memory;                                                      /* else by handle */
     int wanted[ROLE_COUNT][ROLE_COUNT], visited[ROLE_COUNT][ROLE_COUNT]; /* wanted -1: all */
 };
+
+/* ---- ranges and pairs */
+
+static struct used_range range_of(enum range_role role, uint32_t build, uintptr_t handle,
+                                  uintptr_t memory, VkDeviceSize begin, VkDeviceSize end)
+{
+    return (struct used_range){.role = role,
+                               .build = build,
+                               .handle = (VkAccelerationStructureKHR)handle,
+                               .span = {(VkDeviceMemory)memory, begin, end}};
+}
+
+/* A visitor that wants all; `user` is a number. */
+static bool count_pair(void *user, const struct used_range *a, const struct used_range *b,
+                       const struct memory_span *shared)
+{
+    ++*(uint32_t *)user;
+    return true;
+}
+
+/* Adds a range that no variable holds. */
+static void add_range(struct sweep *sweep, struct used_range range)
+{
+    sweep_add(sweep, &range);
+}
+
+/* How many pairs the sweep finds. */
+static uint32_t count_pairs(struct sweep *sweep)
+{
+    uint32_t pairs = 0;
+    sweep_equal_handles(sweep, count_pair, &pairs);
+    sweep_shared_memory(sweep, count_pair, &pairs);
+    return pairs;
+}
 
 /* ---- what is to be found */
 
