@@ -45,11 +45,6 @@ static void make_triangles(struct scene *scene, uint32_t count, uint64_t seed)
     fixture_input_triangles(&scene->input, scene->numbers, count);
 }
 
-static void one(struct scene *scene)
-{
-    make_triangles(scene, 1, 3);
-}
-
 static void few(struct scene *scene)
 {
     make_triangles(scene, 13, 5);
@@ -73,15 +68,6 @@ static void sheet(struct scene *scene)
             scene->numbers[9 * i] = NAN;
     }
     scene->extent = 30;
-}
-
-/* Nothing tells their centers apart. */
-static void pile(struct scene *scene)
-{
-    make_triangles(scene, 200, 11);
-    for (uint32_t i = 1; i < 200; i++)
-        memcpy(scene->numbers + 9 * i, scene->numbers, 9 * sizeof(float));
-    scene->extent = 8;
 }
 
 /* Centers that double from one to the next. */
