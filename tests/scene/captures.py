@@ -43,6 +43,8 @@ class Capture:
         self.add("Buffer", buffer=1, name="all", memory=1, memory_offset=0, size=1 << 20, usage="0x20")
 
     def add(self, kind, **members):
+        if kind == "Structure":
+            self.structures.add(members["structure"])
         self.lines.append({"Type": kind, **members})
 
     def command(self, kind, **members):
@@ -52,7 +54,6 @@ class Capture:
 
     def structure(self, number, kind="bottom level", name=None, size=256):
         """A build adds one without a name, unless it is there."""
-        self.structures.add(number)
         self.add("Structure", structure=number, handle=hex(0x1000 + number), type=kind, buffer=1, offset=0,
                  size=size, **({"name": name} if name else {}))
 
