@@ -2,7 +2,6 @@
 /* Reading a command line. */
 #include "command_line.h"
 
-#include <errno.h>
 #include <getopt.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,22 +23,6 @@ uint32_t command_line_number(const struct command_line *line, const char *text, 
     if (*end == text || number == 0 || number > 10000000)
         command_line_wrong(line, "not a number from 1 to 10000000", text);
     return (uint32_t)number;
-}
-
-FILE *command_line_open_csv(const char *path, const char *heads)
-{
-    FILE *csv = path ? fopen(path, "w") : NULL;
-    if (path && !csv)
-        tool_fail("%s: %s", path, strerror(errno));
-    if (csv)
-        fprintf(csv, "%s\n", heads);
-    return csv;
-}
-
-void command_line_close_csv(FILE *csv)
-{
-    if (csv && fclose(csv) != 0)
-        tool_fail("the CSV file could not be written: %s", strerror(errno));
 }
 
 void command_line_count(const struct command_line *line, const char *value, void *member)

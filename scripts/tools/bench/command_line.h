@@ -38,10 +38,6 @@ _Noreturn void command_line_wrong(const struct command_line *line, const char *w
 /* The number that a text begins with, and where that ends. */
 uint32_t command_line_number(const struct command_line *line, const char *text, char **end);
 
-/* Opens the file that --csv names, and writes its first line; NULL for NULL. Then closes it. */
-FILE *command_line_open_csv(const char *path, const char *heads);
-void command_line_close_csv(FILE *csv);
-
 command_line_reader command_line_count; /* a uint32_t */
 command_line_reader command_line_text;  /* a const char * */
 command_line_reader command_line_set;   /* a bool: true */

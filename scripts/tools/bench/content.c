@@ -115,7 +115,6 @@ struct options {
     uint32_t frames;    /* 0: by the size of the scene */
     const char *only;   /* a side; NULL: all */
     const char *scene;  /* part of a scene's name; NULL: all scenes */
-    const char *csv;    /* or NULL */
     bool with_peer, hazards, levels, guard, quick;
 };
 
@@ -123,7 +122,6 @@ struct bench {
     struct options options;
     struct side sides[MOST_SIDES];
     bool is_open[MOST_SIDES];
-    FILE *csv;
 };
 
 /* A sample is the milliseconds of a frame; with --levels, the nanoseconds of a build. */
@@ -298,11 +296,8 @@ static void print(const struct bench *bench, const struct frame_kind *kind, uint
     for (int s = 0; s < MOST_SIDES; s++) {
         if (!bench->is_open[s])
             continue;
-        const double wall = quantile(samples[s].wall, count, 0.5);
-        const double cpu = quantile(samples[s].cpu, count, 0.5);
-        printf(" %9.3f / %8.3f", wall, cpu);
-        if (bench->csv)
-            fprintf(bench->csv, "\"%s\",%s,%.4f,%.4f\n", kind->name, side_kinds[s].name, wall, cpu);
+        printf(" %9.3f / %8.3f", quantile(samples[s].wall, count, 0.5),
+               quantile(samples[s].cpu, count, 0.5));
     }
     printf("\n");
     fflush(stdout);
@@ -348,7 +343,6 @@ static const char usage[] =
     "  --peer           with VK_LAYER_KHRONOS_validation, too: as it is by default, and with\n"
     "                   its GPU-assisted checks\n"
     "  --only SIDE      for a profiler: the name of a column\n"
-    "  --csv FILE       writes the figures there, too\n"
     "  --help           this text\n";
 
 static const struct command_line_option option_table[] = {
@@ -361,7 +355,6 @@ static const struct command_line_option option_table[] = {
     {"guard", command_line_set, offsetof(struct options, guard), false},
     {"quick", command_line_set, offsetof(struct options, quick), false},
     {"peer", command_line_set, offsetof(struct options, with_peer), false},
-    {"csv", command_line_text, offsetof(struct options, csv), true},
 };
 
 /* The null driver's default limits are small. */
@@ -419,7 +412,6 @@ int main(int argc, char **argv)
         driver_select(options->driver);
     if (is_null(options))
         raise_limits();
-    bench.csv = command_line_open_csv(options->csv, "scene,side,wall_ms,cpu_ms");
     if (options->guard && (options->only || options->with_peer))
         command_line_wrong(&line, "goes with neither --only nor --peer", "--guard");
     if (options->levels && !options->driver)
@@ -439,6 +431,5 @@ int main(int argc, char **argv)
     for (int s = 0; s < MOST_SIDES; s++)
         if (bench.is_open[s])
             side_close(&bench.sides[s]);
-    command_line_close_csv(bench.csv);
     return 0;
 }

@@ -30,7 +30,6 @@ static const char usage[] =
     "  --call-sites MODE\n"
     "                   frames or full: measures what that setting adds to the layer, when\n"
     "                   called from 16 functions deep, at the default level; no bars\n"
-    "  --csv FILE       writes the figures there, too\n"
     "  --no-time-bars   asks of no time that it be short\n"
     "  --no-bars        only prints\n"
     "  --profile WITH   for a profiler: measures nothing, but records with the layer (on)\n"
@@ -129,7 +128,6 @@ void options_read(struct options *options, int argc, char **argv)
         {"level", command_line_text, offsetof(struct options, level), true,
          "parameters|state|execution|content"},
         {"call-sites", read_call_sites, 0, true, "frames|full"},
-        {"csv", command_line_text, offsetof(struct options, csv), true},
         {"no-time-bars", command_line_clear, offsetof(struct options, time_bars), false},
         {"no-bars", drop_bars, 0, false},
         {"profile", read_profile, 0, true, "on|off"},
@@ -167,7 +165,6 @@ static const char peer_usage[] =
     "  --samples N      of each figure (default: 21)\n"
     "  --cold           times each right behind the one before, which has filled the\n"
     "                   processor's caches, instead of behind an unmeasured run of its own\n"
-    "  --csv FILE       writes the figures there, too\n"
     "  --no-bars        only prints\n"
     "  --help           this text\n";
 
@@ -180,7 +177,6 @@ void peer_options_read(struct peer_options *options, int argc, char **argv)
         {"most", command_line_count, offsetof(struct peer_options, most_builds), true},
         {"samples", command_line_count, offsetof(struct peer_options, samples), true},
         {"cold", command_line_set, offsetof(struct peer_options, cold), false},
-        {"csv", command_line_text, offsetof(struct peer_options, csv), true},
         {"no-bars", command_line_clear, offsetof(struct peer_options, bars), false},
     };
     const struct command_line line = {"peer", peer_usage, table, sizeof(table) / sizeof(table[0])};

@@ -24,7 +24,7 @@ struct options {
     bool conflicts;                      /* see scene_conflict */
     uint32_t samples;
     uint32_t builds_per_sample; /* at least; a call's builds where those are more */
-    const char *level, *csv;    /* or NULL */
+    const char *level;          /* or NULL */
     const char *call_sites;     /* NULL: compare with no layer; else with the setting off */
     bool time_bars, memory_bars;
 
@@ -37,7 +37,6 @@ struct options {
 struct peer_options {
     const char *driver;
     const char *layers; /* a folder in which the other layer may be, or NULL */
-    const char *csv;    /* or NULL */
     uint32_t most_builds;
     uint32_t samples;
     bool with_peer, bars;

@@ -301,7 +301,7 @@ int main(int argc, char **argv)
     struct peer_options options;
     struct comparison comparison = {.options = &options};
     peer_options_read(&options, argc, argv);
-    peer_report_open(&comparison.report, options.csv);
+    peer_report_open(&comparison.report);
     comparison.report.with_bars = options.bars;
     open_all(&comparison);
     for (int kind = 0; kind < SCENE_KINDS; kind++)

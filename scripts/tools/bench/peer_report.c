@@ -4,8 +4,6 @@
 
 #include <math.h>
 
-#include "command_line.h"
-
 /* The bar for calls of so many builds, and of more up to the next bar. */
 static const struct recording_bar {
     uint32_t builds;
@@ -24,22 +22,10 @@ const char *contender_name(enum contender contender)
     return names[contender];
 }
 
-void peer_report_open(struct peer_report *report, const char *csv_path)
+void peer_report_open(struct peer_report *report)
 {
     *report = (struct peer_report){.with_bars = true, .at_reference = NAN};
     setvbuf(stdout, NULL, _IOLBF, 0); /* figures come slowly */
-    report->csv = command_line_open_csv(
-        csv_path, "figure,scene,threads,builds,layer,ns_a_build,added_ns_a_build");
-}
-
-static void write_csv(struct peer_report *report, const char *figure, const char *scene,
-                      uint32_t threads, uint32_t builds, const struct figures *figures)
-{
-    for (int c = 0; report->csv && c < CONTENDERS; c++)
-        if (!isnan(figures->of[c]))
-            fprintf(report->csv, "%s,%s,%u,%u,%s,%.1f,%.1f\n", figure, scene, threads, builds,
-                    contender_name((enum contender)c), figures->of[c],
-                    figures->of[c] - figures->of[NO_LAYER]);
 }
 
 static void hold(struct peer_report *report, const char *what, double value, bool met)
@@ -116,7 +102,6 @@ void peer_report_recording(struct peer_report *report, const char *scene, uint32
     if (builds == GROWTH_TO)
         hold(report, "at most 1.3 times that of 1000", growth, growth <= most_growth);
     putchar('\n');
-    write_csv(report, "record", scene, 1, builds, figures);
 }
 
 /* ---- submissions */
@@ -136,8 +121,6 @@ void peer_report_submission(struct peer_report *report, uint32_t builds,
     printf("  the first time\n%10s", "");
     print_cells(again->of);
     printf("  once more\n");
-    write_csv(report, "submit first", "in order", 1, builds, first);
-    write_csv(report, "submit again", "in order", 1, builds, again);
 }
 
 /* ---- threads */
@@ -179,19 +162,16 @@ void peer_report_threads(struct peer_report *report, uint32_t builds,
         if (i == 2)
             hold_threads(report, "no less than two", &wall[1], &cpu[1], 1, least_kept);
         printf("\n");
-        write_csv(report, "threads", "in order", 1u << i, builds, &wall[i]);
     }
     printf("\nThe same if each had a core of its own, by CPU time\n\n");
     for (uint32_t i = 0; i < THREAD_COUNTS; i++) {
         print_speedups(cpu, i, 1u << i);
         putchar('\n');
-        write_csv(report, "threads CPU", "in order", 1u << i, builds, &cpu[i]);
     }
 }
 
 bool peer_report_close(struct peer_report *report)
 {
-    command_line_close_csv(report->csv);
     if (report->with_bars)
         printf("\nbars: %u of %u met, %u could not be measured here\n",
                report->bars - report->missed, report->bars, report->unmeasured);

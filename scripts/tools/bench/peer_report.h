@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The tables of the comparison, the same figures as CSV, and the bars that they are held to. */
+/* The tables of the comparison, and the bars that they are held to. */
 #ifndef BENCH_PEER_REPORT_H
 #define BENCH_PEER_REPORT_H
 
@@ -17,14 +17,13 @@ struct figures {
 };
 
 struct peer_report {
-    FILE *csv; /* or NULL */
     bool with_bars;
     uint32_t bars, missed, unmeasured;
     double
         at_reference; /* what the layer adds at the size that growth is measured against, or NAN */
 };
 
-void peer_report_open(struct peer_report *report, const char *csv_path);
+void peer_report_open(struct peer_report *report);
 /* Prints how many bars were met. Returns whether none was missed. */
 bool peer_report_close(struct peer_report *report);
 

@@ -1,18 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the layer adds to recording acceleration-structure builds: runs the cases, in turn with the
  * layer and without. */
+#include <stdio.h>
 #include <stdlib.h>
 
-#include "command_line.h"
 #include "options.h"
 #include "probes.h"
 #include "recorder.h"
 #include "scripts/tools/measure.h"
 
-/* ---- the two tables, the same figures as CSV, and the bars that they are held to */
+/* ---- the two tables, and the bars that they are held to */
 
 struct report {
-    FILE *csv; /* or NULL */
     bool time_bars, memory_bars;
     double reference; /* the overhead at size GROWTH_FROM; 0 until measured */
     uint32_t bars, missed;
@@ -31,21 +30,11 @@ static const double most_growth = 1.5;   /* of the overhead a build from GROWTH_
 static const double most_memory = 512;   /* bytes a recorded build */
 enum { BAR_FROM = 100, GROWTH_FROM = 1000, GROWTH_TO = 10000 };
 
-static void report_open(struct report *report, const char *csv_path)
+static void report_open(struct report *report)
 {
     *report = (struct report){.time_bars = true, .memory_bars = true};
     /* Rows come slowly: show each when it is there, also through a pipe. */
     setvbuf(stdout, NULL, _IOLBF, 0);
-    report->csv = command_line_open_csv(
-        csv_path, "figure,driver,buffers,order,builds_per_call,without,with,layer,spread");
-}
-
-static void write_csv(struct report *report, const char *figure, const struct row *row)
-{
-    if (report->csv)
-        fprintf(report->csv, "%s,%s,%s,%s,%u,%.1f,%.1f,%.1f,%.1f\n", figure, row->driver,
-                row->buffers, row->order, row->builds_per_call, row->without, row->with,
-                row->with - row->without, row->spread);
 }
 
 static void print_bar(struct report *report, const char *what, double value, double most)
@@ -83,7 +72,6 @@ static void report_time(struct report *report, const struct row *row)
     putchar('\n');
     if (row->builds_per_call == GROWTH_FROM)
         report->reference = overhead;
-    write_csv(report, "time_ns", row);
 }
 
 static void report_memory_head(uint32_t builds)
@@ -102,13 +90,11 @@ static void report_memory(struct report *report, const struct row *row)
     if (report->memory_bars)
         print_bar(report, "layer", layer, most_memory);
     putchar('\n');
-    write_csv(report, "memory_bytes", row);
 }
 
 /* Prints how many bars were met. Returns whether all were. */
-static bool report_close(struct report *report)
+static bool report_close(const struct report *report)
 {
-    command_line_close_csv(report->csv);
     if (report->bars)
         printf("\nbars: %u of %u met\n", report->bars - report->missed, report->bars);
     return report->missed == 0;
@@ -288,7 +274,7 @@ static bool measure(const struct options *options)
 {
     struct report report;
     struct bench benches[2];
-    report_open(&report, options->csv);
+    report_open(&report);
     report.time_bars = options->time_bars;
     report.memory_bars = options->memory_bars;
     report_time_head(options->samples);
