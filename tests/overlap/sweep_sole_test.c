@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Of which builds it is plain, before anything is collected, that they make no pair. */
+/* pairs_has_none_within() finds the builds that make no pair, before any range is collected. */
 #include <string.h>
 
 #include "src/check/overlap/pairs.h"

@@ -95,7 +95,7 @@ static void append(const struct expander *expander, char *to, size_t *used, cons
     to[*used] = '\0';
 }
 
-/* Of an argument, which may have commas in brackets. */
+/* Returns the length of an argument, which may have commas in brackets. */
 static size_t argument_length(const char *text)
 {
     const char *at = text;

@@ -47,6 +47,12 @@ static bool is_about_updates(const struct rule_info *info, enum build_command co
 
 /* ---- playing */
 
+/* How many programs the source has for one twin, if these are sequences. */
+static unsigned sequence_variants(const struct source *source)
+{
+    return case_is_source(source) ? 0 : source_variants(source);
+}
+
 /* The play whose instance the program needs; else the next one in turn. */
 static struct play *choose_play(void)
 {
@@ -105,8 +111,7 @@ static void play_sequences(void)
     if (tally.refuses)
         setenv("NULL_DRIVER_FAILS", "*", 1);
     for (unsigned i = 0; i < sources.count; i++)
-        for (unsigned j = 0;
-             !case_is_source(&sources.items[i]) && j < source_variants(&sources.items[i]); j++) {
+        for (unsigned j = 0; j < sequence_variants(&sources.items[i]); j++) {
             if (sources.items[i].has_twin)
                 play_one(&sources.items[i], j, false);
             play_one(&sources.items[i], j, true);
@@ -191,8 +196,7 @@ static int compare_all(const char *name)
         plays[i].platform = &tally.platform;
     printf("group\tprogram\texpected\tAssay\tKhronos\n");
     for (unsigned i = 0; i < sources.count; i++)
-        for (unsigned j = 0;
-             !case_is_source(&sources.items[i]) && j < source_variants(&sources.items[i]); j++) {
+        for (unsigned j = 0; j < sequence_variants(&sources.items[i]); j++) {
             if (sources.items[i].has_twin)
                 compare(&sources.items[i], j, false);
             compare(&sources.items[i], j, true);

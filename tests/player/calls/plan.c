@@ -287,13 +287,14 @@ static void check_every_id_has_a_case(const struct run *run)
 
 static void read_cases(struct run *run, const struct sources *sources)
 {
-    for (unsigned i = 0; i < sources->count; i++)
-        for (unsigned j = 0;
-             case_is_source(&sources->items[i]) && j < source_variants(&sources->items[i]); j++) {
-            if (run->case_count == CASES_MAX)
-                abort();
-            case_read(&run->cases[run->case_count++], &sources->items[i], j);
-        }
+    for (unsigned i = 0; i < sources->count; i++) {
+        const struct source *source = &sources->items[i];
+        const unsigned count = case_is_source(source) ? source_variants(source) : 0;
+        if (run->case_count + count > CASES_MAX)
+            abort();
+        for (unsigned j = 0; j < count; j++)
+            case_read(&run->cases[run->case_count++], source, j);
+    }
 }
 
 void calls_play(const struct sources *sources, struct tally *tally, bool are_all)

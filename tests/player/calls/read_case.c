@@ -42,11 +42,13 @@ static const struct call_edits *const all_edits[] = {
 static const struct call_edit *find_edit(const struct program *program,
                                          const struct program_line *line, const char *text)
 {
-    for (size_t i = 0; i < ARRAY_COUNT(all_edits); i++)
+    for (size_t i = 0; i < ARRAY_COUNT(all_edits); i++) {
+        if (strcmp(all_edits[i]->group, program->source->group) != 0)
+            continue;
         for (size_t j = 0; j < all_edits[i]->count; j++)
-            if (strcmp(all_edits[i]->group, program->source->group) == 0 &&
-                strcmp(all_edits[i]->edits[j].text, text) == 0)
+            if (strcmp(all_edits[i]->edits[j].text, text) == 0)
                 return &all_edits[i]->edits[j];
+    }
     program_fail(program->name, line->number, "the edit was not compiled: build the tests again");
 }
 
@@ -55,13 +57,12 @@ static const struct call_edit *find_edit(const struct program *program,
 static enum rule rule_of(const struct program *program, const struct program_line *line,
                          const char *word)
 {
-    for (enum rule rule = 0; rule < RULE_COUNT; rule++) {
-        const size_t length = strlen(rule_infos[rule].name);
-        if (strncmp(rule_infos[rule].name, word, length) == 0 &&
-            (word[length] == '\0' || word[length] == ','))
-            return rule;
-    }
-    program_fail(program->name, line->number, "there is no such rule");
+    char name[128];
+    snprintf(name, sizeof(name), "%.*s", (int)strcspn(word, ","), word);
+    const struct rule_info *rule = play_rule(name);
+    if (!rule)
+        program_fail(program->name, line->number, "there is no such rule");
+    return (enum rule)(rule - rule_infos);
 }
 
 static void read_rules(const struct program *program, const struct program_line *line,
