@@ -21,6 +21,7 @@
  *
  *     alone                      a batch never executes: no other program has the device, and what
  *                                the last wait brings is not judged
+ *     closes                     the program ends with `close`, unless it has that line itself
  *     unjudged                   the program does what no application may do: only a crash is a
  *                                failure, and lines that cannot be played are left out
  *
@@ -37,8 +38,8 @@
 /* Whether it is a line of this file. */
 bool play_is_setup(const struct program_line *line)
 {
-    static const char *const words[] = {"setting", "with",  "without", "only",
-                                        "driver",  "about", "alone",   "unjudged"};
+    static const char *const words[] = {"setting", "with",  "without",  "only",  "driver",
+                                        "about",   "alone", "unjudged", "closes"};
     bool found = false;
     for (size_t i = 0; i < ARRAY_COUNT(words); i++)
         found |= play_is(line->words[0], words[i]);

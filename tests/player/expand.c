@@ -351,6 +351,8 @@ void program_make(struct program *program, const struct source *source, unsigned
     for (unsigned i = 0; i < source->line_count; i++)
         if (source->lines[i].mark != (is_repaired ? '-' : '+'))
             add_line(&expander, &source->lines[i]);
+    if (program_find(program, "closes", NULL) && !program_find(program, "close", NULL))
+        program_add(program, "close", expander.number);
 }
 
 const struct program_line *program_find(const struct program *program, const char *first,
