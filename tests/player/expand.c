@@ -344,6 +344,7 @@ void program_make(struct program *program, const struct source *source, unsigned
 {
     struct expander expander = {program, source, variant, 0, 0, is_repaired};
     program->source = source;
+    program->variant = variant;
     program->is_repaired = is_repaired;
     program->line_count = program->expected_count = 0;
     program->used = 0;

@@ -36,12 +36,46 @@ enum build_command play_command_of(const char *text)
     return command;
 }
 
+/* The id for a command that an expectation names by its end or by a rule; VUID_NONE: there is none.
+ */
+static enum vuid vuid_expected(const char *name, enum build_command command)
+{
+    const struct rule_info *named = play_rule(name);
+    if (named)
+        return named->vuid[command];
+    for (enum rule rule = 0; rule < RULE_COUNT; rule++) {
+        const enum vuid vuid = rule_infos[rule].vuid[command];
+        if (vuid != VUID_NONE && report_id_ends(vuid_texts[vuid].id, name))
+            return vuid;
+    }
+    return VUID_NONE;
+}
+
+/* Without the line `about`, a program and its twin are about the first mistake that the broken one
+ * expects of a command. */
+static void subject_expected(const struct program *program, enum vuid *vuid,
+                             enum build_command *command)
+{
+    static struct program broken;
+    if (program->is_repaired && program->source && program->source->has_twin) {
+        program_make(&broken, program->source, program->variant, false);
+        program = &broken;
+    }
+    for (unsigned i = 0; i < program->expected_count && *vuid == VUID_NONE; i++) {
+        *command = play_command_of(program->expected[i].text);
+        if (*command != COMMAND_COUNT && !program->expected[i].is_plain)
+            *vuid = vuid_expected(program->expected[i].id, *command);
+    }
+}
+
 bool program_subject(const struct program *program, enum vuid *vuid, enum build_command *command)
 {
     const struct program_line *line = program_find(program, "about", NULL);
     *vuid = VUID_NONE;
-    if (!line)
+    if (!line) {
+        subject_expected(program, vuid, command);
         return true;
+    }
     const struct rule_info *rule = play_rule(line->words[1]);
     for (*command = COMMAND_DEVICE; rule && *command < COMMAND_COUNT; ++*command)
         if (play_is(line->words[3], build_command_name(*command))) {

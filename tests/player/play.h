@@ -230,8 +230,9 @@ VkMicromapTypeEXT play_micromap_type(const struct play *play);
 /* The rule of that name, or NULL; and the command whose name begins a text. */
 const struct rule_info *play_rule(const char *name);
 enum build_command play_command_of(const char *text);
-/* about RULE of COMMAND: the rule that the program breaks, or does not break. Returns false if the
- * command has no such rule: then the program is left out. VUID_NONE: it is about no rule. */
+/* about RULE of COMMAND, or the first mistake that is expected of a command: what the program
+ * breaks, or does not break. Returns false if the command has no such rule: then the program is
+ * left out. VUID_NONE: it is about no rule. */
 bool program_subject(const struct program *program, enum vuid *vuid, enum build_command *command);
 
 /* Compares the messages so far with what a line has to report, or with -1 the whole program. */

@@ -86,6 +86,7 @@ struct expectation {
 struct program {
     const struct source *source; /* NULL: the program was generated */
     char name[192];
+    unsigned variant; /* of the source */
     bool is_repaired;
     struct program_line lines[PROGRAM_LINES];
     unsigned line_count;
