@@ -33,10 +33,26 @@ PATHS = [(re.compile(pattern + r"(?!\w)(.*)"), path) for pattern, path in (
     (r"life\.(?:copy|to_memory|from_memory)", "pInfo->"),
     (r"life\.create_at\.addressRange", "pCreateInfo->addressRange"),
     (r"life\.create(?:_at|_micromap|_nv)?", "pCreateInfo->"),
+    (r"life\.builds\[(\d+)\]", "pInfos[{0}]"),
+    (r"life\.usages\[\d+\](?:\.\w+)?", "pUsageCounts"),
     (r"life\.objects\[(\w+)\]", "pAccelerationStructures[{0}]"),
     (r"life\.query_type", "queryType"),
+    (r"life\.pool", "queryPool"),
+    (r"life\.first_query", "firstQuery"),
+    (r"life\.stride", "stride"),
+    (r"life\.data_size", "dataSize"),
+    (r"life\.data_argument", "pData"),
+    (r"life\.(?:address|capture)_info", "pInfo->"),
+    (r"life\.bindings\[(\d+)\]", "pBindInfos[{0}]"),
+    (r"life\.build_type", "buildType"),
+    (r"life\.counts_argument", "pMaxPrimitiveCounts"),
+    (r"life\.cluster_triangles", ".pTriangleClusters->"),
     (r"micromaps\.data", "pInfos[2].pGeometries[0].pNext"
      "<VkAccelerationStructureGeometryMicromapDataKHR>"),
+    (r"micromaps\.usages\[\d+\](?:\.\w+)?", "pInfos[2].pGeometries[0].pNext"
+     "<VkAccelerationStructureGeometryMicromapDataKHR>.pUsageCounts"),
+    (r"micromaps\.usages_ext\[\d+\](?:\.\w+)?", "pInfos[0].pGeometries[0].geometry.triangles.pNext"
+     "<VkAccelerationStructureTrianglesOpacityMicromapEXT>.pUsageCounts"),
     (r"micromaps\.opacity", "pInfos[0].pGeometries[0].geometry.triangles.pNext"
      "<VkAccelerationStructureTrianglesOpacityMicromapKHR>"),
     (r"micromaps\.opacity_ext", "pInfos[0].pGeometries[0].geometry.triangles.pNext"
@@ -85,16 +101,21 @@ def path_of(member):
     for pattern, path in PATHS:
         if found := pattern.fullmatch(member):
             *indices, rest = found.groups()
-            indices = [BUILDS.index(index) if index in BUILDS else index for index in indices]
+            indices = [str(BUILDS.index(index)) if index in BUILDS else index for index in indices]
+            if not all(index.isdigit() for index in indices):
+                continue
             path = path.format(*indices) + rest.replace(".deviceAddress", ".hostAddress")
             return '"' + path.replace("->.", "->") + '"'
     return "NULL"
 
 
 def edited(edit):
-    """The member that an edit is about."""
-    member = re.match(r"(?:destroy\()?(.*?)(?: \+= | = |\)$|$)", edit)
-    return member[1]
+    """The members that an edit is about."""
+    if edit.startswith("{"):
+        return [member for part in split(edit[1:-1], ",") for member in edited(part)]
+    if edit.startswith(("for (", "if (")):
+        return edited(edit[closing(edit, edit.index("(")) + 1:].strip())
+    return [re.match(r"(?:destroy\()?(.*?)(?: \+= | = |\)$|$)", edit)[1]]
 
 
 class File:
@@ -161,7 +182,8 @@ class File:
             return
         body = "".join(f"    {self.edit(part)}\n" for part in parts)
         body = body if "scene" in body else f"    (void)scene;\n{body}"
-        path = next((path for path in map(path_of, map(edited, parts)) if path != "NULL"), "NULL")
+        paths = [path_of(member) for part in parts for member in edited(part)]
+        path = next((path for path in paths if path != "NULL"), "NULL")
         self.edits[line] = (f"static void {name}(struct scene *scene)\n{{\n{body}}}\n",
                             f"{{{json.dumps(text)}, {name}, NULL, {path}}}")
 
