@@ -4,7 +4,8 @@
 folder and of folders below it in FOLDERS; no files include each other in a circle (a source and its
 header count as one file); no other folder includes those of CONSUMERS; a folder holds at most FILES_MAX
 files; a file's name doesn't repeat its folder's; outside PLATFORM and PROGRAM, no file includes a header of a system, calls a function that only some
-systems have, or asks which system or compiler it is compiled for. Prints each offender, and fails if
+systems have, or asks which system or compiler it is compiled for. In these folders, and in tests/ and
+scripts/tools/, each source includes what it needs of PRECOMPILED. Prints each offender, and fails if
 there is one."""
 
 import argparse
@@ -62,6 +63,14 @@ PLAIN_HEADERS = frozenset(
     stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string tgmath uchar wchar wctype unwind
     immintrin""".split())
 PLAIN_FOLDERS = ("vulkan/", "vk_video/", "xxhash.h", "jansson.h")
+# What scripts/lib/precompile.cmake puts before all sources, so that their compilation does not show that they
+# lack it: words, and headers of which a source that has such words includes one, or a file that does.
+PRECOMPILED = (
+    (re.compile(r"\b(?:Vk[A-Z]\w+|VK_[A-Z]\w+|PFN_vk\w+)"), ("vulkan/",)),
+    (re.compile(r"\bu?int(?:8|16|32|64|ptr)_t\b"), ("vulkan/", "stdint.h", "inttypes.h")),
+    (re.compile(r"\bsize_t\b"), ("vulkan/", "stddef.h", "stdlib.h", "stdio.h", "string.h")),
+)
+COMMENT_OR_STRING = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"', re.S)
 FILES_MAX = 25
 SOURCES = (".c", ".h")
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.M)
@@ -105,6 +114,38 @@ def system_parts(root, file):
         yield f"{name})"
     for found in SYSTEM_MACRO.findall(text):
         yield "".join(found)
+
+
+def sources_with_tests(root):
+    return sources(root) + sorted(str(path.relative_to(root)) for top in ("tests", "scripts/tools")
+                                  for path in (root / top).rglob("*") if path.suffix in SOURCES)
+
+
+def reached_headers(root, file, reached):
+    """The system's headers that a file includes, also by the project's files."""
+    if file in reached:
+        return reached[file]
+    reached[file] = found = set()
+    text = (root / file).read_text(encoding="utf-8")
+    found.update(SYSTEM_INCLUDE.findall(text))
+    for name in INCLUDE.findall(text):
+        beside = os.path.join(os.path.dirname(file), name)
+        for path in (name, beside):
+            if (root / path).is_file():
+                found |= reached_headers(root, path, reached)
+    return found
+
+
+def lacking(root):
+    """(source, word, header) for each word of PRECOMPILED whose headers a source does not include."""
+    reached = {}
+    for file in sources_with_tests(root):
+        text = COMMENT_OR_STRING.sub("", (root / file).read_text(encoding="utf-8"))
+        headers = reached_headers(root, file, reached)
+        for words, needed in PRECOMPILED:
+            word = words.search(text)
+            if word and not any(name.startswith(needed) for name in headers):
+                yield file, word[0], needed[0]
 
 
 def rank(file):
@@ -159,6 +200,8 @@ def offenders(root):
         if not file.startswith((PLATFORM + "/", PROGRAM + "/")):
             for part in system_parts(root, file):
                 yield f"{file}: {part} belongs to a system: only {PLATFORM}/ has such parts"
+    for file, word, header in lacking(root):
+        yield f"{file}: {word} without an include of <{header}...>"
     edges = []
     for file, included, is_from_root in includes(root, files):
         edges.append((file, included))

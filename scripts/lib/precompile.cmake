@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # ASSAY_PRECOMPILE: Vulkan's header is compiled once for libraries and once for programs, because it takes a quarter of
-# the time of most compilations. A source may then lack an include that it needs, and compile nevertheless. Only presets
-# quick and asan have this option, and scripts/test also builds the layer in preset tsan.
+# the time of most compilations. A source may then lack an include that it needs, and compile nevertheless:
+# scripts/lint --includes finds it.
 
 # Their options, such as those for processors, are not those of the precompiled header.
 set(other_targets "^(assay_bvh_avx|assay_call_sites|precompiled_)")

@@ -3,6 +3,7 @@
 #define _GNU_SOURCE /* pthread_getattr_np */
 #include "src/platform/threads.h"
 
+#include <stddef.h>
 #include <time.h>
 
 enum { SECOND = 1000000000 };
