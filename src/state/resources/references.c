@@ -219,9 +219,12 @@ bool resources_reference_is_destroyed(struct resources *resources, VkDeviceAddre
     return is_destroyed;
 }
 
-static bool is_one(const struct accel_address *at, uint64_t destroy_count)
+/* A structure that was destroyed since may have had the address, too. */
+static bool is_one(const struct resources *resources, const struct accel_address *at,
+                   uint64_t destroy_count)
 {
-    return at && at->first && !at->first->same_address && at->destroyed_at <= destroy_count;
+    return at && at->first && !at->first->same_address && at->destroyed_at <= destroy_count &&
+           resources->unknown_destroyed_at <= destroy_count;
 }
 
 void resources_find_referenced(struct resources *resources, VkDeviceAddress address,
@@ -229,7 +232,7 @@ void resources_find_referenced(struct resources *resources, VkDeviceAddress addr
 {
     unsigned token = resources_begin_reading(resources);
     const struct accel_address *at = handle_table_find(&resources->accel_addresses, address);
-    if (is_one(at, destroy_count))
+    if (is_one(resources, at, destroy_count))
         resources_find_accel(resources, at->first->facts.handle, facts);
     else
         *facts = (struct accel_facts){.alive = is_alive(resources, at, destroy_count)};
