@@ -1,6 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the tests of assay-run share: runs of it, and records as the layer writes them."""
 
+import contextlib
+import functools
+import importlib.machinery
+import importlib.util
+import io
 import json
 import os
 import pathlib
@@ -9,6 +14,7 @@ import sys
 import tempfile
 import textwrap
 import unittest
+import unittest.mock
 
 try:
     import jsonschema
@@ -57,8 +63,30 @@ def header(**members):
 
 
 class Result:
-    def __init__(self, process):
-        self.status, self.out, self.err = process.returncode, process.stdout, process.stderr
+    def __init__(self, status, out, err):
+        self.status, self.out, self.err = status, out, err
+
+
+@functools.cache
+def assay_run_module():
+    loader = importlib.machinery.SourceFileLoader("assay_run_script", str(ASSAY_RUN))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
+    loader.exec_module(module)
+    return module
+
+
+def merge_here(words):
+    """Runs assay-run --merge in this process: it starts no application, and Python takes long to start."""
+    out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8") for _ in range(2))
+    with unittest.mock.patch("sys.argv", [str(ASSAY_RUN), *words]), contextlib.redirect_stdout(out), \
+            contextlib.redirect_stderr(err):
+        try:
+            assay_run_module().main()
+        except SystemExit as end:
+            status = end.code
+    out.flush()
+    err.flush()
+    return Result(status, *(stream.buffer.getvalue().decode() for stream in (out, err)))
 
 
 class Runs(unittest.TestCase):
@@ -72,12 +100,16 @@ class Runs(unittest.TestCase):
                             if not key.startswith("VK_")}
 
     def run_words(self, *words, **environment):
+        words = [*map(str, words)]
+        if words[:1] == ["--merge"] and not environment:
+            with contextlib.chdir(self.folder):
+                return merge_here(words)
         process = subprocess.run(
-            [sys.executable, "-B", ASSAY_RUN, *map(str, words)], cwd=self.folder,
+            [sys.executable, "-B", ASSAY_RUN, *words], cwd=self.folder,
             env={**self.environment, **environment}, capture_output=True, encoding="utf-8",
             errors="backslashreplace", timeout=300, check=False)
         self.assertNotIn("Traceback", process.stderr)
-        return Result(process)
+        return Result(process.returncode, process.stdout, process.stderr)
 
     def run_script(self, script, *options, **environment):
         """Runs a script of Python that has the functions of LAYER."""
