@@ -75,8 +75,8 @@ def assay_run_module():
     return module
 
 
-def merge_here(words):
-    """Runs assay-run --merge in this process: it starts no application, and Python takes long to start."""
+def run_here(words):
+    """Runs assay-run in this process, if it starts no application: Python takes long to start."""
     out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8") for _ in range(2))
     with unittest.mock.patch("sys.argv", [str(ASSAY_RUN), *words]), contextlib.redirect_stdout(out), \
             contextlib.redirect_stderr(err):
@@ -102,14 +102,17 @@ class Runs(unittest.TestCase):
     def run_words(self, *words, **environment):
         words = [*map(str, words)]
         if words[:1] == ["--merge"] and not environment:
-            with contextlib.chdir(self.folder):
-                return merge_here(words)
+            return self.run_here(*words)
         process = subprocess.run(
             [sys.executable, "-B", ASSAY_RUN, *words], cwd=self.folder,
             env={**self.environment, **environment}, capture_output=True, encoding="utf-8",
             errors="backslashreplace", timeout=300, check=False)
         self.assertNotIn("Traceback", process.stderr)
         return Result(process.returncode, process.stdout, process.stderr)
+
+    def run_here(self, *words):
+        with contextlib.chdir(self.folder):
+            return run_here(words)
 
     def run_script(self, script, *options, **environment):
         """Runs a script of Python that has the functions of LAYER."""
