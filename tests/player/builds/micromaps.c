@@ -5,8 +5,8 @@
  *         [flags NUMBER] [and NAME ...]
  *     clone | compact | serialize | deserialize SRC > DST
  *     query NAME > POOL          of the serialization size if the pool's name begins with PM, of
- * the compacted size if it begins with PC host micromap ...          host clone | serialize |
- * deserialize ...
+ *                                the compacted size if it begins with PC
+ *     host micromap ...          host clone | serialize | deserialize ...
  *
  * A micromap has 2 triangles; its data are in V0, and the triangles in V1. With `mixed` it has what
  * play_mixed_usages() says, and the triangles are those that the host has written to the place. */

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* below BARRIER [, BARRIER]...      the stages and accesses that reached the null driver since the
- * last below nothing                     `below`, of any command
+/* What reached the null driver since the last such line:
+ *
+ *     below BARRIER [, BARRIER]...      the stages and accesses of any command
+ *     below nothing
  *
  * BARRIER: [COUNT] [own] [behind] [passed] STAGES[:ACCESSES] > STAGES[:ACCESSES] [with NUMBER].
  * `own`: of a buffer that the program did not create. `behind`: recorded behind a build; others in

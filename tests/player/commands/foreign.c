@@ -2,13 +2,15 @@
 /* Semaphores and fences that others signal:
  *
  *     present SEMAPHORE          vkQueuePresentKHR on q0 waits for it
- *     acquire SEMAPHORE          vkAcquireNextImageKHR signals it; `acquire2`:
- * vkAcquireNextImage2KHR sleep SEMAPHORE            vkLatencySleepNV signals it import SEMAPHORE
- * its payload comes from a file descriptor; `import fence` exported fence | TIMELINE  its handle
- * can be exported renew fence                destroys the fence and creates another one timeline
- * NAME VALUE        begins with the value
+ *     acquire SEMAPHORE          vkAcquireNextImageKHR signals it
+ *     acquire2 SEMAPHORE         vkAcquireNextImage2KHR signals it
+ *     sleep SEMAPHORE            vkLatencySleepNV signals it
+ *     import SEMAPHORE | fence   its payload comes from a file descriptor
+ *     exported fence | TIMELINE  its handle can be exported
+ *     renew fence                destroys the fence and creates another one
+ *     timeline NAME VALUE        begins with the value
  *
- * No swapchain is behind the first three: the null driver needs none. */
+ * No swapchain is behind the first four: the null driver needs none. */
 #include "tests/player/play.h"
 
 #include <stdlib.h>

@@ -3,7 +3,8 @@
  *
  *     init PLACE stranger         the reference of a structure that another device had
  *     reads [PLACE | NUMBER]...   the references that builds of top-level structures have read
- * since the last such line, as places of structures or addresses; only the null driver tells */
+ *                                 since the last such line, as places of structures or addresses;
+ *                                 only the null driver tells */
 #include "tests/player/play.h"
 
 #include <inttypes.h>

@@ -17,8 +17,8 @@
  *     render2 ..., render2KHR ...              the same by newer names; the masks are those of
  *                        VkMemoryBarrier2 in the chain, but `render2 own ...` has none
  *
- * DEPENDENCY: [COUNT] (so many times) [on PLACE [SIZE]] [image NAME] [from FAMILY to FAMILY] [src3
- * | dst3] STAGES[:ACCESSES] > STAGES[:ACCESSES]. `src3`, `dst3`: with a flag of
+ * DEPENDENCY: [COUNT] (so many times) [on PLACE [SIZE]] [image NAME] [from FAMILY to FAMILY]
+ * [src3 | dst3] STAGES[:ACCESSES] > STAGES[:ACCESSES]. `src3`, `dst3`: with a flag of
  * VkMemoryBarrierAccessFlags3KHR. A dependency of an extension begins with `at PLACE SIZE` (an
  * address range), `tensor`, `tensors` (in a list), or `unknown`. STAGES and ACCESSES are words of
  * the tables below, with | between them. */

@@ -5,8 +5,10 @@
  *                              between an image and a buffer; `copy-image2`, `copy-image2KHR`: by
  *                              newer names
  *     results POOL > PLACE [from QUERY] [queries NUMBER] [stride BYTES] [narrow] [no-wait]
- * [availability] memory copy PLACE > PLACE SIZE         memory marker PLACE memory fill PLACE SIZE
- * memory update PLACE SIZE memory copy-image ...                  memory results ...
+ *             [availability]
+ *     memory copy PLACE > PLACE SIZE         memory marker PLACE
+ *     memory fill PLACE SIZE                 memory update PLACE SIZE
+ *     memory copy-image ...                  memory results ...
  *
  * `memory`: with VK_KHR_device_address_commands. */
 #include "tests/player/play.h"
