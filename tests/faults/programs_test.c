@@ -83,7 +83,7 @@ static void print_tests(void)
             current.seed, current.number, current.threads > 1 ? " (by threads)" : "");
     for (uint32_t i = 0; i < current.threads; i++) {
         if (tests[i].play.report.outcome == OUTCOME_PASSED)
-            play_print(&tests[i].play);
+            report_program(&tests[i].play.report, tests[i].play.program, tests[i].play.at);
         fprintf(stderr, "%s\n", tests[i].play.report.text);
     }
     fprintf(stderr, "%s\n", shared.report.text);

@@ -114,15 +114,6 @@ static void name_log(struct play *play)
     play->log_offset = 0;
 }
 
-static bool sets_preset(const struct program *program)
-{
-    for (unsigned i = 0; i < program->line_count; i++)
-        if (play_is(program->lines[i].words[0], "setting") &&
-            play_is(program->lines[i].words[1], "preset"))
-            return true;
-    return false;
-}
-
 static void open_instance(struct play *play)
 {
     const char *log_name = play->log_name;
@@ -132,7 +123,7 @@ static void open_instance(struct play *play)
     STRUCT(VkLayerSettingsCreateInfoEXT, chain, .pSettings = settings);
     if (play->platform->is_null)
         configure_driver(play);
-    if (!sets_preset(play->program))
+    if (!program_find(play->program, "setting", "preset"))
         add_setting(&chain, settings, "hazards", &no_hazards);
     if (play->level)
         add_setting(&chain, settings, "level", &play->level);
@@ -153,14 +144,23 @@ static void open_instance(struct play *play)
     play->memory_type = instance_fixture_memory_type(&play->fixture);
 }
 
+/* What the program's last line about a setting says, or NULL. */
+static const char *setting_of(const struct program *program, const char *name)
+{
+    const char *value = NULL;
+    for (unsigned i = 0; i < program->line_count; i++) {
+        char *const *words = program->lines[i].words;
+        if (play_is(words[0], "setting") && play_is(words[1], name))
+            value = words[2];
+    }
+    return value;
+}
+
 bool play_sees_executions(const struct play *play)
 {
-    const char *level = play->level;
-    for (unsigned i = 0; i < play->program->line_count; i++) {
-        char *const *words = play->program->lines[i].words;
-        if (play_is(words[0], "setting") && play_is(words[1], "level"))
-            level = words[2];
-    }
+    const char *level = setting_of(play->program, "level");
+    if (!level)
+        level = play->level;
     return !level || level_named(level) >= LEVEL_EXECUTION;
 }
 
@@ -351,18 +351,6 @@ static bool lacks_nv(const struct program *program)
     return false;
 }
 
-/* Whether its last line about a setting has this value. The environment comes before that. */
-static bool wants(const struct program *program, const char *setting, const char *value)
-{
-    bool is_wanted = false;
-    for (unsigned i = 0; i < program->line_count; i++) {
-        char *const *words = program->lines[i].words;
-        if (play_is(words[0], "setting") && play_is(words[1], setting))
-            is_wanted = play_is(words[2], value);
-    }
-    return is_wanted;
-}
-
 static const char *missing_platform(const struct play *play)
 {
     const struct program *program = play->program;
@@ -375,9 +363,10 @@ static const char *missing_platform(const struct play *play)
         return "the null driver";
     if (play->platform->is_null && program_find(program, "only", "shaders"))
         return "shaders that execute";
-    if (getenv("VK_ASSAY_VALIDATION_LIMITS") && wants(program, "limits", "driver"))
+    /* Settings of the environment come before those of programs. */
+    if (getenv("VK_ASSAY_VALIDATION_LIMITS") && play_is(setting_of(program, "limits"), "driver"))
         return "limits of the driver";
-    if (play->platform->is_guarded && wants(program, "guard", "off"))
+    if (play->platform->is_guarded && play_is(setting_of(program, "guard"), "off"))
         return "builds without a guard";
     if (program_find(program, "only", "lavapipe") && strcmp(play->platform->name, "lavapipe") != 0)
         return "lavapipe";
@@ -389,7 +378,6 @@ static const char *missing_platform(const struct play *play)
         return "backend cpu";
     if (getenv("VK_ASSAY_VALIDATION_CAPTURE") && program_find(program, "costs", "bytes"))
         return "copies that no capture needs";
-    /* It comes before the program's own setting. */
     if (program_find(program, "setting", "log_filename") &&
         getenv("VK_ASSAY_VALIDATION_LOG_FILENAME"))
         return "a log file of its own";

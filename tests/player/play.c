@@ -94,26 +94,6 @@ void play_end_recording(struct play *play, VkCommandBuffer commands)
     play_note_result(play, result);
 }
 
-/* ---- what was played, and where it failed */
-
-void play_print(struct play *play)
-{
-    const struct program *program = play->program;
-    if (program->source && play->at < program->line_count)
-        report_say(&play->report, "tests/programs/%s.cases:%u: ", program->source->group,
-                   program->lines[play->at].number);
-    report_say(&play->report, "%s\n", program->name);
-    for (unsigned i = 0; i < program->line_count; i++) {
-        const struct program_line *line = &program->lines[i];
-        report_say(&play->report, "%s%4u  %s\n", i == play->at ? " >" : "  ", line->number,
-                   line->text);
-        for (unsigned j = 0; j < program->expected_count; j++)
-            if (program->expected[j].line == (int)i && !program->is_repaired)
-                report_say(&play->report, "            expect %s: %s\n", program->expected[j].id,
-                           program->expected[j].text);
-    }
-}
-
 /* ---- lines */
 
 /* close [leaving NAME...]: destroys all objects but these structures, and the device, which other
@@ -200,7 +180,7 @@ static bool judge_line(struct play *play, unsigned line)
         messages_clear(&play->fixture.messages);
     }
     if (play->report.outcome == OUTCOME_FAILED)
-        play_print(play);
+        report_program(&play->report, play->program, play->at);
     return play->report.outcome == OUTCOME_PASSED;
 }
 

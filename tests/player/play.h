@@ -151,8 +151,6 @@ struct play {
     size_t lent_size;
 };
 
-/* Adds the program to the report, up to the line that is executed. */
-void play_print(struct play *play);
 /* Ends the process, because a line is wrong. */
 _Noreturn void play_fail(const struct play *play, const char *what);
 #define PLAY_REQUIRE(play, condition)                                                              \

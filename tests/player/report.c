@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "tests/player/program.h"
 #include "vuid-tables/rules.h"
 
 void report_say(struct report *report, const char *format, ...)
@@ -16,6 +17,22 @@ void report_say(struct report *report, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(report->text + length, sizeof(report->text) - length, format, arguments);
     va_end(arguments);
+}
+
+void report_program(struct report *report, const struct program *program, unsigned at)
+{
+    if (program->source && at < program->line_count)
+        report_say(report, "tests/programs/%s.cases:%u: ", program->source->group,
+                   program->lines[at].number);
+    report_say(report, "%s\n", program->name);
+    for (unsigned i = 0; i < program->line_count; i++) {
+        const struct program_line *line = &program->lines[i];
+        report_say(report, "%s%4u  %s\n", i == at ? " >" : "  ", line->number, line->text);
+        for (unsigned j = 0; j < program->expected_count; j++)
+            if (program->expected[j].line == (int)i && !program->is_repaired)
+                report_say(report, "            expect %s: %s\n", program->expected[j].id,
+                           program->expected[j].text);
+    }
 }
 
 bool report_id_ends(const char *id, const char *end)

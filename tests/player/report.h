@@ -16,6 +16,10 @@ struct report {
 __attribute__((format(printf, 2, 3))) void report_say(struct report *report, const char *format,
                                                       ...);
 
+/* Adds the program, with a mark at the line of that index. */
+struct program;
+void report_program(struct report *report, const struct program *program, unsigned at);
+
 /* A message that is expected. */
 struct expected_message {
     const char *id;   /* the end of it */

@@ -127,16 +127,11 @@ static bool wants_pointers(const struct test_case *test_case)
     return false;
 }
 
-/* Adds the lines of the program that failed. */
 static void print_program(struct report *report, const struct call_play *play)
 {
     static struct program program;
-    const struct source *source = play->test_case->source;
-    program_make(&program, source, play->test_case->variant, play->is_repaired);
-    report_say(report, "tests/programs/%s.cases:%u: %s\n", source->group,
-               program.lines[program.line_count - 1].number, program.name);
-    for (unsigned i = 0; i < program.line_count; i++)
-        report_say(report, "    %s\n", program.lines[i].text);
+    program_make(&program, play->test_case->source, play->test_case->variant, play->is_repaired);
+    report_program(report, &program, program.line_count - 1);
 }
 
 static void play_one(struct run *run, const struct call_play *play)

@@ -44,7 +44,7 @@ struct device_buffer place_buffer_of_instances(struct scene *scene, uint32_t dev
 /* A structure for the build by vkCreateAccelerationStructure2KHR. */
 VkAccelerationStructureKHR place_accel_by_address(struct scene *scene, uint32_t build);
 
-/* ---- bad pointers (pages.c) ---- */
+/* ---- bad pointers ---- */
 
 /* A page that cannot be read. */
 void *unreadable_page(void);

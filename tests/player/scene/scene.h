@@ -232,7 +232,7 @@ void scene_close(struct scene *scene);
 VkResult scene_call(struct scene *scene);
 
 /* Makes the call lead to misaligned copies of all of its arrays, structures and chains that are the
- * scene's own, as they are now. The copies last until the thread calls it again (misaligned.c). */
+ * scene's own, as they are now. The copies last until the thread calls it again (scene.c). */
 void scene_misalign(struct scene *scene);
 
 /* Says that the case cannot be played here, and why. */
@@ -293,7 +293,7 @@ uint64_t scene_reference(const struct scene *scene, VkAccelerationStructureKHR a
 uint64_t scene_address(const struct scene *scene, const struct device_buffer *buffer,
                        VkDeviceSize offset);
 
-/* ---- builds at addresses (scene_clusters.c) ---- */
+/* ---- builds at addresses (scene_extensions.c) ---- */
 
 bool command_builds_at_addresses(
     enum build_command command); /* or queries the sizes of such builds */
