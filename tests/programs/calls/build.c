@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* VkAccelerationStructureBuildGeometryInfoKHR: its members, structures, scratch and updates. */
+/* VkAccelerationStructureBuildGeometryInfoKHR: its members, structures, scratch and updates; and
+ * valid programs that other validation has called wrong, or that are easily called so. */
 #include "tests/player/calls/case.h"
 #include "tests/player/scene/placing.h"
 
@@ -31,3 +32,4 @@ static uint64_t alignment_of(const struct scene *scene)
 }
 
 #include "build.inc"
+#include "silent.inc"

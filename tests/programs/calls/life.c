@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands that build no structures. */
+/* Commands that build no structures, creation of structures and micromaps, and builds of clusters
+ * and of partitioned structures. */
 #include <stdlib.h>
 
 #include "tests/player/calls/case.h"
@@ -26,6 +27,24 @@ static void chain_both_descriptors(struct scene *scene)
     life->descriptor.pNext = &life->descriptor_nv;
     life->write.pNext = &life->descriptor;
     life->write.descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR;
+}
+
+/* ---- creation */
+
+/* Creates the object of the call in another buffer. */
+static void create_in(struct scene *scene, const struct device_buffer *buffer)
+{
+    scene->life.create.buffer = scene->life.create_micromap.buffer = buffer->handle;
+    scene->life.create_at.addressRange.address = buffer->address;
+}
+
+static void chain_captured_data(struct scene *scene)
+{
+    static const uint64_t data[8];
+    static const VkOpaqueCaptureDescriptorDataCreateInfoEXT captured = {
+        .sType = VK_STRUCTURE_TYPE_OPAQUE_CAPTURE_DESCRIPTOR_DATA_CREATE_INFO_EXT,
+        .opaqueCaptureDescriptorData = data};
+    scene->life.create.pNext = scene->life.create_at.pNext = &captured;
 }
 
 /* ---- destruction */
@@ -83,4 +102,6 @@ static void use_created_with_callbacks(struct scene *scene)
     scene_defer(scene, device, life->destroyed, destroy_with_callbacks);
 }
 
+#include "clusters.inc"
 #include "life.inc"
+#include "life_create.inc"

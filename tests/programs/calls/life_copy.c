@@ -42,15 +42,6 @@ static VkDeviceSize micromap_size(const struct scene *scene)
     return sizes.micromapSize;
 }
 
-static void offer_levels(struct null_driver_config *config)
-{
-    config->micromap_properties.maxOpacity2StateSubdivisionLevel = 6;
-    config->micromap_properties.maxOpacity4StateSubdivisionLevel = 5;
-#ifdef VK_NV_displacement_micromap
-    config->displacement_properties.maxDisplacementMicromapSubdivisionLevel = 4;
-#endif
-}
-
 static void *triangle_at_edge(struct scene *scene)
 {
     const VkMicromapTriangleEXT triangle = {.format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};

@@ -14,7 +14,7 @@ static void add_second_data(struct scene *scene)
 enum {
     LOSSY = VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR,
     STATES_4 = VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR,
-    /* As the null driver has them. */
+    /* MICROMAP_LIMITS, and what the null driver has. */
     LIMIT_2_STATE = 6,
     LIMIT_4_STATE = 5,
     LIMIT_LOSSY = 4,
@@ -22,16 +22,6 @@ enum {
     LIMIT_TRIANGLES = 4096,
     LEVEL_OF_NONE = 13,
 };
-
-static void offer_limits(struct null_driver_config *config)
-{
-    config->micromap_properties_khr.maxOpacity2StateSubdivisionLevel = LIMIT_2_STATE;
-    config->micromap_properties_khr.maxOpacity4StateSubdivisionLevel = LIMIT_4_STATE;
-    config->micromap_properties_khr.maxOpacityLossy4StateSubdivisionLevel = LIMIT_LOSSY;
-    config->micromap_properties_khr.maxMicromapTriangles = LIMIT_TRIANGLES;
-    config->micromap_properties.maxOpacity2StateSubdivisionLevel = LIMIT_2_STATE;
-    config->micromap_properties.maxOpacity4StateSubdivisionLevel = LIMIT_4_STATE;
-}
 
 #include "micromap.inc"
 #include "micromap_use.inc"
