@@ -20,7 +20,8 @@ PLAIN_CALLS = ("sizeof", "offsetof", "unreadable_page", "memcpy", "memset", "for
                "if", "place_offset", "messages_clear", "fixture_find_family",
                "bytes_before_unreadable_page", "deserialize_info", "command_is_on_host",
                "command_is_of_micromaps", "command_is_of_nv")
-# Where messages say that members of the scene are. {0} and so on: what stands in brackets.
+# Where messages say that members of the scene are, and with Vk that they name the object there. {0} and so
+# on: what stands in brackets.
 PATHS = [(re.compile(pattern + r"(?!\w)(.*)"), path) for pattern, path in (
     (r"infos\[(\w+)\]", "pInfos[{0}]"),
     (r"geometries\[(\w+)\]\[(\d+)\]", "pInfos[{0}].pGeometries[{1}]"),
@@ -30,12 +31,15 @@ PATHS = [(re.compile(pattern + r"(?!\w)(.*)"), path) for pattern, path in (
     (r"indirect_strides\[(\w+)\]", "pIndirectStrides[{0}]"),
     (r"nv\.info", "pInfo->"),
     (r"nv\.geometries\[(\d+)\]", "pInfo->pGeometries[{0}]"),
+    (r"life\.(?:copy|to_memory)\.src(?!\.)", "pInfo->src Vk"),
+    (r"life\.(?:copy|from_memory)\.dst(?!\.)", "pInfo->dst Vk"),
     (r"life\.(?:copy|to_memory|from_memory)", "pInfo->"),
     (r"life\.create_at\.addressRange", "pCreateInfo->addressRange"),
     (r"life\.create(?:_at|_micromap|_nv)?", "pCreateInfo->"),
+    (r"life\.builds\[(\d+)\]\.dstMicromap", "pInfos[{0}].dstMicromap Vk"),
     (r"life\.builds\[(\d+)\]", "pInfos[{0}]"),
     (r"life\.usages\[\d+\](?:\.\w+)?", "pUsageCounts"),
-    (r"life\.objects\[(\w+)\]", "pAccelerationStructures[{0}]"),
+    (r"life\.objects\[(\w+)\]", "pAccelerationStructures[{0}] Vk"),
     (r"life\.query_type", "queryType"),
     (r"life\.pool", "queryPool"),
     (r"life\.first_query", "firstQuery"),
@@ -43,6 +47,7 @@ PATHS = [(re.compile(pattern + r"(?!\w)(.*)"), path) for pattern, path in (
     (r"life\.data_size", "dataSize"),
     (r"life\.data_argument", "pData"),
     (r"life\.(?:address|capture)_info", "pInfo->"),
+    (r"life\.bindings\[(\d+)\]\.memory", "pBindInfos[{0}].memory Vk"),
     (r"life\.bindings\[(\d+)\]", "pBindInfos[{0}]"),
     (r"life\.build_type", "buildType"),
     (r"life\.counts_argument", "pMaxPrimitiveCounts"),
