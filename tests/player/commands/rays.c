@@ -2,12 +2,12 @@
 /* Rays that backend cpu traces:
  *
  *     probe STRUCTURE [from X Y Z] [along z | along nowhere] [time TIME | untimed]
- *         [ignoring T] [entering T] [stopping] [misses | hits [MEMBER NUMBER]...]
+ *         [first] [ignoring T] [entering T] [stopping] [misses | hits [MEMBER NUMBER]...]
  *                        vkTraceRaysASSAY of a ray along x, from -1 0.25 0.25 at time 0, and of the
- *                        same once more. `untimed`: rays have no time. `ignoring`, `entering`,
- *                        `stopping`: there is a candidate function, which ignores what is nearer
- *                        than T, adds T to the t of boxes, or stops at what it does not ignore
- *     probe STRUCTURE wrong ARGUMENT      with an invalid argument
+ *                        same once more. `untimed`: rays have no time. `first`: they end at their
+ *                        first hit. `ignoring`, `entering`, `stopping`: there is a candidate
+ *                        function, which ignores what is nearer than T, adds T to the t of boxes,
+ * or stops at what it does not ignore probe STRUCTURE wrong ARGUMENT      with an invalid argument
  *
  * MEMBER is a member of AssayHit, see below. */
 #include "tests/fixture/trace.h"
@@ -55,6 +55,10 @@ static char **read_word(const struct play *play, char **words, struct probe *pro
     }
     if (play_is(words[0], "untimed")) {
         probe->ray_size = offsetof(AssayRay, time);
+        return words + 1;
+    }
+    if (play_is(words[0], "first")) {
+        ray->flags = 0x4;
         return words + 1;
     }
     if (play_is(words[0], "stopping")) {
