@@ -122,9 +122,6 @@ BODIES = {
     "GetInstanceProcAddr": "return entry_find(pName);",
     "GetDeviceProcAddr": "return entry_find_device(OBJECT(device), pName);",
     "EnumerateInstanceVersion": "*pApiVersion = config_current().api_version;",
-    "GetPhysicalDeviceFeatures2": "features_fill(CONFIG(physicalDevice), pFeatures);",
-    "GetPhysicalDeviceProperties2": "properties_fill(CONFIG(physicalDevice), "
-                                    "OBJECT(physicalDevice)->physical_device.index, pProperties);",
     "GetPhysicalDeviceMemoryProperties2":
         "pMemoryProperties->memoryProperties = CONFIG(physicalDevice)->memory;",
     "GetPhysicalDeviceExternalBufferProperties":

@@ -58,13 +58,9 @@ struct feature_row {
 extern const struct feature_row feature_rows[];
 extern const size_t feature_row_count;
 
-bool feature_is_on(const struct null_driver_config *config, VkStructureType sType, uint32_t offset);
-void features_fill(const struct null_driver_config *config, VkPhysicalDeviceFeatures2 *features);
 /* Whether all features asked for are on; pEnabledFeatures may be NULL. */
 bool features_are_on(const struct null_driver_config *config, const void *pNext,
                      const VkPhysicalDeviceFeatures *pEnabledFeatures);
-void properties_fill(const struct null_driver_config *config, uint32_t index,
-                     VkPhysicalDeviceProperties2 *properties);
 
 /* Fixed properties (generate.py). */
 extern const VkPhysicalDeviceLimits default_limits;
@@ -235,10 +231,10 @@ unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *
 /* Whether a buffer with that usage has the address. */
 bool address_has_usage(VkDeviceAddress address, VkBufferUsageFlags2 usage);
 
-/* Records a dispatch of one of the layer's shaders; and carries it out. */
 /* Lets the device write bytes to an address. */
 void transfers_add_write(VkCommandBuffer commands, VkDeviceAddress address, const void *bytes,
                          VkDeviceSize size);
+/* Records a dispatch of one of the layer's shaders; and carries it out. */
 void transfers_add_dispatch(VkCommandBuffer commands, const struct dispatch *dispatch);
 void dispatch_execute(const struct dispatch *dispatch);
 
@@ -338,9 +334,7 @@ enum entry {
 ENTRIES(ENTRY)
 #undef ENTRY
 
-/* Defines null_NAME: COMMAND(CreateDevice) { ... }. The parameters have their names of the
- * registry.
- */
+/* Defines null_NAME: COMMAND(CreateDevice) { ... }. The parameters have the registry's names. */
 #define COMMAND(name) COMMAND_##name
 
 /* Defines what a command that creates one object does to it before the application has its handle:

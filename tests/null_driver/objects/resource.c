@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Buffers: creation, binding and addresses. */
+/* Buffers: creation, binding and addresses. Images, which have no contents. Memory for both. */
 #include "tests/null_driver/internal.h"
 
 #include <stdlib.h>
@@ -127,4 +127,79 @@ COMMAND(BindBufferMemory2)
     for (uint32_t i = 0; i < bindInfoCount; i++)
         bind(pBindInfos[i].buffer, pBindInfos[i].memory, pBindInfos[i].memoryOffset);
     return VK_SUCCESS;
+}
+
+/* ---- memory requirements of buffers, and which memory types suit what */
+
+uint32_t requirements_types(const struct null_driver_config *config, VkMemoryPropertyFlags required,
+                            VkMemoryPropertyFlags refused)
+{
+    uint32_t bits = 0;
+    for (uint32_t i = 0; i < config->memory.memoryTypeCount; i++) {
+        const VkMemoryPropertyFlags flags = config->memory.memoryTypes[i].propertyFlags;
+        if ((flags & required) == required && (flags & refused) == 0)
+            bits |= 1u << i;
+    }
+    return bits;
+}
+
+static VkMemoryRequirements requirements_of_size(const struct null_driver_config *config,
+                                                 VkDeviceSize size, VkBufferCreateFlags flags)
+{
+    const VkMemoryPropertyFlags protected = VK_MEMORY_PROPERTY_PROTECTED_BIT;
+    const VkMemoryPropertyFlags lazy = VK_MEMORY_PROPERTY_LAZILY_ALLOCATED_BIT;
+    const VkDeviceSize alignment = flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT ? 65536 : 256;
+    return (VkMemoryRequirements){
+        .size = align_up(size, alignment),
+        .alignment = alignment,
+        .memoryTypeBits = flags & VK_BUFFER_CREATE_PROTECTED_BIT
+                              ? requirements_types(config, protected, lazy)
+                              : requirements_types(config, 0, protected | lazy),
+    };
+}
+
+COMMAND(GetBufferMemoryRequirements2)
+{
+    const struct object *object = FIND(BUFFER, pInfo->buffer);
+    pMemoryRequirements->memoryRequirements =
+        object != NULL
+            ? requirements_of_size(CONFIG(device), object->buffer.size, object->buffer.flags)
+            : (VkMemoryRequirements){0};
+}
+
+/* ---- images: created, measured, bound */
+
+static VkMemoryRequirements requirements_of_info(const struct null_driver_config *config,
+                                                 const VkImageCreateInfo *info)
+{
+    const VkExtent3D *extent = &info->extent;
+    /* 16 bytes a texel and twice the first level are enough for any format with all its levels. */
+    const VkDeviceSize texels =
+        (VkDeviceSize)extent->width * extent->height * extent->depth * info->arrayLayers;
+    const bool protected = info->flags & VK_IMAGE_CREATE_PROTECTED_BIT;
+    const bool transient = info->usage & VK_IMAGE_USAGE_TRANSIENT_ATTACHMENT_BIT;
+    const VkMemoryPropertyFlags required = protected ? VK_MEMORY_PROPERTY_PROTECTED_BIT : 0;
+    const VkMemoryPropertyFlags refused = (protected ? 0 : VK_MEMORY_PROPERTY_PROTECTED_BIT) |
+                                          (transient ? 0 : VK_MEMORY_PROPERTY_LAZILY_ALLOCATED_BIT);
+    return (VkMemoryRequirements){
+        .size = align_up(texels * 32 * (info->samples != 0 ? info->samples : 1), 65536),
+        .alignment = 65536,
+        .memoryTypeBits = requirements_types(config, required, refused),
+    };
+}
+
+ON_CREATION(CreateImage)
+{
+    object->image = requirements_of_info(object->config, pCreateInfo);
+}
+
+static VkMemoryRequirements requirements_of(VkImage image)
+{
+    const struct object *object = FIND(IMAGE, image);
+    return object != NULL ? object->image : (VkMemoryRequirements){0};
+}
+
+COMMAND(GetImageMemoryRequirements2)
+{
+    pMemoryRequirements->memoryRequirements = requirements_of(pInfo->image);
 }
