@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """The command line: what is wrong ends with status 2 before the application runs."""
 

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Baselines: what their lines match. layer_test.py has those that are written, read and outdated."""
 

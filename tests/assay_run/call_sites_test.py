@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Call sites end to end: a finding leads to the line that recorded the build, in all reports."""
 

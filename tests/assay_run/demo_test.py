@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """The demo's planted mistakes on the page. ASSAY_TEST_SCREENSHOT names a file for a picture of it."""
 

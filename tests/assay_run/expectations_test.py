@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Findings that the application announces by labels: expected, unexpected, and absent ones."""
 

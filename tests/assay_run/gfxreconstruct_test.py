@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Captures and replays of gfxreconstruct under Assay, on the null driver: its addresses are the same in
 the replay as in the capture, as on drivers that can replay addresses."""

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """--count-khronos, with applications that write the log of a Khronos layer, old or new."""
 

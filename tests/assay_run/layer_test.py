@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """assay-run end to end: a real application, the loader, the layer, and the null driver."""
 

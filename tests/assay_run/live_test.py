@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """While the application runs: findings are printed, and the first one may end it."""
 

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """The exit status: the application's, or what assay-run makes of the records of its processes. layer_test.py
 has what an application under the layer can show."""

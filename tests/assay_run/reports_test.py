@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Reports: JUnit and SARIF as their schemas say, annotations, JSON, and lines of the source.
 

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """The 3D view on the page of --html, in headless Chromium, of captures that the tests write.
 

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Generates wild_calls.h from the registry and the layer's rows of commands: for each command its
 arguments, with valid handles and one element in each array, and a driver's command that reads

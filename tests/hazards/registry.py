@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Generates sync_registry.h: stages and access flags as vk.xml defines them, in terms of scopes.h.
 

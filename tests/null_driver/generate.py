@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Generates the null driver's tables and stubs from the registry: extensions and entry points
 (generated.h), the structures of features, the function of each entry point and what it does by

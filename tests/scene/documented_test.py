@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """The programs of docs/capture.md, with the system's Python, which has NumPy's package.
 

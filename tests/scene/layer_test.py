@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """assay-scene reads all that the layer captures, whatever programs do: on the null driver.
 

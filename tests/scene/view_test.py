@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """assay-scene view: the data of the 3D view, read without JavaScript.
 

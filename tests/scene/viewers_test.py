@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """What others make of assay-scene's files: assimp, by tests/scene/assimp.c; or the validator of Khronos
 (gltf-validator of npm, in a folder of NODE_PATH) and Blender.

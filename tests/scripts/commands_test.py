@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """The shell lines of the documents do what they say: they are executed on lavapipe, as a reader would.
 

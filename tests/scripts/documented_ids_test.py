@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """The documents name each id of the layer's own; warnings.md has a section for each warning, and unknown.md
 a line for each thing that can become unknown."""

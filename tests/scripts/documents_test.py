@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Links of the documents lead somewhere, and their shell lines name programs, options and settings that exist."""
 

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """What scripts/mutants does around a mutant: it counts, and keeps the results of earlier runs."""
 

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """The mutations of scripts/mutants: each kind is found, and nothing else is touched."""
 

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """What layer/commands/generate.py makes of a row with AS(): each member of the newer structures has a
 value, or the generator says which one has none."""

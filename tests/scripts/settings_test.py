@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """What scripts/lib/tables.py makes of the table of settings, and the files that it has written."""
 

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """The build compiles each source of the tests: sources_test.py BUILD_DIRECTORY"""
 

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Compiles the shaders of paths.cases, and those of assembly.cases, to a header with a table of struct
 path_case (tests/shaders/paths_test.c)."""
