@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What scripts/mutants does around a mutant: it counts, and keeps the results of earlier runs."""
+"""What scripts/mutants does: it finds each kind of mutation and nothing else, counts, and keeps the results of earlier
+runs."""
 
 import importlib.machinery
 import importlib.util
@@ -113,6 +114,59 @@ class Count(unittest.TestCase):
         self.assertEqual(run.take(), 0)
         run.finish(0, {"outcome": "unbuilt"})
         self.assertIsNone(run.take())
+
+
+def mutants_of(body):
+    """The kind and the body of each mutant of a function."""
+    text = "void f(void)\n{" + body + "} int end;"
+    found = []
+    for path, kind, begin, end, new in mutants.mutations_of("a.c", text):
+        assert path == "a.c"
+        mutant = text[:begin] + new + text[end:]
+        found.append((kind, mutant[len("void f(void)\n{"):-len("} int end;")]))
+    return sorted(found)
+
+
+class Kinds(unittest.TestCase):
+    def test_comparison(self):
+        self.assertEqual(mutants_of("return a == b;"), [("comparison turned", "return a != b;")])
+        self.assertEqual(mutants_of("return a <= b;"),
+                         [("bound off by one", "return a <= 1 + b;"),
+                          ("comparison turned", "return a < b;")])
+
+    def test_bound(self):
+        self.assertEqual(mutants_of("return n - 1;"), [("bound off by one", "return n ;")])
+        self.assertEqual(mutants_of("return -1;"), [])
+
+    def test_flag(self):
+        self.assertEqual(mutants_of("return A | B;"), [("flag not set", "return A ;")])
+        self.assertEqual(mutants_of("x.y |= B;"), [("flag not set", "x.y |= 0 & B;"),
+                                                ("statement dropped", ";")])
+
+    def test_condition(self):
+        self.assertEqual(mutants_of("if (a) return 0;"),
+                         [("condition negated", "if (!(a)) return 0;")])
+        self.assertEqual(mutants_of("if (!a) return 0;"),
+                         [("condition negated", "if (!(!a)) return 0;")])
+        self.assertEqual(mutants_of("return !a;"), [("condition negated", "return a;")])
+
+    def test_statement(self):
+        self.assertEqual(mutants_of("g(a, b); return 0;"), [("statement dropped", "; return 0;")])
+        self.assertEqual(mutants_of("for (;;) g();"), [("statement dropped", "for (;;) ;")])
+        self.assertEqual(mutants_of("int a = b; return a;"), [])
+
+
+class LeftAlone(unittest.TestCase):
+    def test_comments_strings_directives(self):
+        self.assertEqual(mutants_of("/* a < b; f(); */ // a == b\n#if A == B\n#endif\n"), [])
+        self.assertEqual(mutants_of('char *s = "a < b", c = \'<\';'), [])
+
+    def test_shifts_and_arrows(self):
+        self.assertEqual(mutants_of("return a->b << 2 >> c;"), [])
+
+    def test_outside_of_functions(self):
+        text = "_Static_assert(A == B); int a = B | C, b, c;"
+        self.assertEqual(list(mutants.mutations_of("a.c", text)), [])
 
 
 if __name__ == "__main__":
