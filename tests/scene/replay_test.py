@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""assay-scene replay and minimize, on captures of the demo: on lavapipe, and with mistakes on the null driver.
+"""assay-scene replay, minimize, and report with a device, and assay-run --scene, on captures of the demo: on lavapipe,
+and with mistakes on the null driver.
 
-replay_test.py ASSAY_SCENE DEMO LAYER_FOLDER NULL_MANIFEST [LAVAPIPE_MANIFEST]"""
+replay_test.py ASSAY_SCENE DEMO LAYER_FOLDER NULL_MANIFEST LAVAPIPE_MANIFEST CASE"""
 
 import json
 import os
@@ -13,10 +14,11 @@ import sys
 import tempfile
 import unittest
 
-from captures import IDENTITY, scene as small_scene
+from captures import IDENTITY, Capture, scene as small_scene
 
 SCENE, DEMO, LAYERS, NULL = sys.argv[1:5]
-LAVAPIPE = sys.argv[5] if len(sys.argv) > 5 else None
+LAVAPIPE = sys.argv[5] if os.path.exists(sys.argv[5]) else None
+ASSAY_RUN = pathlib.Path(__file__).resolve().parent.parent.parent / "scripts/assay-run"
 # What replays cannot repeat: freed memory, a render pass, and a command buffer that does not record.
 NOT_REPLAYED = {"VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03707",
                 "VUID-vkCmdBuildAccelerationStructuresKHR-renderpass",
@@ -45,6 +47,12 @@ def scene(manifest, *arguments, plan="", **settings):
                           env={**environment(manifest, **settings), "NULL_DRIVER_FAILS": plan}, timeout=600, check=False)
 
 
+def assay_run(*options):
+    """Runs the demo on lavapipe."""
+    return subprocess.run([ASSAY_RUN, *options, "--", DEMO, "--no-picture"], text=True, stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, env=environment(LAVAPIPE), timeout=600, check=False)
+
+
 def arrays(folder):
     return {path.name for path in (folder / "data").iterdir()}
 
@@ -67,12 +75,20 @@ def what_is_built(build):
     return kept
 
 
-class ReplayTest(unittest.TestCase):
+class Case(unittest.TestCase):
+    """A folder for all tests."""
+
     @classmethod
     def setUpClass(cls):
         folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(folder.cleanup)
         cls.folder = pathlib.Path(folder.name)
+
+
+class Replay(Case):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
         cls.mistakes = cls.folder / "mistakes"
         capture(NULL, cls.mistakes, "--execute")
         if LAVAPIPE:
@@ -101,6 +117,30 @@ class ReplayTest(unittest.TestCase):
         self.assertEqual(len(lines(small, "Build")), 1)
         self.assertEqual(len(lines(small, "Structure")), 1)
         self.assertIn(f"finding: {finding}", scene(NULL, "replay", "--layer", small).stdout)
+
+    def test_minimize_geometries(self):
+        """One bad index among twenty builds of three geometries of 300 triangles each."""
+        count, size, offset = 300, 1 << 24, 1 << 19  # of indices, behind the vertices
+        finding = "VUID-VkAccelerationStructureBuildRangeInfoKHR-maxVertex-10774"
+        made, small = Capture(self.folder / "many"), self.folder / "small_many"
+        made.add("Memory", memory=2, size=size)
+        made.add("Buffer", buffer=2, name="structures", memory=2, memory_offset=0, size=size, usage="0x120000")
+        vertices = [(i % 100, i // 100, i % 7) for i in range(1000)]
+        for build in range(20):
+            made.add("Structure", structure=10 + build, handle=hex(0x2000 + build), type="bottom level", buffer=2,
+                     offset=0, size=size)
+            geometries = []
+            for number in range(3):
+                indices = [(7 * i + build) % 1000 for i in range(3 * count)]
+                if (build, number) == (13, 1):
+                    indices[2 * count] = 1000
+                geometries.append(made.triangles(vertices, indices))
+                geometries[-1]["inputs"][1]["offset"] = offset * (1 + number)
+            made.build(10 + build, *geometries, call=build + 1, info=0)
+        result = scene(NULL, "minimize", made.write(), small, "--finding", finding)
+        self.assertEqual((result.returncode, result.stderr), (0, ""), result.stdout)
+        self.assertIn("left: 1 commands, 1 geometries, 1 primitives", result.stdout)
+        self.assertEqual([build["dst_id"] for build in lines(small, "Build")], [23])
 
     def test_minimize_nothing(self):
         result = scene(NULL, "minimize", self.mistakes, self.folder / "none", "--finding", "VUID-not-there")
@@ -270,5 +310,60 @@ class ReplayTest(unittest.TestCase):
         self.assertIn("found no VK_LAYER_ASSAY_validation", result.stderr)
 
 
+class AssayRun(Case):
+    def test_scene(self):
+        page = self.folder / "scene.html"
+        result = assay_run("--scene", page)
+        self.assertEqual(result.returncode, 99, result.stderr)  # the demo's findings
+        self.assertIn("assay-scene: accuracy in time", result.stderr)
+        text = page.read_text("utf-8")
+        self.assertIn("llvmpipe", text)
+        self.assertLess(len(text), 5 << 20)
+
+
+class Device(Case):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.capture = cls.folder / "capture"
+        result = assay_run("--capture", cls.capture)
+        assert result.returncode == 99, result.stderr
+
+    def report(self, *options, manifest=LAVAPIPE):
+        file = self.folder / "report.json"
+        result = scene(manifest, "report", self.capture, "--json", file, "--rays", 500, *options)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return json.loads(file.read_text("utf-8"))
+
+    def test_sizes_and_times(self):
+        """Sizes are those that the demo has asked the driver for; times are near those of a replay."""
+        device = self.report()["device"]
+        sizes = {line["name"]: line["size"] for line in lines(self.capture, "Structure") if "name" in line}
+        rows = {row["flags"]: row for row in device["flags"]}
+        self.assertEqual(rows["PREFER_FAST_TRACE"]["bytes"], sum(sizes[name] for name in (
+            "mesh BLAS", "twisted BLAS", "box BLAS", "TLAS")))
+        compacted = rows["PREFER_FAST_TRACE | ALLOW_COMPACTION"]
+        self.assertLessEqual(compacted["compacted bytes"], compacted["bytes"])
+        replay = scene(LAVAPIPE, "replay", self.capture, "--time", "--repeat", 3).stdout.splitlines()
+        times = sum(float(line.split()[3]) for line in replay if line.endswith(("mesh BLAS", "twisted BLAS"))) / 1000
+        self.assertGreater(rows["PREFER_FAST_TRACE"]["ms build"], times / 30)
+        self.assertLess(rows["PREFER_FAST_TRACE"]["ms build"], times * 30)
+
+    def test_rays(self):
+        report = self.report()
+        rows = {row["set"]: row for row in report["device"]["rays"]}
+        self.assertEqual(list(rows), [each["rays"] for each in report["accuracy"]["sets"]])
+        self.assertEqual(rows["camera"]["wrong"], 0)
+        self.assertGreater(rows["vertices"]["wrong"], 1000)
+        for row in rows.values():
+            self.assertLess(row["nearest"], 500000)
+            self.assertGreater(row["ns a ray"], 0)
+
+    def test_no_device(self):
+        self.assertIn("No device has built the scene: the Vulkan loader found no driver",
+                      self.report(manifest="/nonexistent")["device"]["missing"])
+        self.assertIn("no device of that name has", self.report("--device", "x")["device"]["missing"])
+
+
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1], verbosity=2)
+    unittest.main(argv=[sys.argv[0], sys.argv[6]], verbosity=2)
