@@ -10,7 +10,6 @@
 #include <string.h>
 
 #include "fuzz.h"
-#include "replay.h"
 #include "tests/builder/fixture.h"
 #include "tests/unit/random.h"
 

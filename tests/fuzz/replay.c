@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "replay.h"
-
+/* Runs a fuzz target without a fuzzer. */
 #include <dirent.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -67,32 +66,6 @@ int replay(int count, char **paths)
     return files == 0 ? 1 : failures;
 }
 
-/* ---- mutated files */
-
-/* Changes a byte, or cuts or repeats some. */
-static void mutate(struct random *random)
-{
-    const uint32_t size = (uint32_t)input_size, at = random_below(random, size),
-                   length = random_below(random, size - at);
-    switch (random_below(random, 6)) {
-    case 0:
-        memmove(input + at, input + at + length, size - at - length);
-        input_size -= length;
-        break;
-    case 1:
-        if (size + length <= INPUT_MAX) {
-            memmove(input + at + length, input + at, size - at);
-            input_size += length;
-        }
-        break;
-    case 2:
-        input[at] ^= (uint8_t)(1 << random_below(random, 8));
-        break;
-    default:
-        input[at] = (uint8_t)random_below(random, 256);
-    }
-}
-
 int replay_random(uint32_t count)
 {
     enum { SIZE_MOST = 1024 };
@@ -104,28 +77,4 @@ int replay_random(uint32_t count)
         LLVMFuzzerTestOneInput(input, input_size);
     }
     return 0;
-}
-
-int replay_mutated(const char *folder, uint32_t count)
-{
-    struct random random = random_of(folder);
-    struct dirent **entries;
-    const int found = scandir(folder, &entries, NULL, alphasort);
-    int failures = found <= 0;
-    for (uint32_t i = 0; i < count && !failures; i++) {
-        char name[PATH_SIZE];
-        const char *chosen = entries[random_below(&random, (uint32_t)found)]->d_name;
-        snprintf(name, sizeof(name), "%s/%s", folder, chosen);
-        if (chosen[0] == '.')
-            continue;
-        failures += !read_file(name);
-        for (uint32_t n = 1 + random_below(&random, 8); n && input_size; n--)
-            mutate(&random);
-        LLVMFuzzerTestOneInput(input, input_size);
-    }
-    for (int i = 0; i < found; i++)
-        free(entries[i]);
-    if (found >= 0)
-        free(entries);
-    return failures;
 }
