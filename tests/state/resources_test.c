@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What no program shows of resources: the end of the address space, addresses and references that
  * are reused or forgotten, structures that share memory, and which bytes of mapped memory only the
- * host writes. */
+ * host writes; the ring of destroyed objects. */
+#include "src/state/resources/destroyed.h"
 #include "src/state/resources/nv_shape.h"
 #include "tests/fixture/scarce_memory.h"
 #include "tests/state/fixture.h"
@@ -452,4 +453,38 @@ RESOURCES_TEST(old_references_are_forgotten)
     /* A submission from then may refer to what was alive. */
     assert_reference(resources, MANY_REFERENCES, before, NV_REFERENCE_UNKNOWN);
     assert_reference(resources, 2 * MANY_REFERENCES, before, NV_REFERENCE_UNKNOWN);
+}
+
+/* ---- the ring of destroyed objects, by their addresses */
+
+TEST(destroyed_objects_are_found_until_others_take_their_places)
+{
+    struct destroyed_objects *destroyed;
+    struct destroyed_object object = {.type = VK_OBJECT_TYPE_BUFFER, .handle = 1, .size = 16};
+    assert_int_equal(destroyed_objects_create(&destroyed), VK_SUCCESS);
+    destroyed_objects_add(destroyed, &object); /* had no address */
+    assert_false(destroyed_objects_find_range(destroyed, 0, &object));
+    for (uint64_t i = 1; i <= DESTROYED_MAX + 1; i++) {
+        object.handle = i;
+        object.address = 256 * i;
+        destroyed_objects_add(destroyed, &object);
+    }
+    assert_false(destroyed_objects_find(destroyed, VK_OBJECT_TYPE_BUFFER, 256, &object));
+    assert_false(destroyed_objects_find(destroyed, VK_OBJECT_TYPE_BUFFER, 512 + 16, &object));
+    assert_true(destroyed_objects_find(destroyed, VK_OBJECT_TYPE_BUFFER, 512 + 15, &object));
+    assert_int_equal(object.handle, 2);
+    destroyed_objects_count_submission(destroyed);
+    object = (struct destroyed_object){
+        .type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, .handle = 7, .address = 512, .size = 64};
+    destroyed_objects_add(destroyed, &object);
+    assert_true(
+        destroyed_objects_find(destroyed, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, 512, &object));
+    assert_int_equal(object.handle, 7);
+    assert_int_equal(object.submissions, 1);
+    assert_true(
+        destroyed_objects_find(destroyed, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, 768, &object));
+    assert_int_equal(object.type, VK_OBJECT_TYPE_BUFFER);
+    assert_true(destroyed_objects_find_range(destroyed, 512 + 63, &object));
+    assert_int_equal(object.handle, 7);
+    destroyed_objects_destroy(destroyed);
 }

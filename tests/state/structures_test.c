@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What no program shows of structures: flags at past execution points, and inputs of structures
- * that are copied or destroyed. */
-#include "src/state/builds/structures.h"
+/* What no program shows of structures: flags at past execution points, inputs of structures that
+ * are copied or destroyed, and records that one thread uses while another one adds them. */
+#include <pthread.h>
+
+#include "src/advice/uses.h"
 #include "tests/unit/unit_test.h"
 
 enum { QUEUE = 1, OTHER_QUEUE = 2, ID = 7, COPY_ID, OTHER_ID };
@@ -150,4 +152,70 @@ INPUTS_TEST(test_inputs_of_destroyed_structures)
     structures_release_other_inputs(structures);
     assert_int_equal(first + late, 0);
     assert_true(has_input(structures, ID, NULL));
+}
+
+/* ---- a thread that delivers reads and changes what is known of structures, while the writer adds,
+ * removes and changes records. The thread sanitizer sees whether that is synchronized. */
+
+enum { STRUCTURES = 2000 };
+
+static struct structures *shared;
+static atomic_uint written; /* ids up to this one have records */
+
+static void *write_structures(void *unused)
+{
+    const struct built built = {.state = BUILT_BEFORE};
+    (void)unused;
+    for (uint32_t id = 1; id <= STRUCTURES; id++) {
+        assert_true(structures_set(shared, id, &built, (struct timestamp){QUEUE, id}));
+        assert_true(structures_add_writer(shared, id));
+        uses_note_build(shared, id, id, 0, 0);
+        structures_note_first_build(shared, id, id);
+        uses_copy_box(shared, id, id / 2);
+        structures_remove_writer(shared, id);
+        atomic_store(&written, id);
+        if (id % 16 == 0) {
+            structures_note_destroyed(shared, id, 1);
+            structures_forget_destroyed(shared);
+        }
+    }
+    return NULL;
+}
+
+static void deliver(uint32_t id)
+{
+    const struct execution_point point = {.now = {QUEUE, id}};
+    const struct structure_contents contents = {.primitives = 1, .has_box = true};
+    struct structure_uses uses;
+    struct figure_box box;
+    uint64_t serial;
+    assert_true(uses_note(shared, id, USE_REFERRED_TO));
+    uses_note_tiny(shared, id, true);
+    uses_begin_read(shared, id);
+    uses_note_input(shared, id, NULL);
+    uses_note_shared(shared, id);
+    uses_note_contents(shared, id, &contents);
+    uses_find_box(shared, id, &box);
+    uses_note_advised(shared, id, 1);
+    uses_find(shared, id, &uses);
+    structures_first_build(shared, id);
+    structures_find_serial(shared, &serial);
+    structures_allow_disabling(shared, id, &point);
+    structures_were_written(shared, id, &point);
+}
+
+TEST(records_are_used_while_they_are_added)
+{
+    pthread_t writer;
+    uint32_t id = 0;
+    shared = structures_create(KEEPS_FLAGS, NULL);
+    assert_non_null(shared);
+    assert_int_equal(pthread_create(&writer, NULL, write_structures, NULL), 0);
+    while (id < STRUCTURES) {
+        id = atomic_load(&written);
+        deliver(id + 1);
+        deliver(id / 2 + 1);
+    }
+    assert_int_equal(pthread_join(writer, NULL), 0);
+    structures_destroy(shared);
 }
