@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Tickets, whose fences this test plays: when they count as pending, and that no fence is destroyed
- * or used again that the device may use. */
+/* The layer's own submissions. Tickets, whose fences this test plays: when they count as pending,
+ * and that no fence is destroyed or used again that the device may use. Queues: the layer never
+ * submits to one while a call of the application uses it. */
 #include "layer/snapshots/executions.h"
 
+#include "observers.h"
 #include "src/snapshots/ticket.h"
 #include "tests/unit/unit_test.h"
 #include "vulkan_commands.h"
@@ -216,4 +218,72 @@ TEST(test_complete_at_the_end)
     signal_fence(0);
     tear_down();
     assert_int_equal(count_fences(), 0);
+}
+
+/* ---- queues */
+
+static const VkQueue first = (VkQueue)(uintptr_t)1, second = (VkQueue)(uintptr_t)2;
+
+static void open_queues(void)
+{
+    snapshots = (struct snapshots){.device = &own_device, .submits_itself = true};
+    own_device.snapshots = &snapshots;
+    pthread_mutex_init(&snapshots.queue_lock, NULL);
+    snapshots_note_queue(&own_device, first, 3);
+    snapshots_note_queue(&own_device, second, 4);
+    snapshots_note_queue(&own_device, second, 4);
+}
+
+static void close_queues(void)
+{
+    snapshots_release_queues(&snapshots);
+    pthread_mutex_destroy(&snapshots.queue_lock);
+}
+
+static bool may_submit(VkQueue queue)
+{
+    bool may = snapshots_begin_own_submission(&snapshots, queue);
+    if (may)
+        snapshots_end_own_submission(&snapshots);
+    return may;
+}
+
+TEST_BETWEEN(test_families, open_queues, close_queues)
+{
+    uint32_t family = 0;
+    assert_true(snapshots_queue_family(&snapshots, first, &family));
+    assert_int_equal(family, 3);
+    assert_true(snapshots_queue_family(&snapshots, second, &family));
+    assert_int_equal(family, 4);
+    assert_false(snapshots_queue_family(&snapshots, (VkQueue)(uintptr_t)5, &family));
+}
+
+TEST_BETWEEN(test_queue_in_use, open_queues, close_queues)
+{
+    assert_true(may_submit(first));
+    snapshots_enter_queue(&own_device, first);
+    snapshots_enter_queue(&own_device, first);
+    snapshots_leave_queue(&own_device, first);
+    assert_false(may_submit(first));
+    assert_true(may_submit(second));
+    snapshots_leave_queue(&own_device, first);
+    assert_true(may_submit(first));
+}
+
+TEST_BETWEEN(test_all_queues_in_use, open_queues, close_queues)
+{
+    snapshots_enter_all_queues(&own_device);
+    assert_false(may_submit(first));
+    assert_false(may_submit(second));
+    snapshots_leave_all_queues(&own_device);
+    assert_true(may_submit(first));
+}
+
+/* Nothing is known of its family. */
+TEST_BETWEEN(test_unknown_queue, open_queues, close_queues)
+{
+    const VkQueue unknown = (VkQueue)(uintptr_t)5;
+    snapshots_enter_queue(&own_device, unknown);
+    snapshots_leave_queue(&own_device, unknown);
+    assert_false(may_submit(unknown));
 }

@@ -1,16 +1,164 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The shader of setting guard, by itself: random operations of builds of partitioned structures,
- * against what the null driver does in its place. Programs play the instances of top-level
- * structures, and what the host does. */
-#include "tests/snapshots/shader.h"
-
+/* The shaders of level content, by themselves. The one that copies: sources of any alignment and
+ * size, against memcpy(). The one of setting guard: random operations of builds of partitioned
+ * structures, against what the null driver does in its place. Programs play the instances of
+ * top-level structures, and what the host does. */
 #include <string.h>
 
 #include "src/snapshots/recorded_build.h"
+#include "tests/fixture/objects.h"
 #include "tests/null_driver/internal.h"
+#include "tests/player/play.h"
 #include "tests/unit/random.h"
+#include "tests/unit/unit_test.h"
 
-static const uint32_t code[] = {
+/* ---- a shader on the device of programs, at a level where the layer passes all calls on */
+
+enum { BUFFERS = 8, SOURCE_SIZE = 1 << 18, UNTOUCHED = 0xa5 };
+
+static struct platform platform;
+static struct play play;
+static struct program program;
+static struct device_buffer buffers[BUFFERS], source, target;
+static uint32_t buffer_count;
+static VkPipelineLayout layout;
+static VkPipeline pipeline;
+
+const char *unit_test_open(const char *name)
+{
+    return platform_open(&platform, name ? name : "null");
+}
+
+static void shader_open(const uint32_t *code, size_t code_size, uint32_t constants_size)
+{
+    play = (struct play){.platform = &platform, .level = "parameters"};
+    assert_true(play_begin(&play, &program));
+    layout = constants_layout_create(&play.vk, play.device, 0, constants_size);
+    pipeline = compute_pipeline_create(&play.vk, play.device, layout, code, code_size);
+}
+
+static void shader_close(void)
+{
+    while (buffer_count > 0)
+        buffer_destroy(&play.vk, play.device, &buffers[--buffer_count]);
+    play.vk.DestroyPipeline(play.device, pipeline, NULL);
+    play.vk.DestroyPipelineLayout(play.device, layout, NULL);
+    messages_expect_none(&play.fixture.messages);
+    play_end(&play);
+    play_close(&play);
+}
+
+/* Creates a buffer that shaders access by its address, and that shader_close() destroys. */
+static struct device_buffer shader_buffer(VkDeviceSize size)
+{
+    const STRUCT(VkBufferCreateInfo, info, .size = size,
+                 .usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+                          VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    assert_true(buffer_count < BUFFERS);
+    return buffers[buffer_count++] = buffer_create(&play.vk, play.device, play.memory_type, &info);
+}
+
+/* Executes the shader, and waits. */
+static void shader_run(const void *constants, uint32_t constants_size, uint32_t groups)
+{
+    VkCommandBuffer commands = commands_begin(&play.vk, play.device, play.pools[0],
+                                              VK_COMMAND_BUFFER_LEVEL_PRIMARY, 0, NULL);
+    play.vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
+    play.vk.CmdPushConstants(commands, layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, constants_size,
+                             constants);
+    play.vk.CmdDispatch(commands, groups, 1, 1);
+    commands_barrier(&play.vk, commands);
+    GET(play.vk.EndCommandBuffer(commands));
+    commands_run(&play.vk, play.device, play.queues[0], commands);
+    play.vk.FreeCommandBuffers(play.device, play.pools[0], 1, &commands);
+}
+
+/* ---- the shader that copies */
+
+static const uint32_t copy_code[] = {
+#include "copy_comp.h"
+};
+
+enum {
+    ORDERS = 300,
+    SMALL_MAX = 300,
+    ROOM = COPY_SIZE_MAX, /* of each target, */
+    LARGE = 7,            /* and every so many sources are nearly as large */
+};
+
+static struct device_buffer list, gate;
+
+static void open_copy(void)
+{
+    shader_open(copy_code, sizeof(copy_code), 2 * sizeof(uint64_t));
+    source = shader_buffer(SOURCE_SIZE);
+    target = shader_buffer((VkDeviceSize)ORDERS * ROOM);
+    gate = shader_buffer(sizeof(uint32_t));
+    list = shader_buffer(ORDERS * sizeof(struct copy_order));
+}
+
+#define COPY_TEST(name) TEST_BETWEEN(name, open_copy, shader_close)
+
+static struct copy_order draw_order(struct random *random, uint32_t i)
+{
+    uint32_t size = i % LARGE ? random_below(random, SMALL_MAX)
+                              : COPY_SIZE_MAX - random_below(random, SMALL_MAX);
+    uint64_t left = size;
+    if (i % 3 == 1)
+        left = random_below(random, size + 1);
+    if (i % 3 == 2)
+        left = size + ((uint64_t)random_below(random, 2) << 32);
+    return (struct copy_order){
+        .source = source.address + random_below(random, SOURCE_SIZE - COPY_SIZE_MAX),
+        .target = target.address + (uint64_t)i * ROOM,
+        .size = size,
+        .left = left,
+    };
+}
+
+static void run_copy(bool is_open)
+{
+    *(uint32_t *)gate.bytes = is_open;
+    const VkDeviceAddress constants[] = {gate.address, list.address};
+    shader_run(constants, sizeof(constants), ORDERS);
+}
+
+COPY_TEST(test_copies)
+{
+    struct random random = random_of("copy_test");
+    struct copy_order *orders = (struct copy_order *)list.bytes;
+    for (uint32_t i = 0; i < SOURCE_SIZE; i++)
+        source.bytes[i] = (unsigned char)random_below(&random, 256);
+    memset(target.bytes, UNTOUCHED, target.size);
+    for (uint32_t i = 0; i < ORDERS; i++)
+        orders[i] = draw_order(&random, i);
+    run_copy(true);
+    for (uint32_t i = 0; i < ORDERS; i++) {
+        const unsigned char *to = target.bytes + (size_t)i * ROOM;
+        uint64_t size = orders[i].left < orders[i].size ? orders[i].left : orders[i].size;
+        assert_int_equal(orders[i].is_done, 1);
+        assert_memory_equal(to, source.bytes + (orders[i].source - source.address), size);
+        for (uint64_t at = (size + 3) / 4 * 4; at < ROOM; at++)
+            assert_int_equal(to[at], UNTOUCHED);
+    }
+}
+
+COPY_TEST(test_closed_gate)
+{
+    struct copy_order *orders = (struct copy_order *)list.bytes;
+    memset(target.bytes, UNTOUCHED, target.size);
+    for (uint32_t i = 0; i < ORDERS; i++)
+        orders[i] = (struct copy_order){.source = source.address,
+                                        .target = target.address,
+                                        .left = sizeof(uint32_t),
+                                        .size = sizeof(uint32_t)};
+    run_copy(false);
+    for (uint32_t i = 0; i < ORDERS; i++)
+        assert_int_equal(orders[i].is_done, 0);
+    assert_int_equal(target.bytes[0], UNTOUCHED);
+}
+
+static const uint32_t guard_code[] = {
 #include "guard_comp.h"
 };
 
@@ -25,7 +173,6 @@ enum {
     LIMIT = 100,
     OF_PARTITIONS = 8,
     WITH_CLUSTERS = 16,
-    UNTOUCHED = 0xa5,
     /* In the source, whose rest has arrays. */
     GATE_AT = 0,
     ORDER_AT = 64,
@@ -37,7 +184,6 @@ enum {
     OPERATIONS_AT = 4096,
     ARRAYS_AT = 8192,
     ARRAYS_END = 1 << 17,
-    SOURCE_SIZE = 1 << 18,
     /* In the target. */
     COPIED_OPERATIONS_AT = 64,
     COPIED_ARRAYS_AT = 256,
@@ -46,18 +192,14 @@ enum {
 
 typedef VkBuildPartitionedAccelerationStructureIndirectCommandNV operation;
 
-static struct device_buffer source, target;
-
-static void open_scene(void)
+static void open_guard(void)
 {
-    shader_open(code, sizeof(code), 64);
+    shader_open(guard_code, sizeof(guard_code), 64);
     source = shader_buffer(SOURCE_SIZE);
     target = shader_buffer(TARGET_SIZE);
 }
 
-#define GUARD_TEST(name) TEST_BETWEEN_IF(name, open_scene, shader_close, true)
-
-/* ---- what the shader is given */
+/* ---- the shader of setting guard: what it is given */
 
 struct round {
     struct random random;
@@ -151,7 +293,7 @@ static void draw_operations(struct round *round)
         }
 }
 
-static void draw(struct round *round)
+static void draw_round(struct round *round)
 {
     const uint32_t given = random_below(&round->random, OPERATIONS_GIVEN + 1);
     round->instances = random_below(&round->random, INSTANCES_MAX);
@@ -208,7 +350,7 @@ void address_write(VkDeviceAddress address, const void *bytes, VkDeviceSize size
 }
 
 /* Executes the shader, and the null driver's function. */
-static void run(const struct round *round)
+static void run_guard(const struct round *round)
 {
     const struct {
         uint64_t gate, references, order, range, pointers, elements;
@@ -240,16 +382,17 @@ static bool reads_only_source(void)
     return true;
 }
 
-GUARD_TEST(test_partitioned_structures)
+/* The null driver does not execute the shader. */
+TEST_BETWEEN_IF(test_partitioned_structures, open_guard, shader_close, !platform.is_null)
 {
     struct round round = {.random = random_of("guard_test")};
     uint32_t replaced = 0, unreadable = 0;
     for (uint32_t i = 0; i < ROUNDS; i++) {
         struct guard_order order;
-        draw(&round);
+        draw_round(&round);
         if (round.order.range_count == GUARD_UNLIMITED && !reads_only_source())
             continue;
-        run(&round);
+        run_guard(&round);
         memcpy(&order, source.bytes + ORDER_AT, sizeof(order));
         assert_int_equal(order.is_done, round.is_open);
         assert_memory_equal(source.bytes, model.source, SOURCE_SIZE);
