@@ -12,7 +12,7 @@ from assay_run.options import make_parser
 
 class Arguments(Runs):
     def expect_refused(self, *words):
-        self.expect(self.run_here(*words, "--", "touch", "was-run"), 2)
+        self.expect(self.run_words(*words, "--", "touch", "was-run"), 2)
         self.assertFalse((self.folder / "was-run").exists())
 
     def test_refused(self):
@@ -55,7 +55,7 @@ class Arguments(Runs):
                             (["--leve", "content", "--", "true"], "unknown option: --leve (did you mean --level?)"),
                             (["--zzz", "--", "true"], "unknown option: --zzz\n")):
             with self.subTest(words):
-                self.expect(self.run_here(*words), 2, said)
+                self.expect(self.run_words(*words), 2, said)
 
     def test_missing_baseline(self):
         self.expect(self.run_words("--baseline", "none.txt", "--", "true"), 2,

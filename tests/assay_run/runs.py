@@ -1,20 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the tests of assay-run share: runs of it, and records as the layer writes them."""
 
-import contextlib
-import functools
-import importlib.machinery
-import importlib.util
-import io
+import collections
 import json
 import os
 import pathlib
-import subprocess
+import runpy
 import sys
 import tempfile
 import textwrap
+import traceback
 import unittest
-import unittest.mock
 
 try:
     import jsonschema
@@ -24,7 +20,7 @@ except ImportError:
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 ASSAY_RUN = ROOT / "scripts/assay-run"
 SCHEMA = ROOT / "json/findings.schema.json"
-sys.path.insert(0, str(ROOT / "scripts"))
+RUN = runpy.run_path(str(ASSAY_RUN), run_name="assay_run_of_tests")["main"]
 needs_jsonschema = unittest.skipIf(jsonschema is None, "python3-jsonschema is not installed")
 VUID = "VUID-vkCmdBuildAccelerationStructuresKHR-infoCount-arraylength"
 TIME = "2026-11-22T18:00:00.000001Z"
@@ -62,31 +58,30 @@ def header(**members):
             "Settings": {"level": "execution"}, **members}
 
 
-class Result:
-    def __init__(self, status, out, err):
-        self.status, self.out, self.err = status, out, err
+Result = collections.namedtuple("Result", "status out err")
 
 
-@functools.cache
-def assay_run_module():
-    loader = importlib.machinery.SourceFileLoader("assay_run_script", str(ASSAY_RUN))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
-    loader.exec_module(module)
-    return module
-
-
-def run_here(words):
-    """Runs assay-run in this process, if it starts no application: Python takes long to start."""
-    out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8") for _ in range(2))
-    with unittest.mock.patch("sys.argv", [str(ASSAY_RUN), *words]), contextlib.redirect_stdout(out), \
-            contextlib.redirect_stderr(err):
-        try:
-            assay_run_module().main()
-        except SystemExit as end:
-            status = end.code
-    out.flush()
-    err.flush()
-    return Result(status, *(stream.buffer.getvalue().decode() for stream in (out, err)))
+def become_assay_run(words, folder, environment, *files):
+    """Goes on as a process that has just been started: in a folder, and with files for its output."""
+    os.chdir(folder)
+    os.environ.clear()
+    os.environ.update(environment)
+    tempfile.tempdir = None  # TMPDIR may be another
+    for number, file in enumerate(files, 1):
+        os.dup2(file.fileno(), number)
+    sys.stdout, sys.stderr = (open(number, "w", encoding=environment.get("PYTHONIOENCODING", "utf-8"))
+                              for number in (1, 2))
+    sys.argv = [str(ASSAY_RUN), *words]
+    try:
+        sys.exit(RUN())
+    except SystemExit as end:
+        status = end.code or 0
+    except BaseException:  # pylint: disable=broad-exception-caught
+        traceback.print_exc()
+        status = 1
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)
 
 
 class Runs(unittest.TestCase):
@@ -100,23 +95,23 @@ class Runs(unittest.TestCase):
                             if not key.startswith("VK_")}
 
     def run_words(self, *words, **environment):
-        words = [*map(str, words)]
-        if words[:1] == ["--merge"] and not environment:
-            return self.run_here(*words)
-        process = subprocess.run(
-            [sys.executable, "-B", ASSAY_RUN, *words], cwd=self.folder,
-            env={**self.environment, **environment}, capture_output=True, encoding="utf-8",
-            errors="backslashreplace", timeout=300, check=False)
-        self.assertNotIn("Traceback", process.stderr)
-        return Result(process.returncode, process.stdout, process.stderr)
-
-    def run_here(self, *words):
-        with contextlib.chdir(self.folder):
-            return run_here(words)
+        """Runs assay-run in a copy of this process, which has loaded its modules: starting takes longer than
+        most runs."""
+        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+            process = os.fork()
+            if process == 0:
+                become_assay_run(map(str, words), self.folder, {**self.environment, **environment}, out, err)
+            status = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
+            texts = []
+            for file in (out, err):
+                file.seek(0)
+                texts.append(file.read().decode("utf-8", "backslashreplace"))
+        self.assertNotIn("Traceback", texts[1])
+        return Result(status, *texts)
 
     def run_script(self, script, *options, **environment):
         """Runs a script of Python that has the functions of LAYER."""
-        return self.run_words(*options, "--", sys.executable, "-B", "-c",
+        return self.run_words(*options, "--", sys.executable, "-B", "-S", "-c",
                               LAYER + textwrap.dedent(script), **environment)
 
     def expect(self, result, status, *words):
