@@ -38,9 +38,6 @@ void plan_crash(const struct crash *crash);
 void crash(const struct crash *crash);
 #define CRASH(...) crash(&(struct crash){__VA_ARGS__})
 
-/* The same: builds a TLAS with a reference that leads nowhere, waits, and ends the process. */
-void build_with_wild_reference(void);
-
 /* How a child ends: by this signal, or, if it is 0, with the exit code HANDLED. */
 struct ending {
     int signal;

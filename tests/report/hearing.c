@@ -139,19 +139,6 @@ unsigned count_lines(const char *text)
     return count;
 }
 
-void assert_parts(const char *text, const char *parts)
-{
-    while (*parts) {
-        const char *next = strstr(parts, "...");
-        char part[512];
-        snprintf(part, sizeof(part), "%.*s", next ? (int)(next - parts) : (int)strlen(parts),
-                 parts);
-        assert_has(text, part);
-        text = strstr(text, part) + strlen(part);
-        parts += strlen(part) + (next ? 3 : 0);
-    }
-}
-
 /* ---- surrounding */
 
 static char folder[] = "/tmp/assay_report_XXXXXX";

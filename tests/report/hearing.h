@@ -56,8 +56,6 @@ const char *file_read(const char *name);
 /* The n-th line of that text. */
 const char *file_line(unsigned n);
 unsigned count_lines(const char *text);
-/* The text has the parts, which have "..." between them, one behind the other. */
-void assert_parts(const char *text, const char *parts);
 
 /* An empty folder becomes the current one and HOME, and no setting is in the environment. The text
  * is that of vk_layer_settings.txt there, or NULL for none. The folder goes after the tests. */

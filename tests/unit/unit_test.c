@@ -38,6 +38,19 @@ void assert_lacks(const char *text, const char *part)
         fail_msg("%s is in: %s", part, text);
 }
 
+void assert_parts(const char *text, const char *parts)
+{
+    while (*parts) {
+        const char *next = strstr(parts, "...");
+        char part[512];
+        snprintf(part, sizeof(part), "%.*s", next ? (int)(next - parts) : (int)strlen(parts),
+                 parts);
+        assert_has(text, part);
+        text = strstr(text, part) + strlen(part);
+        parts += strlen(part) + (next ? 3 : 0);
+    }
+}
+
 void unit_test_run_threads(size_t thread_count, void *(*run)(void *element), void *elements,
                            size_t element_size)
 {

@@ -32,6 +32,8 @@ __attribute__((weak)) bool unit_test_keeps_memory(void);
 /* That a text has a part, or has it not. */
 void assert_has(const char *text, const char *part);
 void assert_lacks(const char *text, const char *part);
+/* The text has the parts, which have "..." between them, one behind the other. */
+void assert_parts(const char *text, const char *parts);
 
 /* Runs `run` on so many threads at once, each with its element of an array, and waits for them. */
 void unit_test_run_threads(size_t thread_count, void *(*run)(void *element), void *elements,
