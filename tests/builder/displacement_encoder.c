@@ -184,6 +184,21 @@ static void want(struct encoder_values *wanted, uint32_t triangle, uint32_t leve
             wanted->at[u][v] = value(context, triangle, level, u, v);
 }
 
+struct micromap_input fixture_micromap_input(VkMicromapTypeEXT type, uint32_t usage_count,
+                                             const VkMicromapUsageEXT *usages, const void *data,
+                                             uint64_t data_size, uint32_t triangle_count,
+                                             const VkMicromapTriangleEXT *triangles)
+{
+    return (struct micromap_input){.type = type,
+                                   .usage_count = usage_count,
+                                   .usages = usages,
+                                   .data = data,
+                                   .triangles = triangles,
+                                   .data_size = data_size,
+                                   .triangles_size = triangle_count * sizeof(*triangles),
+                                   .stride = sizeof(*triangles)};
+}
+
 void *fixture_micromap(const struct micromap_input *input)
 {
     uint64_t size;
@@ -213,16 +228,9 @@ static void *make_micromap(uint32_t format, uint32_t count, const uint8_t *level
         used += encode(format, levels[i], &wanted, &random, data + used, &coded[i]);
         usages[levels[i]].count++;
     }
-    return fixture_micromap(&(struct micromap_input){
-        .type = VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV,
-        .usage_count = 6,
-        .usages = usages,
-        .data = data,
-        .triangles = triangles,
-        .data_size = used,
-        .triangles_size = count * sizeof(*triangles),
-        .stride = sizeof(*triangles),
-    });
+    const struct micromap_input input = fixture_micromap_input(
+        VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV, 6, usages, data, used, count, triangles);
+    return fixture_micromap(&input);
 }
 
 void open_displaced(struct displaced *displaced, uint32_t format, uint32_t count,

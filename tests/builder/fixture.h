@@ -75,6 +75,11 @@ void *fixture_build(const struct builder_input *input, struct builder_report *re
 enum builder_result fixture_refit(const struct builder_input *input, const void *source,
                                   void *target, struct builder_report *report);
 
+/* Of triangles that lie one behind the other. */
+struct micromap_input fixture_micromap_input(VkMicromapTypeEXT type, uint32_t usage_count,
+                                             const VkMicromapUsageEXT *usages, const void *data,
+                                             uint64_t data_size, uint32_t triangle_count,
+                                             const VkMicromapTriangleEXT *triangles);
 void *fixture_micromap(const struct micromap_input *input); /* aborts after an error */
 
 struct builder_resolver fixture_resolver(void); /* references are addresses */

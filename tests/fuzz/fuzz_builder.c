@@ -53,14 +53,8 @@ static const void *find_micromap(void *context, uint64_t reference)
     static const VkMicromapUsageEXT usages[2] = {{1, 2, 1}, {1, 1, 2}};
     static const VkMicromapTriangleEXT triangles[2] = {{0, 2, 1}, {3, 1, 2}};
     if (micromap[0] == 0) {
-        const struct micromap_input input = {VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
-                                             2,
-                                             usages,
-                                             data,
-                                             triangles,
-                                             sizeof(data),
-                                             sizeof(triangles),
-                                             sizeof(triangles[0])};
+        const struct micromap_input input = fixture_micromap_input(
+            VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT, 2, usages, data, sizeof(data), 2, triangles);
         if (micromap_build(&input, micromap, sizeof(micromap)) != BUILDER_OK)
             abort();
     }
@@ -284,14 +278,9 @@ static const void *find_displacing(void *context, uint64_t reference)
     static const VkMicromapUsageEXT usages[3] = {{1, 1, 1}, {1, 4, 1}, {1, 5, 3}};
     static const VkMicromapTriangleEXT triangles[3] = {{0, 1, 1}, {0, 4, 1}, {0, 5, 3}};
     const struct span *data = context;
-    const struct micromap_input input = {VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV,
-                                         3,
-                                         usages,
-                                         data->bytes,
-                                         triangles,
-                                         data->size,
-                                         sizeof(triangles),
-                                         sizeof(triangles[0])};
+    const struct micromap_input input =
+        fixture_micromap_input(VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV, 3, usages, data->bytes,
+                               data->size, 3, triangles);
     return reference == 1 && micromap_build(&input, micromap, sizeof(micromap)) == BUILDER_OK
                ? micromap
                : NULL;

@@ -190,14 +190,8 @@ CASE(74, 0, 0, "displaced triangles with opacities", "displacement")
     struct fixture_input input;
     VkMicromapUsageEXT usage = {1, 1, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
     VkMicromapTriangleEXT triangle = {0, 1, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
-    const struct micromap_input opacities = {VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
-                                             1,
-                                             &usage,
-                                             &opaque,
-                                             &triangle,
-                                             1,
-                                             sizeof(triangle),
-                                             sizeof(triangle)};
+    const struct micromap_input opacities = fixture_micromap_input(
+        VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT, 1, &usage, &opaque, 1, 1, &triangle);
     struct builder_opacity opacity = {.index_type = VK_INDEX_TYPE_NONE_KHR,
                                       .micromap = (uintptr_t)fixture_micromap(&opacities)};
     input_flat(&input, &displaced, 1, 1, &level, &random);

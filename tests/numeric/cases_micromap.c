@@ -62,16 +62,9 @@ static void *build_micromap(uint32_t format, uint32_t level, uint32_t count, con
     for (uint32_t i = 0; i < count; i++)
         triangles[i] = (VkMicromapTriangleEXT){(uint32_t)((bits + 7) / 8) * i, (uint16_t)level,
                                                (uint16_t)format};
-    return fixture_micromap(&(struct micromap_input){
-        .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
-        .usage_count = 1,
-        .usages = &usage,
-        .data = data,
-        .triangles = triangles,
-        .data_size = data_size,
-        .triangles_size = count * sizeof(*triangles),
-        .stride = sizeof(*triangles),
-    });
+    const struct micromap_input input = fixture_micromap_input(
+        VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT, 1, &usage, data, data_size, count, triangles);
+    return fixture_micromap(&input);
 }
 
 static const float corners[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0, 3, 0, 0, 2, 1, 0};
@@ -213,14 +206,8 @@ CASE(58, 0, 0, "micromaps and their copies", "opacity micromaps")
     const uint8_t data[16] = {0x1b};
     VkMicromapTriangleEXT triangles[2] = {{0, 1, 2}, {8, 2, 1}};
     VkMicromapUsageEXT usages[2] = {{1, 2, 1}, {1, 1, 2}};
-    struct micromap_input input = {VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
-                                   2,
-                                   usages,
-                                   data,
-                                   triangles,
-                                   sizeof(data),
-                                   sizeof(triangles),
-                                   sizeof(triangles[0])};
+    struct micromap_input input = fixture_micromap_input(VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT, 2,
+                                                         usages, data, sizeof(data), 2, triangles);
     struct builder_uuids uuids = {{1}, {2}};
     uint64_t size, bytes_size;
     EXPECT(micromap_get_size(&input, &size) == BUILDER_OK);
