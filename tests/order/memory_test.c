@@ -262,12 +262,12 @@ enum { CALLS = 2000, ROUNDS = 5 };
 static uint64_t steps_of_calls(struct program *program, void (*call)(struct program *, uint64_t),
                                uint64_t *value)
 {
-    uint64_t start = steps_so_far();
+    uint64_t start = steps_so_far;
     for (int i = 0; i < CALLS; i++) {
         call(program, ++*value);
         program->run_count = 0;
     }
-    return (steps_so_far() - start) / CALLS;
+    return (steps_so_far - start) / CALLS;
 }
 
 static void one_batch(struct program *program, uint64_t value)

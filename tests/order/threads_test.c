@@ -31,9 +31,7 @@ static void submit_to(struct execution_order *order, uint32_t queue)
     struct submission *call = submission_begin(order, SUBMIT_COMMANDS, QUEUE(queue));
     submission_add_batch(call);
     submission_add_commands(call, COMMAND_BUFFER(queue));
-    submission_set_fence(call, FENCE(queue));
-    assert_false(submission_prepare(call));
-    submission_finish(call, VK_SUCCESS);
+    finish_batches(call, queue);
 }
 
 static void *submit_first(void *context)

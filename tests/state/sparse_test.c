@@ -203,7 +203,7 @@ PAGES_TEST(memory_of_a_recycled_handle_is_not_what_was_bound)
 static uint64_t steps_of_pages(uint32_t count)
 {
     struct resources *resources = no_resources();
-    uint64_t start = steps_so_far();
+    uint64_t start = steps_so_far;
     have_memory(resources, 1);
     have_sparse_buffer(resources, 1, (VkDeviceSize)count * PAGE);
     for (uint32_t i = 0; i < count; i++) {
@@ -213,7 +213,7 @@ static uint64_t steps_of_pages(uint32_t count)
     }
     bind_sparse(resources, 1, 0, (VkDeviceSize)count * PAGE, 0, 0);
     resources_destroy(resources);
-    return steps_so_far() - start;
+    return steps_so_far - start;
 }
 
 TEST(many_pages_cost_no_square)
