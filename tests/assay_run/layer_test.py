@@ -4,6 +4,7 @@
 import json
 import pathlib
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -188,6 +189,27 @@ class Layer(Runs):
         self.expect(self.run_steps("clean scratch", "--count-khronos", "--baseline", "known.txt"), 99,
                     "1 finding in 1 process")
         self.expect(self.run_steps("clean", "--count-khronos", "--baseline", "known.txt"), 0)
+
+    def run_recorded(self, record, *command, **environment):
+        """Returns the status, and the number of lines of each Type in the record."""
+        status = self.run_words("--set", "record_builds=true", "--record", record, "--", *command,
+                                VK_LAYER_PATH=f"{LAYERS}:{KHRONOS}", **environment).status
+        [lines] = self.records(record)
+        types = [line["Type"] for line in lines]
+        return status, {name: types.count(name) for name in types}
+
+    @unittest.skipUnless(shutil.which("gfxrecon-replay") and (KHRONOS / "VkLayer_gfxreconstruct.json").exists(),
+                         "gfxreconstruct is not installed")
+    def test_replay_by_gfxreconstruct(self):
+        """It finds what the application did: the null driver's addresses are the same in the replay as in the
+        capture, as on drivers that can replay addresses."""
+        steps = ("clean", "scratch", "clean", "submit")
+        captured = self.run_recorded("capture", APPLICATION, *steps, VK_INSTANCE_LAYERS="VK_LAYER_LUNARG_gfxreconstruct",
+                                     GFXRECON_CAPTURE_FILE=str(self.folder / "a.gfxr"))
+        self.assertEqual(captured[0], 99)
+        self.assertGreater(captured[1]["Build"], steps.index("submit"))
+        [capture] = self.folder.glob("a*.gfxr")
+        self.assertEqual(self.run_recorded("replay", "gfxrecon-replay", capture), captured)
 
     def test_lines_of_readme(self):
         section = (ROOT / "README.md").read_text(encoding="utf-8").partition("\n## In CI\n")[2]

@@ -25,8 +25,8 @@ EXECUTED_ELSEWHERE = {  # the beginning of a line, and what executes it
     "(cd build/layer && cpack)": "scripts_package",
     "apt-get install ./build/layer/assay_": "scripts/packages",
     'assay-scene export capture scene.glb --tlas "shadows"': "scene_export",
-    "VK_INSTANCE_LAYERS=VK_LAYER_LUNARG_gfxreconstruct ": "assay_run_gfxreconstruct",
-    "assay-run --html assay.html -- gfxrecon-replay ": "assay_run_gfxreconstruct",
+    "VK_INSTANCE_LAYERS=VK_LAYER_LUNARG_gfxreconstruct ": "assay_run_layer",
+    "assay-run --html assay.html -- gfxrecon-replay ": "assay_run_layer",
     "VK_ADD_LAYER_PATH=$PWD/build/layer/explicit_layer.d VK_INSTANCE_LAYERS=VK_LAYER_ASSAY_validation wine ":
         "scripts/windows",
 }
