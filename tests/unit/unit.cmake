@@ -6,14 +6,11 @@ if(NOT WIN32)
     pkg_check_modules(cmocka REQUIRED IMPORTED_TARGET cmocka)
 endif()
 
-# Random numbers, without cmocka: Debian has no cmocka for musl.
-add_library(test_random STATIC ${CMAKE_CURRENT_LIST_DIR}/random.c)
-
 # Unit tests with their main function, and allocations that fail: a program takes what it uses.
 add_library(test_unit STATIC
     ${CMAKE_CURRENT_LIST_DIR}/../fixture/scarce_memory.c ${CMAKE_CURRENT_LIST_DIR}/unit_test.c)
 target_include_directories(test_unit PRIVATE ${CMAKE_CURRENT_LIST_DIR}/../..)
-target_link_libraries(test_unit PUBLIC test_random PkgConfig::cmocka PRIVATE vulkan_deps)
+target_link_libraries(test_unit PUBLIC PkgConfig::cmocka PRIVATE vulkan_deps)
 
 # quick_add(TARGET TEST...): scripts/test --quick and scripts/mutants build TARGET and run the tests.
 # They need no driver but the null driver, and take seconds.
