@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writing a capture, or a part of it, from memory.
+"""Writing a capture, or a part of it, from memory; and reading damaged captures.
 
-usage: write_test.py SCENE_REWRITE"""
+usage: write_test.py SCENE_REWRITE Write
+       write_test.py SCENE_FUZZ Fuzz COUNT"""
 
 import json
 import subprocess
@@ -86,5 +87,16 @@ class Write(Case):
         self.assertIn("Not a directory", self.rewrite(status=1))
 
 
+class Fuzz(Case):
+    def test_damaged_captures(self):
+        """tests/scene/fuzz.c changes their files at random."""
+        capture = scene(self.folder)
+        capture.finding(1, "pInfos[0].pGeometries[0]", "primitive 1")
+        capture.finding(5, "pInfos[0].pGeometries[0]", "instance 1")
+        scratch = self.place / "scratch"
+        (scratch / "data").mkdir(parents=True)
+        subprocess.run([sys.argv[1], capture.write(), scratch, sys.argv[3]], check=True)
+
+
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1])
+    unittest.main(argv=[sys.argv[0], sys.argv[2]])
