@@ -8,7 +8,8 @@ endif()
 
 # Unit tests with their main function, and allocations that fail: a program takes what it uses.
 add_library(test_unit STATIC
-    ${CMAKE_CURRENT_LIST_DIR}/../fixture/scarce_memory.c ${CMAKE_CURRENT_LIST_DIR}/unit_test.c)
+    ${CMAKE_CURRENT_LIST_DIR}/../fixture/scarce_memory.c ${CMAKE_CURRENT_LIST_DIR}/property.c
+    ${CMAKE_CURRENT_LIST_DIR}/unit_test.c)
 target_include_directories(test_unit PRIVATE ${CMAKE_CURRENT_LIST_DIR}/../..)
 target_link_libraries(test_unit PUBLIC PkgConfig::cmocka PRIVATE vulkan_deps)
 
