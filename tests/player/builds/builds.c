@@ -6,8 +6,9 @@
  *         [opacity-indices PLACE] [flags FLAG|FLAG] [geometries COUNT] [opaque]
  *         [first VERTEX] [offset BYTES]                                  of the range
  *         [max VERTEX] [format NAME] [stride BYTES]                      of vertices
- *         [last-format rgba16] [last-stride BYTES] [last-primitives COUNT]      of the last
- * geometry [plain]                  with indices I0 and transform X0; what follows may change it
+ *         [last-format rgba16] [last-stride BYTES] [last-primitives COUNT]
+ *                                  of the last geometry
+ *         [plain]                  with indices I0 and transform X0; what follows may change it
  *         [short-indices PLACE] [no-transform]
  *         [micromaps NAME]         this one and those with the next numbers, one for each geometry
  *         [instances PLACE]        on the bottom level, too: it becomes a top-level build

@@ -9,7 +9,7 @@
  *
  *     sizes [more] [scratch] SHAPE
  *                        `size` is the size of the structure that such a build needs, whoever
- * builds it, or of its scratch; `more`: than `size` was
+ *                        builds it, or of its scratch; `more`: than `size` was
  *
  * COUNTER is a word of the table below. NUMBER may be `some`: more than 0; or `size`: that which
  * the host got last. */

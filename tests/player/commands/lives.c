@@ -2,17 +2,23 @@
 /* Objects that are created otherwise, or die before the program ends:
  *
  *     structures generic | nv [boxes | instances | GEOMETRIES] | khr
- *                              what new structures are: `generic` is about those whose names begin
- *                              with B, and the others about all
+ *                              what new structures are: `generic` is about those whose names
+ *                              begin with B, and the others about all
  *     create NAME [generic | sparse [long] | fitting SHAPE | last-size [less BYTES]]
- *                              a structure, in its old buffer or a sparse one; SHAPE is the words
- * of a build, and `last-size`: the size that the host read last create NAME at PLACE [micromap |
- * bound] a structure, by vkCreateAccelerationStructure2KHR, which says that it is `bound`; or an
- * opacity micromap create NAME of BYTES [less BYTES]                a buffer create NAME scratch
- * build | update STRUCTURE SHAPE a buffer, for the scratch of a build have NAME... creates what is
- * not there yet destroy NAME             destroy buffer NAME: of a structure free NAME its memory
- *     renew NAME               destroys and creates a buffer with its memory, an operation, or a
- *                              pool of queries, which nothing has reset
+ *                              a structure, in its old buffer or a sparse one; SHAPE is the
+ *                              words of a build, and `last-size`: the size that the host read
+ *                              last
+ *     create NAME at PLACE [micromap | bound]
+ *                              a structure, by vkCreateAccelerationStructure2KHR, which says
+ *                              that it is `bound`; or an opacity micromap
+ *     create NAME of BYTES [less BYTES]      a buffer
+ *     create NAME scratch build | update STRUCTURE SHAPE
+ *                              a buffer, for the scratch of a build
+ *     have NAME...             creates what is not there yet
+ *     destroy NAME             destroy buffer NAME: of a structure
+ *     free NAME                its memory
+ *     renew NAME               destroys and creates a buffer with its memory, an operation, or
+ *                              a pool of queries, which nothing has reset
  *     event NAME               only the device can set it
  *     create nameless PLACE COUNT      structures without names, one behind the other
  *     destroy nameless

@@ -3,11 +3,12 @@
  *
  *     probe STRUCTURE [from X Y Z] [along z | along nowhere] [time TIME | untimed]
  *         [first] [ignoring T] [entering T] [stopping] [misses | hits [MEMBER NUMBER]...]
- *                        vkTraceRaysASSAY of a ray along x, from -1 0.25 0.25 at time 0, and of the
- *                        same once more. `untimed`: rays have no time. `first`: they end at their
- *                        first hit. `ignoring`, `entering`, `stopping`: there is a candidate
- *                        function, which ignores what is nearer than T, adds T to the t of boxes,
- * or stops at what it does not ignore probe STRUCTURE wrong ARGUMENT      with an invalid argument
+ *                        vkTraceRaysASSAY of a ray along x, from -1 0.25 0.25 at time 0, and of
+ *                        the same once more. `untimed`: rays have no time. `first`: they end at
+ *                        their first hit. `ignoring`, `entering`, `stopping`: there is a
+ *                        candidate function, which ignores what is nearer than T, adds T to the
+ *                        t of boxes, or stops at what it does not ignore
+ *     probe STRUCTURE wrong ARGUMENT      with an invalid argument
  *
  * MEMBER is a member of AssayHit, see below. */
 #include "tests/fixture/trace.h"
