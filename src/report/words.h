@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The one engine that words messages: templates with gaps, and what stands in the gaps.
  *
- *     words_say(&words, "has {}, but {} needs {}", count_of(3, "byte"), object(type, handle),
- * hex(8)); words_fill(&words, " traces rays in {later.object}[[, {later.labels}]].", fill_gap,
- * report);
+ *     words_say(&words, "has {}, but {} needs {}",
+ *               count_of(3, "byte"), object(type, handle), hex(8));
+ *     words_fill(&words, " traces rays in {later.object}[[, {later.labels}]].",
+ *                fill_gap, report);
  *
  * A part between [[ and ]] is left out if one of its gaps stays empty. Nothing here allocates or
  * prints; locks of names are the only ones that are taken, and none in a signal handler. */
