@@ -333,10 +333,10 @@ HAZARDS_TEST(pieces_are_found_without_memory_for_an_index)
 
 /* ---- writes of unknown bytes */
 
-static uint64_t write_anywhere(struct hazards *hazards, enum access_kind kind)
+static uint64_t write_anywhere(struct hazards *hazards, const struct hazard_bytes *bytes)
 {
     hazards_begin_command(hazards);
-    return hazards_write_anywhere(hazards, kind, NULL);
+    return hazards_write_anywhere(hazards, ACCESS_COMPUTE_WRITE, bytes);
 }
 
 /* A barrier from writes of compute shaders, of no bytes, to the inputs of builds. */
@@ -374,7 +374,7 @@ static uint64_t missed(struct hazards *hazards, uint64_t first)
  * read at `start`, another write is visible. Ends the batch. */
 static void expect_misses_only(struct hazards *hazards, uint64_t start, uint64_t behind)
 {
-    const uint64_t hidden = write_anywhere(hazards, ACCESS_COMPUTE_WRITE);
+    const uint64_t hidden = write_anywhere(hazards, NULL);
     assert_int_equal(missed(hazards, start), 0);
     assert_int_equal(missed(hazards, behind), hidden);
     hazards_end_batch(hazards);
@@ -384,12 +384,26 @@ HAZARDS_TEST(a_barrier_of_any_bytes_shows_writes_anywhere)
 {
     begin_batch(hazards, 1, 0);
     const uint64_t start = first_open(hazards);
-    const uint64_t shown = write_anywhere(hazards, ACCESS_COMPUTE_WRITE);
+    const uint64_t shown = write_anywhere(hazards, NULL);
     assert_int_equal(first_open(hazards), shown);
     barrier_to_build(hazards);
     const uint64_t behind = first_open(hazards);
     assert_true(behind > shown);
     expect_misses_only(hazards, start, behind);
+}
+
+/* missed() reads byte 0 of MEMORY. */
+HAZARDS_TEST(writes_of_known_bytes_are_missed_by_reads_of_these_alone)
+{
+    const struct hazard_bytes others[] = {{MEMORY, 1, 4}, {MEMORY + 1, 0, 4}};
+    begin_batch(hazards, 1, 0);
+    const uint64_t start = first_open(hazards);
+    for (size_t i = 0; i < sizeof(others) / sizeof(others[0]); i++)
+        write_anywhere(hazards, &others[i]);
+    assert_int_equal(missed(hazards, start), 0);
+    const uint64_t hidden = write_anywhere(hazards, &(struct hazard_bytes){MEMORY, 0, 4});
+    assert_int_equal(missed(hazards, start), hidden);
+    hazards_end_batch(hazards);
 }
 
 /* A write of a batch that has completed may have happened before the read or after it: before a
@@ -398,7 +412,7 @@ HAZARDS_TEST(writes_anywhere_of_completed_batches_are_visible)
 {
     begin_batch(hazards, 1, 0);
     const uint64_t start = first_open(hazards);
-    write_anywhere(hazards, ACCESS_COMPUTE_WRITE);
+    write_anywhere(hazards, NULL);
     hazards_end_batch(hazards);
     hazards_prune(hazards, (const uint64_t[]){0, 1}, 2);
     begin_batch(hazards, 2, 1);
@@ -414,17 +428,17 @@ HAZARDS_TEST(writes_anywhere_that_are_lost_stay_open_until_they_are_complete)
     begin_batch(hazards, 1, 0);
     const uint64_t start = first_open(hazards);
     for (uint32_t i = 0; i < MANY; i++)
-        write_anywhere(hazards, ACCESS_COMPUTE_WRITE);
+        write_anywhere(hazards, NULL);
     assert_int_equal(missed(hazards, start), 0);
     barrier_to_build(hazards);
     const uint64_t open = first_open(hazards);
-    write_anywhere(hazards, ACCESS_COMPUTE_WRITE);
+    write_anywhere(hazards, NULL);
     assert_int_equal(missed(hazards, open), 0);
     hazards_end_batch(hazards);
     hazards_prune(hazards, (const uint64_t[]){0, 1}, 2);
     begin_batch(hazards, 2, 1);
     const uint64_t behind = first_open(hazards);
-    const uint64_t hidden = write_anywhere(hazards, ACCESS_COMPUTE_WRITE);
+    const uint64_t hidden = write_anywhere(hazards, NULL);
     assert_int_equal(missed(hazards, behind), hidden);
     hazards_end_batch(hazards);
 }
