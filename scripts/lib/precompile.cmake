@@ -7,12 +7,28 @@
 set(other_targets "^(assay_bvh_avx|assay_call_sites|precompiled_)")
 
 file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/precompiled.c CONTENT "typedef int precompiled;\n")
-foreach(name IN ITEMS precompiled_library precompiled_program)
-    add_library(${name} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/precompiled.c)
-    target_link_libraries(${name} PRIVATE vulkan_deps)
-    target_precompile_headers(${name} PRIVATE <vulkan/vulkan.h>)
-endforeach()
-set_target_properties(precompiled_library PROPERTIES POSITION_INDEPENDENT_CODE ON)
+
+# precompiled_for(RESULT IS_LIBRARY OPTIONS): the target that compiles the header for such targets. GCC takes no header
+# that was compiled with another optimisation, or not as a library's.
+function(precompiled_for result is_library options)
+    set(name precompiled_program)
+    if(is_library)
+        set(name precompiled_library)
+    endif()
+    string(REGEX MATCH "-O[0-9]" optimisation "${options}")
+    if(CMAKE_BUILD_TYPE STREQUAL "Debug") # all targets have that of the preset
+        set(optimisation)
+    endif()
+    string(APPEND name "${optimisation}")
+    if(NOT TARGET ${name})
+        add_library(${name} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/precompiled.c)
+        target_link_libraries(${name} PRIVATE vulkan_deps)
+        target_precompile_headers(${name} PRIVATE <vulkan/vulkan.h>)
+        set_target_properties(${name} PROPERTIES
+            POSITION_INDEPENDENT_CODE ${is_library} COMPILE_OPTIONS "${optimisation}")
+    endif()
+    set(${result} ${name} PARENT_SCOPE)
+endfunction()
 
 # precompile_target(TARGET): has the sources of TARGET use the precompiled header, except for those that have options of
 # their own, or that define what the system's headers have to see.
@@ -20,10 +36,13 @@ function(precompile_target target)
     get_target_property(type ${target} TYPE)
     get_target_property(is_library ${target} POSITION_INDEPENDENT_CODE)
     if(is_library OR type STREQUAL MODULE_LIBRARY)
-        target_precompile_headers(${target} REUSE_FROM precompiled_library)
+        set(is_library ON)
     else()
-        target_precompile_headers(${target} REUSE_FROM precompiled_program)
+        set(is_library OFF)
     endif()
+    get_target_property(options ${target} COMPILE_OPTIONS)
+    precompiled_for(precompiled ${is_library} "${options}")
+    target_precompile_headers(${target} REUSE_FROM ${precompiled})
     target_link_libraries(${target} PRIVATE vulkan_deps) # where a target lacks it: the header needs its definitions
     get_target_property(folder ${target} SOURCE_DIR)
     get_target_property(sources ${target} SOURCES)
