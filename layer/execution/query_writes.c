@@ -129,20 +129,14 @@ static void add_read(struct journal_walk *walk, const struct journal_entry *entr
         add_range(walk, (VkQueryPool)(uintptr_t)entry->dst, entry->read.number, 1);
 }
 
-/* A journal is incomplete if that of a secondary command buffer is. Without memory for a command
- * buffer it has none. */
-static bool is_complete(const struct journal *journal)
-{
-    return journal && !unknown_is_set(&journal->unknown);
-}
-
+/* A journal is incomplete if that of a secondary command buffer is. */
 static void add_journal(struct batch_queries *queries, const struct journal *journal)
 {
     static const struct journal_events events = {.use_event = add_event,
                                                  .write_queries = add_writes,
                                                  .read = add_read,
                                                  .execute = journal_walk_secondary};
-    unknown_follow(&queries->unknown, !is_complete(journal));
+    unknown_follow(&queries->unknown, !journal_is_complete(journal));
     if (journal && is_observable(journal))
         journal_walk(journal, &events, queries);
 }
@@ -152,7 +146,7 @@ static bool has_queries(const struct order_batch *batch)
     bool has_any = false;
     for (uint32_t i = 0; batch->origin.queue && i < batch->command_count; i++) {
         const struct journal *journal = batch->commands[i].captured;
-        has_any |= !is_complete(journal) || is_observable(journal);
+        has_any |= !journal_is_complete(journal) || is_observable(journal);
     }
     return has_any;
 }

@@ -122,7 +122,7 @@ static void replay_batch(struct submissions *submissions, struct order_batch *ba
     structures_forget_destroyed(submissions->device->structures);
     for (uint32_t i = 0; i < batch->command_count && !unknown_is_set(&submissions->unknown); i++) {
         const struct journal *journal = batch->commands[i].captured;
-        if (!journal || unknown_is_set(&journal->unknown)) {
+        if (!journal_is_complete(journal)) {
             set_order_unknown(submissions, ORDER_UNKNOWN_OUT_OF_MEMORY);
             break;
         }
@@ -203,7 +203,7 @@ static void inspect(void *user, struct order_batch *batch)
     struct replay replay = replay_of(&check, batch);
     for (uint32_t i = 0; i < batch->command_count; i++) {
         const struct journal *journal = batch->commands[i].captured;
-        if (journal && !unknown_is_set(&journal->unknown))
+        if (journal_is_complete(journal))
             replay_destroyed(&replay, journal);
         else
             places_lack_memory(replay.places);

@@ -83,7 +83,6 @@ static inline __attribute__((always_inline)) void run_checks(struct build_call *
         .queried = &queried,
         .sweep = call->view.info_count > LARGE_CALL ? take_sweep(call) : NULL,
         .structures = device->structures,
-        .destroy_count = resources_destroy_count(device->resources),
         .point = call->point,
     };
     check_builds(&context, &call->view);

@@ -84,9 +84,9 @@ SYSTEM_CALL = re.compile(
     r"|flockfile|funlockfile|open_memstream|fmemopen|dprintf|asprintf|vasprintf|popen)\()")
 
 
-def sources(root):
-    """Every source below FOLDERS, as a path from the root."""
-    tops = sorted({folder.split("/")[0] for folder in FOLDERS})
+def sources(root, more=()):
+    """Every source below FOLDERS and `more`, as a path from the root."""
+    tops = {folder.split("/")[0] for folder in FOLDERS}.union(more)
     return sorted(str(path.relative_to(root)) for top in tops
                   for path in (root / top).rglob("*") if path.suffix in SOURCES)
 
@@ -116,11 +116,6 @@ def system_parts(root, file):
         yield "".join(found)
 
 
-def sources_with_tests(root):
-    return sources(root) + sorted(str(path.relative_to(root)) for top in ("tests", "scripts/tools")
-                                  for path in (root / top).rglob("*") if path.suffix in SOURCES)
-
-
 def reached_headers(root, file, reached):
     """The system's headers that a file includes, also by the project's files."""
     if file in reached:
@@ -139,7 +134,7 @@ def reached_headers(root, file, reached):
 def lacking(root):
     """(source, word, header) for each word of PRECOMPILED whose headers a source does not include."""
     reached = {}
-    for file in sources_with_tests(root):
+    for file in sources(root, ("tests", "scripts/tools")):
         text = COMMENT_OR_STRING.sub("", (root / file).read_text(encoding="utf-8"))
         headers = reached_headers(root, file, reached)
         for words, needed in PRECOMPILED:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# ASSAY_PRECOMPILE: Vulkan's header is compiled once for libraries and once for programs, because it takes a quarter of
-# the time of most compilations. A source may then lack an include that it needs, and compile nevertheless:
+# ASSAY_PRECOMPILE: Vulkan's header is compiled once for each optimisation of libraries and of programs, because it takes
+# a quarter of the time of most compilations. A source may then lack an include that it needs, and compile nevertheless:
 # scripts/lint --includes finds it.
 
 # Their options, such as those for processors, are not those of the precompiled header.

@@ -75,7 +75,7 @@ void *fixture_build(const struct builder_input *input, struct builder_report *re
 enum builder_result fixture_refit(const struct builder_input *input, const void *source,
                                   void *target, struct builder_report *report);
 
-/* Of triangles that lie one behind the other. */
+/* Returns the input of a micromap whose triangles lie one behind the other in memory. */
 struct micromap_input fixture_micromap_input(VkMicromapTypeEXT type, uint32_t usage_count,
                                              const VkMicromapUsageEXT *usages, const void *data,
                                              uint64_t data_size, uint32_t triangle_count,

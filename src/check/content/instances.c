@@ -42,13 +42,14 @@ static struct instance_use *add_use(struct instance_uses *uses, uint64_t referen
     return &uses->items[uses->count++];
 }
 
-/* Structures that alias memory may share an address, so all addresses must be known. */
+/* Structures that alias memory may share an address, so all addresses must be known.
+ * `destroy_count`: see resources_find_referenced(). */
 static void look_up_address(const struct check_context *context, uint64_t reference,
-                            struct accel_facts *referenced)
+                            uint64_t destroy_count, struct accel_facts *referenced)
 {
     if (context->hooks->query_addresses)
         context->hooks->query_addresses(context->user);
-    resources_find_referenced(context->resources, reference, context->destroy_count, referenced);
+    resources_find_referenced(context->resources, reference, destroy_count, referenced);
 }
 
 /* The reference is a handle in host builds, else a device address. */
@@ -60,7 +61,7 @@ static void look_up_reference(const struct content *content, uint64_t reference,
         resources_look_up_accel(context->resources,
                                 (VkAccelerationStructureKHR)(uintptr_t)reference, referenced);
     else
-        look_up_address(context, reference, referenced);
+        look_up_address(context, reference, context->destroy_count, referenced);
 }
 
 static struct instance_use *find_use(const struct content *content, uint64_t reference)
@@ -132,7 +133,7 @@ static VkAccelerationStructureKHR find_confused(const struct content *content, u
     const struct check_context *context = content->walk->context;
     struct accel_facts facts;
     if (content->range->geometry->build->call->command == COMMAND_HOST)
-        look_up_address(context, reference, &facts);
+        look_up_address(context, reference, resources_destroy_count(context->resources), &facts);
     else
         resources_look_up_accel(context->resources,
                                 (VkAccelerationStructureKHR)(uintptr_t)reference, &facts);

@@ -133,8 +133,8 @@ struct check_context {
     struct places *places; /* of structures without handles; or NULL */
     const struct structures *structures; /* those that builds refer to; or NULL */
     const struct execution_point *point; /* of a host command; NULL: unknown */
-    uint64_t destroy_count; /* resources_destroy_count() at the call, or at the submission of builds
-                             * that are validated after execution */
+    uint64_t destroy_count; /* resources_destroy_count() at submission of the builds that are
+                             * validated after execution */
 };
 
 /* Selects the rules to evaluate for a command at a level: fills active[RULE_COUNT]. */

@@ -242,6 +242,12 @@ bool journal_contains(const struct journal *journal, const struct journal *other
 #include "src/state/commands/journal_entries.def"
 #undef ENTRY
 
+/* Whether it has all entries. A command buffer for which memory ran out has no journal: NULL. */
+static inline bool journal_is_complete(const struct journal *journal)
+{
+    return journal && !unknown_is_set(&journal->unknown);
+}
+
 static inline bool journal_entry_is_query(const struct journal_entry *entry)
 {
     return journal_is_read(entry) && entry->read.query != VK_QUERY_TYPE_MAX_ENUM;

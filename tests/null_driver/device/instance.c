@@ -127,7 +127,7 @@ COMMAND(EnumeratePhysicalDeviceGroups)
     return VK_SUCCESS;
 }
 
-/* ---- devices: what they were created with, and their queues */
+/* ---- devices and their queues */
 
 /* Enables it; false where it is not offered. */
 static bool enable_extension(struct object *device, const char *name)
