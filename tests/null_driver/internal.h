@@ -121,7 +121,7 @@ struct object {
             VkDeviceAddress address;
             void *host;    /* mapped so far, or imported */
             bool imported; /* host is the application's */
-            bool host_visible;
+            bool host_visible, is_mapped;
         } memory;
         struct {
             VkDeviceSize size;

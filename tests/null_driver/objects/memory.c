@@ -172,12 +172,26 @@ unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDevice
 COMMAND(MapMemory2)
 {
     struct object *memory = FIND(DEVICE_MEMORY, pMemoryMapInfo->memory);
-    if (memory == NULL || !memory->memory.host_visible)
+    if (memory == NULL || !memory->memory.host_visible || memory->memory.is_mapped)
         return VK_ERROR_MEMORY_MAP_FAILED;
     VkDeviceSize size = VK_WHOLE_SIZE;
     unsigned char *bytes = memory_bytes(memory, pMemoryMapInfo->offset, &size);
     if (bytes == NULL)
         return VK_ERROR_MEMORY_MAP_FAILED;
+    memory->memory.is_mapped = true;
     *ppData = bytes;
+    return VK_SUCCESS;
+}
+
+COMMAND(UnmapMemory)
+{
+    struct object *of = FIND(DEVICE_MEMORY, memory);
+    if (of != NULL)
+        of->memory.is_mapped = false;
+}
+
+COMMAND(UnmapMemory2)
+{
+    null_UnmapMemory(device, pMemoryUnmapInfo->memory);
     return VK_SUCCESS;
 }
