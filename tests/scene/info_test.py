@@ -236,6 +236,14 @@ class Damage(InfoCase):
                 capture.write()
                 self.expect_error(says)
 
+    def test_largest_numbers(self):
+        capture = Capture(self.folder)
+        capture.build(1, capture.triangles([(0, 0, 0), (1, 0, 0), (0, 1, 0)]))
+        for path, value in (((-1, "flags"), "0xffffffff"), ((-1, "geometry", 0, "primitiveCount"), 0xffffffff)):
+            set_at(*path, value)(capture)
+        structures = self.figures(capture)["structures"]
+        self.assertEqual((structures[0]["flags"], structures[0]["primitives"]), ("0xffffffff", 0xffffffff))
+
     def test_findings(self):
         for text, says in (("{\n", "findings.jsonl:1: is not JSON"), ("[5]\n", "findings.jsonl:1: is no object"),
                            ('{"Type":"Finding","VUID":"a"}\n', "findings.jsonl:1: has no texts"),
