@@ -30,7 +30,8 @@ def main():
     known = {line.rpartition(": ")[0]
              for line in output_of("ninja", "-C", str(build), "-t", "targets", "all").splitlines()}
     words = words_of_tests(build)
-    files = {word.removeprefix(f"{build}/") for test in listed["tests"] for word in words[test["name"]]}
+    files = {word.removeprefix(f"{build}/") for test in listed["tests"] for word in words[test["name"]]
+             if word.startswith(f"{build}/")}
     # Tests open these themselves.
     files |= {"layer/libVkLayer_assay.so", "tests/null_driver/libVkICD_null.so"}
     print("\n".join(sorted(files & known)))

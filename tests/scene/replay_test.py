@@ -16,8 +16,7 @@ import unittest
 
 from captures import IDENTITY, Capture, scene as small_scene
 
-SCENE, DEMO, LAYERS, NULL = sys.argv[1:5]
-LAVAPIPE = sys.argv[5] if os.path.exists(sys.argv[5]) else None
+SCENE, DEMO, LAYERS, NULL, LAVAPIPE = sys.argv[1:6]
 ASSAY_RUN = pathlib.Path(__file__).resolve().parent.parent.parent / "scripts/assay-run"
 # What replays cannot repeat: freed memory, a render pass, and a command buffer that does not record.
 NOT_REPLAYED = {"VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03707",
@@ -91,9 +90,6 @@ class Replay(Case):
         super().setUpClass()
         cls.mistakes = cls.folder / "mistakes"
         capture(NULL, cls.mistakes, "--execute")
-        if LAVAPIPE:
-            cls.demo = cls.folder / "demo"
-            capture(LAVAPIPE, cls.demo)
 
     def test_mistakes_are_found_again(self):
         found = read_lines(self.mistakes / "findings.jsonl")
@@ -148,69 +144,6 @@ class Replay(Case):
         self.assertIn("the replay of the whole capture does not give VUID-not-there", result.stderr)
         self.assertFalse((self.folder / "none").exists())
 
-    @unittest.skipUnless(LAVAPIPE, "no lavapipe")
-    def test_demo(self):
-        dump = self.folder / "dump"
-        result = scene(LAVAPIPE, "replay", self.demo, "--time", "--repeat", 2, "--dump", dump)
-        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-        self.assertIn("built: 4; copied: 1; not replayed: 0", result.stdout)
-        self.assertIn("  twisted BLAS\n", result.stdout)
-        self.assertEqual({path.name for path in dump.iterdir()},
-                         {f"{structure['structure']}.bin" for structure in lines(self.demo, "Structure")})
-
-    @unittest.skipUnless(LAVAPIPE, "no lavapipe")
-    def test_what_was_built_before_is_no_mistake(self):
-        """The first build of the demo, of what its instances refer to, is before this capture."""
-        later = self.folder / "later"
-        capture(LAVAPIPE, later, capture_from="submission:2")
-        self.assertTrue(any("missing" in structure for structure in lines(later, "Structure")))
-        result = scene(LAVAPIPE, "replay", later, "--layer")
-        self.assertIn("it needs structures that were not built in the capture", result.stdout)
-        self.assertIn("findings: 0", result.stdout)
-        self.assertEqual(result.returncode, 2)
-
-    @unittest.skipUnless(LAVAPIPE, "no lavapipe")
-    def test_kept(self):
-        """With capture_keep the same capture has what was built before, too: as much as the whole one."""
-        kept = self.folder / "kept"
-        capture(LAVAPIPE, kept, capture_from="submission:2", capture_keep="true")
-        self.assertFalse(any("missing" in structure for structure in lines(kept, "Structure")))
-        self.expect_same_builds(kept, self.demo)
-        result = scene(LAVAPIPE, "replay", kept, "--layer")
-        self.assertIn("built: 4; copied: 1; not replayed: 0", result.stdout)
-        self.assertIn("findings: 0", result.stdout)
-
-    @unittest.skipUnless(LAVAPIPE, "no lavapipe")
-    def test_hits(self):
-        """lavapipe misses some hits and doubles others: those of the demo and of the replay are the same."""
-        compares = {"compare_rays": 100, "duplicate_message_limit": 0, "log_format": "json", "debug_action": "log"}
-        logs = [self.folder / name for name in ("before.jsonl", "after.jsonl")]
-        capture(LAVAPIPE, self.folder / "compared", log_filename=logs[0], **compares)
-        result = scene(LAVAPIPE, "replay", self.demo, "--compare", log_filename=logs[1], **compares)
-        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-        before, after = ([re.sub(" Command buffer .*", "", line["MainMessage"]) for line in read_lines(log)
-                          if line.get("VUID", "").startswith("ASSAY-compare-")] for log in logs)
-        self.assertGreater(len(before), 0)
-        self.assertEqual(before, after)
-
-    @unittest.skipUnless(LAVAPIPE, "no lavapipe")
-    def test_wild_reference(self):
-        wild = self.folder / "wild"
-        shutil.copytree(self.demo, wild)
-        build = next(build for build in lines(wild, "Build") if "references" in build)
-        path = wild / "data" / (build["geometry"][0]["inputs"][0]["data"] + ".npy")
-        before, after = (number.to_bytes(8, "little") for number in (int(build["references"][0]["reference"], 16), 0x5000))
-        path.write_bytes(path.read_bytes().replace(before, after, 1))
-        finding = "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-12281"
-        result = scene(LAVAPIPE, "replay", wild, "--layer")
-        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-        self.assertIn(f"finding: {finding}", result.stdout)
-        small = self.folder / "small_wild"
-        result = scene(LAVAPIPE, "minimize", wild, small, "--finding", finding)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertEqual([build.get("references", []) for build in lines(small, "Build")], [[]])
-        self.assertEqual(len(lines(small, "Structure")), 1)
-
     def test_buffers_without_their_places(self):
         """A buffer that cannot lie where it lay, or lay nowhere, has memory of its own."""
         moved = self.folder / "moved"
@@ -233,21 +166,6 @@ class Replay(Case):
             result = scene(NULL, "replay", self.mistakes, "--dump", path)
             self.assertEqual(result.returncode, 2)
             self.assertIn(f"assay-scene: {path}: ", result.stderr)
-
-    @unittest.skipUnless(LAVAPIPE, "no lavapipe")
-    def test_capture_of_a_replay(self):
-        """A replay builds from the same data: captured again, all arrays but the instances are equal."""
-        again = self.folder / "again"
-        result = scene(LAVAPIPE, "replay", self.demo, "--layer", capture=again)
-        self.assertIn("findings: 0", result.stdout)
-        instances = {data["data"] + ".npy" for build in lines(self.demo, "Build") for geometry in build["geometry"]
-                     for data in geometry["inputs"] if data["role"] == "instances"}
-        self.assertEqual(arrays(self.demo) - arrays(again), instances)
-        self.expect_same_builds(again, self.demo)
-
-    def expect_same_builds(self, one, other):
-        one, other = (sorted(map(what_is_built, lines(folder, "Build")), key=str) for folder in (one, other))
-        self.assertEqual(one, other)
 
     def test_arguments(self):
         for arguments, text in ((["replay"], "name a capture"), (["replay", "a", "b"], "one argument too many: b"),
@@ -308,6 +226,86 @@ class Replay(Case):
                                 stdout=subprocess.PIPE, env={**environment(NULL), "VK_LAYER_PATH": "/nonexistent"},
                                 check=False)
         self.assertIn("found no VK_LAYER_ASSAY_validation", result.stderr)
+
+
+class Demo(Case):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.demo = cls.folder / "demo"
+        capture(LAVAPIPE, cls.demo)
+
+    def test_demo(self):
+        dump = self.folder / "dump"
+        result = scene(LAVAPIPE, "replay", self.demo, "--time", "--repeat", 2, "--dump", dump)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertIn("built: 4; copied: 1; not replayed: 0", result.stdout)
+        self.assertIn("  twisted BLAS\n", result.stdout)
+        self.assertEqual({path.name for path in dump.iterdir()},
+                         {f"{structure['structure']}.bin" for structure in lines(self.demo, "Structure")})
+
+    def test_what_was_built_before_is_no_mistake(self):
+        """The first build of the demo, of what its instances refer to, is before this capture."""
+        later = self.folder / "later"
+        capture(LAVAPIPE, later, capture_from="submission:2")
+        self.assertTrue(any("missing" in structure for structure in lines(later, "Structure")))
+        result = scene(LAVAPIPE, "replay", later, "--layer")
+        self.assertIn("it needs structures that were not built in the capture", result.stdout)
+        self.assertIn("findings: 0", result.stdout)
+        self.assertEqual(result.returncode, 2)
+
+    def test_kept(self):
+        """With capture_keep the same capture has what was built before, too: as much as the whole one."""
+        kept = self.folder / "kept"
+        capture(LAVAPIPE, kept, capture_from="submission:2", capture_keep="true")
+        self.assertFalse(any("missing" in structure for structure in lines(kept, "Structure")))
+        self.expect_same_builds(kept, self.demo)
+        result = scene(LAVAPIPE, "replay", kept, "--layer")
+        self.assertIn("built: 4; copied: 1; not replayed: 0", result.stdout)
+        self.assertIn("findings: 0", result.stdout)
+
+    def test_hits(self):
+        """lavapipe misses some hits and doubles others: those of the demo and of the replay are the same."""
+        compares = {"compare_rays": 100, "duplicate_message_limit": 0, "log_format": "json", "debug_action": "log"}
+        logs = [self.folder / name for name in ("before.jsonl", "after.jsonl")]
+        capture(LAVAPIPE, self.folder / "compared", log_filename=logs[0], **compares)
+        result = scene(LAVAPIPE, "replay", self.demo, "--compare", log_filename=logs[1], **compares)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        before, after = ([re.sub(" Command buffer .*", "", line["MainMessage"]) for line in read_lines(log)
+                          if line.get("VUID", "").startswith("ASSAY-compare-")] for log in logs)
+        self.assertGreater(len(before), 0)
+        self.assertEqual(before, after)
+
+    def test_wild_reference(self):
+        wild = self.folder / "wild"
+        shutil.copytree(self.demo, wild)
+        build = next(build for build in lines(wild, "Build") if "references" in build)
+        path = wild / "data" / (build["geometry"][0]["inputs"][0]["data"] + ".npy")
+        before, after = (number.to_bytes(8, "little") for number in (int(build["references"][0]["reference"], 16), 0x5000))
+        path.write_bytes(path.read_bytes().replace(before, after, 1))
+        finding = "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-12281"
+        result = scene(LAVAPIPE, "replay", wild, "--layer")
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertIn(f"finding: {finding}", result.stdout)
+        small = self.folder / "small_wild"
+        result = scene(LAVAPIPE, "minimize", wild, small, "--finding", finding)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual([build.get("references", []) for build in lines(small, "Build")], [[]])
+        self.assertEqual(len(lines(small, "Structure")), 1)
+
+    def test_capture_of_a_replay(self):
+        """A replay builds from the same data: captured again, all arrays but the instances are equal."""
+        again = self.folder / "again"
+        result = scene(LAVAPIPE, "replay", self.demo, "--layer", capture=again)
+        self.assertIn("findings: 0", result.stdout)
+        instances = {data["data"] + ".npy" for build in lines(self.demo, "Build") for geometry in build["geometry"]
+                     for data in geometry["inputs"] if data["role"] == "instances"}
+        self.assertEqual(arrays(self.demo) - arrays(again), instances)
+        self.expect_same_builds(again, self.demo)
+
+    def expect_same_builds(self, one, other):
+        one, other = (sorted(map(what_is_built, lines(folder, "Build")), key=str) for folder in (one, other))
+        self.assertEqual(one, other)
 
 
 class AssayRun(Case):
