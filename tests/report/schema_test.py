@@ -124,6 +124,8 @@ def check_records(lines, least):
             kinds.add((line["mode"], line["type"], "queue" in line))
             if "queue" in line and place not in submitted:
                 raise Failure(f"no submission before: {line}")
+    if least and all(line["Type"] != "Device" for line in lines):
+        raise Failure("no line is about the device")
     if len(kinds) < least:
         raise Failure(f"only {len(kinds)} kinds of builds and copies: {sorted(kinds)}")
 

@@ -39,6 +39,10 @@ void write(Node node)
     node.values[1] = count;
 }
 
+#ifdef TEXELS
+layout(set = 0, binding = 1, rgba8) uniform writeonly imageBuffer texels;
+#endif
+
 void main()
 {
     Node chosen = first;
@@ -58,6 +62,9 @@ void main()
 #endif
 #ifdef LINKS
     chosen.next = first;
+#endif
+#ifdef TEXELS
+    imageStore(texels, 0, vec4(1));
 #endif
     results[2] = count;
 }

@@ -28,6 +28,9 @@ static const uint32_t counts[] = {
 static const uint32_t links[] = {
 #include "accesses_links_comp.h"
 };
+static const uint32_t texels[] = {
+#include "accesses_texels_comp.h"
+};
 static const uint32_t bound[] = {
 #include "trace_set_comp.h"
 };
@@ -47,6 +50,15 @@ static bool read_facts(const uint32_t *code, size_t size, struct shader_facts *f
         shader_facts_read(&spirv, entry, facts);
     spirv_close(&spirv);
     return entry;
+}
+
+/* A buffer of texels is part of no binding that is followed. */
+TEST(stores_of_texels_are_found)
+{
+    struct shader_facts facts;
+    assert_true(read_facts(texels, sizeof(texels), &facts));
+    assert_true(facts.stores.has_others);
+    assert_false(facts.stores_addresses);
 }
 
 /* Each of these also writes the buffer of binding 0. */

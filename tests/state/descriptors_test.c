@@ -148,6 +148,18 @@ TEST_BETWEEN(sets_that_change_after_they_are_bound_are_unknown, open_sets, close
     assert_false(found[0].must_be_valid);
 }
 
+TEST_BETWEEN(a_set_with_a_mutable_descriptor_is_unknown, open_sets, close_sets)
+{
+    static const VkDescriptorSetLayoutBinding bindings[] = {
+        {TOP, VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1, 0, NULL},
+        {TOPS, VK_DESCRIPTOR_TYPE_MUTABLE_EXT, 1, 0, NULL}};
+    const STRUCT(VkDescriptorSetLayoutCreateInfo, info, .bindingCount = 2, .pBindings = bindings);
+    descriptor_sets_note_layout(&sets, LAYOUT, &info);
+    allocate(0);
+    write_tops(0, TOP, 0, 1);
+    assert_int_equal(find(0, TOP), UINT32_MAX);
+}
+
 /* More sets than any table has room for, and those that need no record. */
 TEST_BETWEEN(freed_sets_give_their_records_back, open_sets, close_sets)
 {
