@@ -55,6 +55,7 @@ static struct crash played;
 static void play_crash(void)
 {
     open_at(played.level);
+    play_stranger(&play); /* a device that goes leaves the handlers to this one */
     crash(&played);
 }
 
