@@ -68,6 +68,20 @@ TEST(test_below_device_select)
     setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);
 }
 
+/* The driver refuses what compare_rays adds: the layer below hears of both attempts. */
+TEST(test_second_attempt_above_the_strict_layer)
+{
+    struct fixture fixture;
+    setenv("VK_ASSAY_VALIDATION_COMPARE_RAYS", "16", 1);
+    enable_beside(STRICT_LAYER_NAME, STRICT_FOLDER, true);
+    if (platform.is_null)
+        platform.null_driver.fail_at("vkCreateDevice", 1, VK_ERROR_INITIALIZATION_FAILED);
+    assert_null(fixture_open(&fixture, &platform,
+                             &(struct setup){.by_environment = true, .level = "content"}));
+    fixture_close(&fixture);
+    unsetenv("VK_ASSAY_VALIDATION_COMPARE_RAYS");
+}
+
 /* ---- the layer without a loader */
 
 static VkNegotiateLayerInterface interface;
