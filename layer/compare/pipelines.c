@@ -4,6 +4,15 @@
 
 #include <string.h>
 
+#include "compare_any_hit.h"
+#include "compare_any_hit_of_box.h"
+#include "compare_closest_hit.h"
+#include "compare_generation.h"
+#include "compare_intersection.h"
+#include "compare_miss.h"
+#include "compare_no_intersection.h"
+#include "compare_query.h"
+
 static inline struct own_device compare_own_device(const struct compare_device *device)
 {
     return (struct own_device){device->handle, device->vk, device->memory};
@@ -81,31 +90,6 @@ void compare_buffers_destroy(const struct compare_device *device)
 
 /* ---- creates the pipelines that trace rays */
 
-static const uint32_t query[] = {
-#include "compare_query.h"
-};
-static const uint32_t generation[] = {
-#include "compare_generation.h"
-};
-static const uint32_t miss[] = {
-#include "compare_miss.h"
-};
-static const uint32_t closest_hit[] = {
-#include "compare_closest_hit.h"
-};
-static const uint32_t any_hit[] = {
-#include "compare_any_hit.h"
-};
-static const uint32_t any_hit_of_box[] = {
-#include "compare_any_hit_of_box.h"
-};
-static const uint32_t no_intersection[] = {
-#include "compare_no_intersection.h"
-};
-static const uint32_t intersection[] = {
-#include "compare_intersection.h"
-};
-
 enum { GROUP = 64 /* rays per workgroup */ };
 
 static VkResult create_layouts(const struct compare_device *device, struct trace_pipeline *pipeline)
@@ -140,7 +124,8 @@ static VkResult create_layouts(const struct compare_device *device, struct trace
 static VkResult create_compute(const struct compare_device *device, struct trace_pipeline *pipeline)
 {
     const struct own_device own = compare_own_device(device);
-    return own_compute_create(&own, query, sizeof(query), pipeline->layout, &pipeline->pipeline);
+    return own_compute_create(&own, compare_query, sizeof(compare_query), pipeline->layout,
+                              &pipeline->pipeline);
 }
 
 /* ---- the ray-tracing pipeline */
@@ -161,16 +146,18 @@ static const struct {
     const uint32_t *words;
     size_t size;
 } stages[STAGE_COUNT] = {
-    [STAGE_GENERATION] = {VK_SHADER_STAGE_RAYGEN_BIT_KHR, generation, sizeof(generation)},
-    [STAGE_MISS] = {VK_SHADER_STAGE_MISS_BIT_KHR, miss, sizeof(miss)},
-    [STAGE_CLOSEST_HIT] = {VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, closest_hit, sizeof(closest_hit)},
-    [STAGE_ANY_HIT] = {VK_SHADER_STAGE_ANY_HIT_BIT_KHR, any_hit, sizeof(any_hit)},
-    [STAGE_ANY_HIT_OF_BOX] = {VK_SHADER_STAGE_ANY_HIT_BIT_KHR, any_hit_of_box,
-                              sizeof(any_hit_of_box)},
-    [STAGE_INTERSECTION] = {VK_SHADER_STAGE_INTERSECTION_BIT_KHR, intersection,
-                            sizeof(intersection)},
-    [STAGE_NO_INTERSECTION] = {VK_SHADER_STAGE_INTERSECTION_BIT_KHR, no_intersection,
-                               sizeof(no_intersection)},
+    [STAGE_GENERATION] = {VK_SHADER_STAGE_RAYGEN_BIT_KHR, compare_generation,
+                          sizeof(compare_generation)},
+    [STAGE_MISS] = {VK_SHADER_STAGE_MISS_BIT_KHR, compare_miss, sizeof(compare_miss)},
+    [STAGE_CLOSEST_HIT] = {VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, compare_closest_hit,
+                           sizeof(compare_closest_hit)},
+    [STAGE_ANY_HIT] = {VK_SHADER_STAGE_ANY_HIT_BIT_KHR, compare_any_hit, sizeof(compare_any_hit)},
+    [STAGE_ANY_HIT_OF_BOX] = {VK_SHADER_STAGE_ANY_HIT_BIT_KHR, compare_any_hit_of_box,
+                              sizeof(compare_any_hit_of_box)},
+    [STAGE_INTERSECTION] = {VK_SHADER_STAGE_INTERSECTION_BIT_KHR, compare_intersection,
+                            sizeof(compare_intersection)},
+    [STAGE_NO_INTERSECTION] = {VK_SHADER_STAGE_INTERSECTION_BIT_KHR, compare_no_intersection,
+                               sizeof(compare_no_intersection)},
 };
 
 /* Generation, miss, then the hit groups that the generation shader selects. */

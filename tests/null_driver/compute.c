@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Compute shaders: those of the layer, and one of the tests, are known by their words and carried
  * out here. All others do nothing. */
+#include "copy_comp.h"
+#include "gather_comp.h"
+#include "guard_comp.h"
 #include "internal.h"
+#include "shade_comp.h"
 
 /* ---- recording */
 
@@ -200,27 +204,14 @@ void dispatch_execute(const struct dispatch *dispatch)
 
 /* ---- shaders and pipelines */
 
-static const uint32_t copy_words[] = {
-#include "copy_comp.h"
-};
-static const uint32_t gather_words[] = {
-#include "gather_comp.h"
-};
-static const uint32_t guard_words[] = {
-#include "guard_comp.h"
-};
-static const uint32_t shade_words[] = {
-#include "shade_comp.h"
-};
-
 static const struct {
     const uint32_t *words;
     size_t size;
     shader_function *execute;
-} shaders[] = {{copy_words, sizeof(copy_words), copy},
-               {gather_words, sizeof(gather_words), gather},
-               {guard_words, sizeof(guard_words), guard_execute},
-               {shade_words, sizeof(shade_words), shade}};
+} shaders[] = {{copy_comp, sizeof(copy_comp), copy},
+               {gather_comp, sizeof(gather_comp), gather},
+               {guard_comp, sizeof(guard_comp), guard_execute},
+               {shade_comp, sizeof(shade_comp), shade}};
 
 ON_CREATION(CreateShaderModule)
 {

@@ -7,36 +7,16 @@
 
 #include "tests/unit/unit_test.h"
 
-static const uint32_t descriptors[] = {
-#include "descriptors_comp.h"
-};
-static const uint32_t none[] = {
-#include "accesses_none_comp.h"
-};
-static const uint32_t reads[] = {
-#include "accesses_reads_comp.h"
-};
-static const uint32_t writes[] = {
-#include "accesses_stores_comp.h"
-};
-static const uint32_t calls[] = {
 #include "accesses_calls_comp.h"
-};
-static const uint32_t counts[] = {
 #include "accesses_counts_comp.h"
-};
-static const uint32_t links[] = {
 #include "accesses_links_comp.h"
-};
-static const uint32_t texels[] = {
+#include "accesses_none_comp.h"
+#include "accesses_reads_comp.h"
+#include "accesses_stores_comp.h"
 #include "accesses_texels_comp.h"
-};
-static const uint32_t bound[] = {
-#include "trace_set_comp.h"
-};
-static const uint32_t by_address[] = {
+#include "descriptors_comp.h"
 #include "trace_comp.h"
-};
+#include "trace_set_comp.h"
 
 static bool read_facts(const uint32_t *code, size_t size, struct shader_facts *facts)
 {
@@ -56,7 +36,7 @@ static bool read_facts(const uint32_t *code, size_t size, struct shader_facts *f
 TEST(stores_of_texels_are_found)
 {
     struct shader_facts facts;
-    assert_true(read_facts(texels, sizeof(texels), &facts));
+    assert_true(read_facts(accesses_texels_comp, sizeof(accesses_texels_comp), &facts));
     assert_true(facts.stores.has_others);
     assert_false(facts.stores_addresses);
 }
@@ -69,13 +49,13 @@ TEST(stores_through_addresses_are_found)
         size_t size;
         bool stores;
     } cases[] = {
-        {descriptors, sizeof(descriptors), false},
-        {none, sizeof(none), false},
-        {reads, sizeof(reads), false},
-        {writes, sizeof(writes), true},
-        {calls, sizeof(calls), true},
-        {counts, sizeof(counts), true},
-        {links, sizeof(links), true},
+        {descriptors_comp, sizeof(descriptors_comp), false},
+        {accesses_none_comp, sizeof(accesses_none_comp), false},
+        {accesses_reads_comp, sizeof(accesses_reads_comp), false},
+        {accesses_stores_comp, sizeof(accesses_stores_comp), true},
+        {accesses_calls_comp, sizeof(accesses_calls_comp), true},
+        {accesses_counts_comp, sizeof(accesses_counts_comp), true},
+        {accesses_links_comp, sizeof(accesses_links_comp), true},
     };
     for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
         struct shader_facts facts;
@@ -93,13 +73,13 @@ TEST(stores_through_addresses_are_found)
 TEST(structures_are_found)
 {
     struct shader_facts facts;
-    assert_true(read_facts(bound, sizeof(bound), &facts));
+    assert_true(read_facts(trace_set_comp, sizeof(trace_set_comp), &facts));
     assert_true(facts.may_trace);
     assert_int_equal(facts.structures.count, 1);
     assert_true(shader_bindings_have(&facts.structures, 0, 0));
     assert_false(facts.structures.has_others);
     assert_int_equal(facts.stores.count, 0);
-    assert_true(read_facts(by_address, sizeof(by_address), &facts));
+    assert_true(read_facts(trace_comp, sizeof(trace_comp), &facts));
     assert_true(facts.may_trace);
     assert_int_equal(facts.structures.count, 0);
     assert_true(facts.structures.has_others);
@@ -108,7 +88,7 @@ TEST(structures_are_found)
 TEST(entry_points_have_a_name_and_a_stage)
 {
     struct spirv spirv;
-    assert_true(spirv_open(&spirv, none, sizeof(none)));
+    assert_true(spirv_open(&spirv, accesses_none_comp, sizeof(accesses_none_comp)));
     assert_int_not_equal(
         spirv_find_entry(&spirv, "main", shader_model(VK_SHADER_STAGE_COMPUTE_BIT)), 0);
     assert_int_equal(spirv_find_entry(&spirv, "main", shader_model(VK_SHADER_STAGE_FRAGMENT_BIT)),
@@ -123,8 +103,8 @@ TEST(entry_points_have_a_name_and_a_stage)
 TEST(facts_of_a_pipeline_are_those_of_all_shaders)
 {
     struct shader_facts facts, other;
-    assert_true(read_facts(bound, sizeof(bound), &facts));
-    assert_true(read_facts(descriptors, sizeof(descriptors), &other));
+    assert_true(read_facts(trace_set_comp, sizeof(trace_set_comp), &facts));
+    assert_true(read_facts(descriptors_comp, sizeof(descriptors_comp), &other));
     shader_facts_add(&facts, &other);
     assert_true(facts.is_known && facts.may_trace);
     assert_true(shader_bindings_have(&facts.structures, 0, 0));
@@ -144,14 +124,15 @@ TEST(facts_of_a_pipeline_are_those_of_all_shaders)
 TEST(code_with_untyped_pointers_may_do_anything)
 {
     enum { HEADER = 5, CAPABILITY = 17, UNTYPED_POINTERS = 4473 };
-    uint32_t code[sizeof(none) / sizeof(none[0]) + 2];
+    uint32_t code[sizeof(accesses_none_comp) / sizeof(accesses_none_comp[0]) + 2];
     struct shader_facts facts;
-    assert_true(read_facts(none, sizeof(none), &facts));
+    assert_true(read_facts(accesses_none_comp, sizeof(accesses_none_comp), &facts));
     assert_true(facts.is_known && !facts.stores_addresses);
-    memcpy(code, none, HEADER * sizeof(*code));
+    memcpy(code, accesses_none_comp, HEADER * sizeof(*code));
     code[HEADER] = 2 << 16 | CAPABILITY;
     code[HEADER + 1] = UNTYPED_POINTERS;
-    memcpy(code + HEADER + 2, none + HEADER, sizeof(none) - HEADER * sizeof(*code));
+    memcpy(code + HEADER + 2, accesses_none_comp + HEADER,
+           sizeof(accesses_none_comp) - HEADER * sizeof(*code));
     assert_true(read_facts(code, sizeof(code), &facts));
     assert_true(!facts.is_known && facts.stores_addresses);
 }
@@ -161,27 +142,28 @@ TEST(damaged_code_is_unknown)
 {
     struct shader_facts facts;
     assert_false(read_facts(NULL, 0, &facts));
-    assert_false(read_facts(NULL, sizeof(reads), &facts));
+    assert_false(read_facts(NULL, sizeof(accesses_reads_comp), &facts));
     assert_true(facts.stores_addresses);
-    for (size_t words = 0; words < sizeof(reads) / sizeof(reads[0]); words++) {
+    for (size_t words = 0; words < sizeof(accesses_reads_comp) / sizeof(accesses_reads_comp[0]);
+         words++) {
         uint32_t *copy = malloc(words ? words * sizeof(*copy) : 1);
         assert_non_null(copy);
-        memcpy(copy, reads, words * sizeof(*copy));
+        memcpy(copy, accesses_reads_comp, words * sizeof(*copy));
         read_facts(copy, words * sizeof(*copy), &facts);
         for (size_t i = 0; i < words; i++) {
             copy[i] ^= 0x10001u << (i + words) % 15;
             read_facts(copy, words * sizeof(*copy), &facts);
-            copy[i] = reads[i];
+            copy[i] = accesses_reads_comp[i];
         }
         free(copy);
     }
-    uint32_t copy[sizeof(reads) / sizeof(reads[0])];
-    memcpy(copy, reads, sizeof(reads));
+    uint32_t copy[sizeof(accesses_reads_comp) / sizeof(accesses_reads_comp[0])];
+    memcpy(copy, accesses_reads_comp, sizeof(accesses_reads_comp));
     copy[5] = 17; /* an instruction of 0 words */
     assert_false(read_facts(copy, sizeof(copy), &facts));
     copy[5] = 0xffff0011; /* longer than the module */
     assert_false(read_facts(copy, sizeof(copy), &facts));
-    memcpy(copy, reads, sizeof(reads));
+    memcpy(copy, accesses_reads_comp, sizeof(accesses_reads_comp));
     copy[3] = UINT32_MAX; /* ids without end */
     assert_false(read_facts(copy, sizeof(copy), &facts));
 }

@@ -5,6 +5,8 @@
  * top-level structures, and what the host does. */
 #include <string.h>
 
+#include "copy_comp.h"
+#include "guard_comp.h"
 #include "src/snapshots/recorded_build.h"
 #include "tests/fixture/objects.h"
 #include "tests/null_driver/internal.h"
@@ -75,10 +77,6 @@ static void shader_run(const void *constants, uint32_t constants_size, uint32_t 
 
 /* ---- the shader that copies */
 
-static const uint32_t copy_code[] = {
-#include "copy_comp.h"
-};
-
 enum {
     ORDERS = 300,
     SMALL_MAX = 300,
@@ -90,7 +88,7 @@ static struct device_buffer list, gate;
 
 static void open_copy(void)
 {
-    shader_open(copy_code, sizeof(copy_code), 2 * sizeof(uint64_t));
+    shader_open(copy_comp, sizeof(copy_comp), 2 * sizeof(uint64_t));
     source = shader_buffer(SOURCE_SIZE);
     target = shader_buffer((VkDeviceSize)ORDERS * ROOM);
     gate = shader_buffer(sizeof(uint32_t));
@@ -158,10 +156,6 @@ COPY_TEST(test_closed_gate)
     assert_int_equal(target.bytes[0], UNTOUCHED);
 }
 
-static const uint32_t guard_code[] = {
-#include "guard_comp.h"
-};
-
 enum {
     ROUNDS = 200,
     INSTANCES_MAX = 150,
@@ -194,7 +188,7 @@ typedef VkBuildPartitionedAccelerationStructureIndirectCommandNV operation;
 
 static void open_guard(void)
 {
-    shader_open(guard_code, sizeof(guard_code), 64);
+    shader_open(guard_comp, sizeof(guard_comp), 64);
     source = shader_buffer(SOURCE_SIZE);
     target = shader_buffer(TARGET_SIZE);
 }

@@ -6,6 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "copy_comp.h"
+#include "gather_comp.h"
+#include "guard_comp.h"
 #include "layer/snapshots/marks.h"
 #include "observers.h"
 #include "src/base/readable.h"
@@ -131,23 +134,13 @@ static void compute_state_restore(const struct recorder *recorder)
 
 /* ---- pipelines and dispatches */
 
-static const uint32_t copy_code[] = {
-#include "copy_comp.h"
-};
-static const uint32_t gather_code[] = {
-#include "gather_comp.h"
-};
-static const uint32_t guard_code[] = {
-#include "guard_comp.h"
-};
-
 static const struct {
     const uint32_t *words;
     size_t size;
 } codes[SHADER_COUNT] = {
-    [SHADER_COPY] = {copy_code, sizeof(copy_code)},
-    [SHADER_GATHER] = {gather_code, sizeof(gather_code)},
-    [SHADER_GUARD] = {guard_code, sizeof(guard_code)},
+    [SHADER_COPY] = {copy_comp, sizeof(copy_comp)},
+    [SHADER_GATHER] = {gather_comp, sizeof(gather_comp)},
+    [SHADER_GUARD] = {guard_comp, sizeof(guard_comp)},
 };
 
 struct own_shaders {

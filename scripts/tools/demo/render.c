@@ -3,10 +3,7 @@
 #include <string.h>
 
 #include "scene.h"
-
-static const uint32_t scene_comp[] = {
 #include "scene_comp.h" /* generated from scene.comp */
-};
 
 #define BINDING_COUNT 5 /* the TLAS, then buffers */
 #define GROUP_SIZE 8

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "report_trace.h"
 #include "src/scene/driver.h"
 #include "src/scene/report/report.h"
 
@@ -347,9 +348,6 @@ struct constants {
 
 static bool make_pipeline(struct device *device)
 {
-    static const uint32_t code[] = {
-#include "report_trace.h"
-    };
     struct driver *driver = &device->driver;
     const VkDescriptorSetLayoutBinding binding = {.descriptorType =
                                                       VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR,
@@ -367,8 +365,8 @@ static bool make_pipeline(struct device *device)
                                              .poolSizeCount = 1,
                                              .pPoolSizes = &size};
     const VkShaderModuleCreateInfo module = {.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
-                                             .codeSize = sizeof(code),
-                                             .pCode = code};
+                                             .codeSize = sizeof(report_trace),
+                                             .pCode = report_trace};
     if (!succeeds(device, "vkCreateDescriptorSetLayout",
                   driver->vk.CreateDescriptorSetLayout(driver->device, &set, NULL,
                                                        &device->set_layout)) ||

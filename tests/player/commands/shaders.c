@@ -21,28 +21,12 @@
 
 #include <stdlib.h>
 
-static const uint32_t shade_words[] = {
-#include "shade_comp.h"
-};
-static const uint32_t trace_words[] = {
-#include "trace_comp.h"
-};
-
-static const uint32_t trace_set_words[] = {
-#include "trace_set_comp.h"
-};
-
-static const uint32_t trace_if_words[] = {
-#include "trace_if_comp.h"
-};
-
-static const uint32_t rays_words[] = {
 #include "rays_rgen.h"
-};
-
-static const uint32_t shade_set_words[] = {
+#include "shade_comp.h"
 #include "shade_set_comp.h"
-};
+#include "trace_comp.h"
+#include "trace_if_comp.h"
+#include "trace_set_comp.h"
 
 enum { SETS = 16, SET_BINDINGS = 2 };
 
@@ -129,7 +113,7 @@ static void shade(struct play *play, char **words)
 {
     struct play_shader *shader = &play->shaders[PLAY_SHADE];
     make_pipeline(play, shader,
-                  &(struct code){CODE_OF(shade_words), .stage = VK_SHADER_STAGE_COMPUTE_BIT});
+                  &(struct code){CODE_OF(shade_comp), .stage = VK_SHADER_STAGE_COMPUTE_BIT});
     dispatch(play, shader,
              &(struct constants){play_address(play, words[1]), (uint32_t)atoi(words[2]),
                                  (float)atof(words[3])});
@@ -141,7 +125,7 @@ static void trace(struct play *play, const char *name)
     const STRUCT(VkAccelerationStructureDeviceAddressInfoKHR, info,
                  .accelerationStructure = play_object(play, name)->structure);
     make_pipeline(play, shader,
-                  &(struct code){CODE_OF(trace_words), .stage = VK_SHADER_STAGE_COMPUTE_BIT});
+                  &(struct code){CODE_OF(trace_comp), .stage = VK_SHADER_STAGE_COMPUTE_BIT});
     dispatch(play, shader,
              &(struct constants){.address = play->vk.GetAccelerationStructureDeviceAddressKHR(
                                      play->device, &info)});
@@ -231,8 +215,7 @@ static void trace_set(struct play *play, char **names)
 {
     struct play_shader *shader = &play->shaders[PLAY_TRACE_SET];
     bind_tops(play, shader,
-              &(struct code){CODE_OF(trace_set_words), .stage = VK_SHADER_STAGE_COMPUTE_BIT},
-              names);
+              &(struct code){CODE_OF(trace_set_comp), .stage = VK_SHADER_STAGE_COMPUTE_BIT}, names);
     dispatch(play, shader, &(struct constants){.count = 0});
 }
 
@@ -243,7 +226,7 @@ static void trace_if(struct play *play, uint32_t count, bool is_enabled, char **
     const VkSpecializationInfo constants = {1, &entry, sizeof(enabled), &enabled};
     struct play_shader *shader = &play->shaders[is_enabled ? PLAY_TRACE_IF : PLAY_TRACE_DISABLED];
     bind_tops(play, shader,
-              &(struct code){CODE_OF(trace_if_words), .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+              &(struct code){CODE_OF(trace_if_comp), .stage = VK_SHADER_STAGE_COMPUTE_BIT,
                              .constants = &constants},
               names);
     dispatch(play, shader, &(struct constants){.count = count});
@@ -255,7 +238,7 @@ static void trace_pushed(struct play *play, char **names)
     make_layout(play, shader, VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR,
                 VK_SHADER_STAGE_COMPUTE_BIT, VK_DESCRIPTOR_SET_LAYOUT_CREATE_PUSH_DESCRIPTOR_BIT);
     make_pipeline(play, shader,
-                  &(struct code){CODE_OF(trace_set_words), .stage = VK_SHADER_STAGE_COMPUTE_BIT});
+                  &(struct code){CODE_OF(trace_set_comp), .stage = VK_SHADER_STAGE_COMPUTE_BIT});
     for (uint32_t i = 0; names[i]; i++)
         write_top(play, shader, VK_NULL_HANDLE, i, names[i]);
     dispatch(play, shader, &(struct constants){.count = 0});
@@ -269,7 +252,7 @@ static void shade_set(struct play *play, char **words)
     buffer.buffer = play_place(play, words[2], &buffer.offset)->buffer.handle;
     make_sets(play, shader, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_SHADER_STAGE_COMPUTE_BIT);
     make_pipeline(play, shader,
-                  &(struct code){CODE_OF(shade_set_words), .stage = VK_SHADER_STAGE_COMPUTE_BIT});
+                  &(struct code){CODE_OF(shade_set_comp), .stage = VK_SHADER_STAGE_COMPUTE_BIT});
     allocate_set(play, shader);
     play->vk.UpdateDescriptorSets(
         play->device, 1,
@@ -293,7 +276,7 @@ static void rays(struct play *play, char **words)
 {
     const VkStridedDeviceAddressRegionKHR none = {0};
     struct play_shader *shader = &play->shaders[PLAY_RAYS];
-    const struct code code = {CODE_OF(rays_words), .stage = VK_SHADER_STAGE_RAYGEN_BIT_KHR};
+    const struct code code = {CODE_OF(rays_rgen), .stage = VK_SHADER_STAGE_RAYGEN_BIT_KHR};
     if (words[1] && play_is(words[1], "indirect")) {
         play->vk.CmdTraceRaysIndirectKHR(play_commands(play), &none, &none, &none, &none, 0);
     } else if (!words[1] || play_is(words[1], "none")) {
