@@ -118,16 +118,10 @@ static void check_same(const struct expected *expected, int quality, uint32_t th
     assert_int_equal(memcmp(refitted, expected->refitted[quality], builder_size(one)), 0);
 }
 
-/* The thread sanitizer takes long, and finds nothing in what one thread builds. */
-#ifdef __SANITIZE_THREAD__
-enum { IS_SANITIZED = 1 };
-#else
-enum { IS_SANITIZED = 0 };
-#endif
-
+/* For the thread sanitizer, which takes long, the most threads are enough. */
 static void check_threads(const struct expected *expected)
 {
-    for (uint32_t threads = IS_SANITIZED ? 5 : 2; threads <= 5; threads += 3)
+    for (uint32_t threads = HAS_THREAD_SANITIZER ? 5 : 2; threads <= 5; threads += 3)
         for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++)
             check_same(expected, quality, threads, NULL);
 }
@@ -164,7 +158,7 @@ static void check_team(const struct expected *expected)
     struct builder_team team;
     pthread_t early, late, other;
     builder_team_open(&team);
-    for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH && !IS_SANITIZED; quality++)
+    for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH && !HAS_THREAD_SANITIZER; quality++)
         check_same(expected, quality, 0, &team); /* no thread helps */
     struct leader leader = {expected, &team};
     assert_int_equal(pthread_create(&early, NULL, help, &team), 0);

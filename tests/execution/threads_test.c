@@ -316,17 +316,11 @@ TEST_IF(threads_share_a_secondary, !platform.is_cpu)
     count_messages();
 }
 
-/* The null driver reads the table of live structures on the thread that submits, while the other
- * one changes it as it may for a GPU: a race for the thread sanitizer. */
-#ifdef __SANITIZE_THREAD__
-enum { IS_SANITIZED = 1 };
-#else
-enum { IS_SANITIZED = 0 };
-#endif
-
 /* If both threads submit at the same time, the order is unknown to one of them, which lets each
- * live structure count as built for the guard. B1 is never built. */
-TEST_IF(threads_share_a_guarded_secondary, !platform.is_cpu && !IS_SANITIZED)
+ * live structure count as built for the guard. B1 is never built. The null driver reads the table
+ * of live structures on the thread that submits, while the other one changes it as it may for a
+ * GPU: a race for the thread sanitizer. */
+TEST_IF(threads_share_a_guarded_secondary, !platform.is_cpu && !HAS_THREAD_SANITIZER)
 {
     uint64_t read[4 * FEW_ROUNDS], references[2];
     open_at_content("setting guard references");

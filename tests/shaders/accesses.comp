@@ -18,6 +18,10 @@ layout(set = 0, binding = 0, std430) buffer Results
     uint results[];
 };
 
+#ifdef TEXELS
+layout(set = 0, binding = 1, rgba8) uniform writeonly imageBuffer texels;
+#endif
+
 layout(push_constant, std430) uniform Constants
 {
     Node first;
@@ -38,10 +42,6 @@ void write(Node node)
 {
     node.values[1] = count;
 }
-
-#ifdef TEXELS
-layout(set = 0, binding = 1, rgba8) uniform writeonly imageBuffer texels;
-#endif
 
 void main()
 {

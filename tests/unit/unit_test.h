@@ -13,6 +13,12 @@
 
 #include <cmocka.h>
 
+#ifdef __SANITIZE_THREAD__
+enum { HAS_THREAD_SANITIZER = 1 };
+#else
+enum { HAS_THREAD_SANITIZER = 0 };
+#endif
+
 struct unit_test {
     struct CMUnitTest test;
     int line;                /* of its file: the order of the tests */
