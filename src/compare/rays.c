@@ -2,6 +2,7 @@
 /* Generates rays, and computes where they lie relative to primitives. */
 #include "src/compare/rays.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -94,9 +95,11 @@ void placing_of_triangle(const struct compare_ray *ray, const struct triangle_re
     for (int i = 0; i < 3; i++)
         if (!(placing->height[i] > 4 * placing->margin))
             return;
+    placing->t = dot(corners[0], normal) / along;
+    if (!(fabs(placing->t) < FLT_MAX / 2)) /* a driver may round it to infinity */
+        return;
     placing->is_well_formed = true;
     placing->is_front = along < 0;
-    placing->t = dot(corners[0], normal) / along;
     placing->t_tolerance =
         2 * placing->margin / (cosine * length) + PLACING_TOLERANCE * fabs(placing->t);
     placing->u = placing->inside[1] / placing->height[1];

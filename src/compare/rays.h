@@ -52,7 +52,7 @@ enum placing_side {
 
 struct placing {
     enum placing_side side;
-    bool is_well_formed;    /* neither edge-on nor without area; the members below are valid */
+    bool is_well_formed;    /* not edge-on, nor without area, nor too far; those below are valid */
     double t, t_tolerance;  /* distance at which the ray hits the plane */
     double u, v, tolerance; /* barycentrics and their tolerance */
     bool is_front;

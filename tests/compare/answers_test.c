@@ -16,11 +16,11 @@
 #include "tests/fixture/scarce_memory.h"
 #include "tests/unit/unit_test.h"
 
-enum { RAYS = 3000, LOOSE = 60 };
+enum { RAYS = 3000, TOP_RAYS = 6000, LOOSE = 60 };
 enum { WAYS = 24, LAST_WAY = 18 }; /* of answers; those of way 0 and behind the last are right */
 enum { LEAST_SCALE = 6, SCALES = 18, TOLERATED_SCALE = 20 };
 
-static struct compare_answer answers[RAYS];
+static struct compare_answer answers[TOP_RAYS];
 static bool all_equal;
 
 static void start(void)
@@ -166,6 +166,8 @@ static void spoil_all(const struct ring *rings, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
         const uint32_t way = i % WAYS;
+        if (!rings && answers[i].candidate_count > COMPARE_CANDIDATES)
+            continue; /* without the rest, other instances are missed */
         if (way >= 1 && way <= LAST_WAY && answers[i].candidate_count > COMPARE_CANDIDATES)
             answers[i].candidate_count = COMPARE_CANDIDATES;
         spoil(&answers[i], way, scale_of(i), rings ? &rings[i] : NULL);
@@ -314,7 +316,7 @@ TEST_OF_ROWS(test_subject, rows, const struct row *row, start)
 
 /* ---- instances */
 
-enum { INSTANCES = 9 };
+enum { INSTANCES = 80, LAST = INSTANCES - 1 };
 
 /* Moved, mirrored and flipped, stretched too far to be judged, masked out,
  * inactive, and so large that its rays are infinite. */
@@ -332,6 +334,8 @@ static const struct top_instance instances[INSTANCES] = {
     /* As far as it may be stretched, and further. */
     {{.transform.matrix = {{16, 0, 0, 300}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 1}, 0},
     {{.transform.matrix = {{16.01f, 0, 0, 600}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 1}, 0},
+    /* More in one place than a ray remembers. */
+    [9 ... LAST] = {{.transform.matrix = {{1}, {0, 1, 0, 200}, {0, 0, 1}}, .mask = 1}, 1},
 };
 
 TEST_OPENED(test_instances, start)
@@ -352,7 +356,7 @@ TEST_OPENED(test_instances, start)
                                     .instances = instances,
                                     .bottoms = (const struct input_copy *const *)copies};
     GET(top_reference_open(&input, &top));
-    GET(top_rays_create(&top, RAYS, &rays));
+    GET(top_rays_create(&top, TOP_RAYS, &rays));
     answer_exactly(top.structure, &top, rays.rays, rays.count, answers);
     spoil_all(NULL, rays.count);
     digest_add_words(&generated, rays.rays, rays.count * sizeof(*rays.rays));
@@ -365,9 +369,9 @@ TEST_OPENED(test_instances, start)
         add_judgement(&judged, differs, &judgement);
     }
     summary_make_top(&top, &rays, answers, &summary);
-    expect("rays", generated, 0xebc639656332eed4);
-    expect("judgements", judged, 0x342bb5adafebec2c);
-    expect("texts", digest_of_texts(&summary), 0x9aa0680fdd5082bd);
+    expect("rays", generated, 0x6d99c9b71bb047af);
+    expect("judgements", judged, 0x1fb5c5920f1c8234);
+    expect("texts", digest_of_texts(&summary), 0x9f2413ff5e06d070);
     top_rays_free(&rays);
     top_reference_close(&top);
     for (int i = 0; i < 2; i++)
