@@ -125,7 +125,6 @@ static void build_addressed(struct layer_device *device, VkCommandBuffer handle,
         build->addressed = kept;
         build->place = (struct recorded_place){.command = addressed_build_command(addressed),
                                                .position = POSITION_OF_OTHERS};
-        recorder.left_out = LEFT_OUT_NOTHING;
         if (addressed->is_partitioned)
             copy_partitions(&recorder, build);
         else

@@ -53,7 +53,7 @@ bool named_objects_add(struct named_objects *named, VkObjectType type, uint64_t 
     const uint32_t i = named->count++;
     struct text_buffer copy;
     text_begin(&copy, named->names[i], MESSAGE_NAME_SIZE);
-    text_append_part(&copy, name, strnlen(name, MESSAGE_NAME_SIZE - 1));
+    text_append(&copy, name);
     named->objects[i] = (VkDebugUtilsObjectNameInfoEXT){
         .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
         .objectType = type,

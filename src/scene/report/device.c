@@ -290,7 +290,7 @@ static bool build_all(struct device *device, double *ns)
         /* The top level is built alone, after all others. */
         for (end = begin; end <= count && (end == begin || end < count); end++) {
             struct device_build *build = &device->builds[end];
-            if (used + scratch_of(build) + ALIGNMENT > device->scratch.size && end > begin)
+            if (used + scratch_of(build) + ALIGNMENT > device->scratch.size) /* never the first */
                 break;
             build->info.scratchData.deviceAddress = align(device->scratch.address + used);
             used += scratch_of(build);
@@ -329,10 +329,10 @@ static bool find_compacted(struct device *device, uint64_t *bytes)
     *bytes = 0;
     for (uint32_t i = 0; i < count && is_done; i++) {
         uint64_t size = 0;
-        is_done = succeeds(device, "vkGetQueryPoolResults",
-                           driver->vk.GetQueryPoolResults(
-                               driver->device, pool, i, 1, sizeof(size), &size, sizeof(size),
-                               VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
+        is_done =
+            succeeds(device, "vkGetQueryPoolResults",
+                     driver->vk.GetQueryPoolResults(driver->device, pool, i, 1, sizeof(size), &size,
+                                                    sizeof(size), VK_QUERY_RESULT_64_BIT));
         *bytes += size;
     }
     driver->vk.DestroyQueryPool(driver->device, pool, NULL);
