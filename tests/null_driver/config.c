@@ -130,7 +130,7 @@ struct null_driver_config null_driver_default_config(void)
         .memory = {.memoryTypeCount = 8,
                    .memoryTypes = {{LOCAL, 0},
                                    {HOST, 1},
-                                   {HOST | VK_MEMORY_PROPERTY_HOST_CACHED_BIT, 1},
+                                   {HOST, 2}, /* none is cached: lavapipe has such a type */
                                    {LOCAL | HOST, 2},
                                    {LOCAL | VK_MEMORY_PROPERTY_PROTECTED_BIT, 0},
                                    {LOCAL | VK_MEMORY_PROPERTY_LAZILY_ALLOCATED_BIT, 0},

@@ -273,6 +273,7 @@ PROPERTY_TEST(sweep, .size = sizeof(struct call), .begin = call_begin, .end = ca
                   "build 7 0; build 8 0;"
                   "build 9 0; build 10 0; build 11 0; build 12 0; build 13 0; build 14 0; build 15 "
                   "0; build 16 0; build 17 0 !0; build 18 0",
+                  "style 4; build 1 0; build 1 0", /* two dst of no bytes with one handle */
                   NULL})
 
 TEST(most_calls_without_pairs_are_plain)

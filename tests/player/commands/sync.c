@@ -166,6 +166,7 @@ static void add_extension(struct dependencies *to, const struct target *target,
                       .dstAccessMask = masks->dstAccessMask);
     to->tensors = MAKE(VkTensorDependencyInfoARM, .tensorMemoryBarrierCount = 1,
                        .pTensorMemoryBarriers = &to->tensor);
+    to->not_of_list = MAKE(VkTensorMemoryBarrierARM, .srcStageMask = ~0ull, .dstStageMask = ~0ull);
     to->range =
         MAKE(VkMemoryRangeBarrierKHR, .pNext = masks->pNext, .srcStageMask = masks->srcStageMask,
              .srcAccessMask = masks->srcAccessMask, .dstStageMask = masks->dstStageMask,

@@ -17,7 +17,7 @@ struct dependencies {
     VkMemoryRangeBarriersInfoKHR ranges;
     VkMemoryRangeBarrierKHR range;
     VkTensorDependencyInfoARM tensors;
-    VkTensorMemoryBarrierARM tensor;
+    VkTensorMemoryBarrierARM tensor, not_of_list;
     VkBaseInStructure unknown;
     /* The dependencies of a render pass. */
     VkSubpassDependency of_subpasses[DEPENDENCIES_MAX];
