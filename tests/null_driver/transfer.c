@@ -167,10 +167,14 @@ void null_driver_set_executes_nothing(bool nothing)
     atomic_store(&executes_nothing, nothing);
 }
 
-/* Ends at the first byte that has no memory. */
+/* Ends at the first byte that has no memory. A driver may count on usages. */
 static void copy(const struct transfer *transfer)
 {
     VkDeviceSize size;
+    if (!buffer_has_usage(transfer->dst, VK_BUFFER_USAGE_2_TRANSFER_DST_BIT) ||
+        (transfer->kind == COPY &&
+         !buffer_has_usage(transfer->src, VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT)))
+        return;
     for (VkDeviceSize done = 0; done < transfer->region.size; done += size) {
         size = transfer->region.size - done;
         unsigned char *to = buffer_bytes(transfer->dst, transfer->region.dstOffset + done, &size);

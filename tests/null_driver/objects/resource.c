@@ -86,6 +86,12 @@ unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *
     return memory_bytes(memory, binding->memory_offset + inside, size);
 }
 
+bool buffer_has_usage(VkBuffer buffer, VkBufferUsageFlags2 usage)
+{
+    const struct object *object = FIND(BUFFER, buffer);
+    return object != NULL && (object->buffer.usage & usage) == usage;
+}
+
 struct usage_at {
     VkDeviceAddress address;
     VkBufferUsageFlags2 usage;
