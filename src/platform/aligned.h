@@ -25,7 +25,7 @@ static inline void *aligned_allocate(size_t alignment, size_t size)
     const uintptr_t page = (uintptr_t)2 << 20;
     const uintptr_t begin = ((uintptr_t)memory + page - 1) & ~(page - 1),
                     end = ((uintptr_t)memory + size) & ~(page - 1);
-    if (memory && begin < end && end - begin >= page)
+    if (memory && begin < end)
         (void)madvise((void *)begin, end - begin, MADV_HUGEPAGE);
 #endif
     return memory;

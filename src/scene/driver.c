@@ -388,9 +388,8 @@ double driver_read_time(const struct driver *driver)
 {
     uint64_t ticks[2] = {0};
     if (!driver->times ||
-        driver->vk.GetQueryPoolResults(
-            driver->device, driver->times, 0, 2, sizeof(ticks), ticks, sizeof(ticks[0]),
-            VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT) != VK_SUCCESS)
+        driver->vk.GetQueryPoolResults(driver->device, driver->times, 0, 2, sizeof(ticks), ticks,
+                                       sizeof(ticks[0]), VK_QUERY_RESULT_64_BIT) != VK_SUCCESS)
         return (double)NAN;
     const uint64_t mask =
         driver->timestamp_bits < 64 ? (UINT64_C(1) << driver->timestamp_bits) - 1 : UINT64_MAX;
