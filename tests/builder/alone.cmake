@@ -4,9 +4,8 @@
 #     cmake -DSOURCE=... -DFOLDER=... [-DLAUNCHER=... -DPREFIX=...] -P alone.cmake
 
 set(tree ${FOLDER}/tree)
-foreach(path IN ITEMS src/bvh src/platform src/base/float_environment.h tests/unit/unit.cmake tests/builder
-        tests/unit/random.c tests/unit/random.h tests/unit/unit_test.c tests/unit/unit_test.h
-        tests/fixture/guarded.h tests/fixture/scarce_memory.c tests/fixture/scarce_memory.h)
+foreach(path IN ITEMS src/bvh src/platform src/base/float_environment.h tests/unit tests/builder
+        tests/fixture/scarce_memory.c tests/fixture/scarce_memory.h)
     cmake_path(GET path PARENT_PATH folder)
     file(COPY ${SOURCE}/${path} DESTINATION ${tree}/${folder})
 endforeach()
