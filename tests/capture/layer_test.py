@@ -255,7 +255,7 @@ class CaptureTest(unittest.TestCase):
         return {line["submission"] for line in Capture(folder).of_type("Build") if "submission" in line}
 
     def test_range(self):
-        self.run_application(self.folder / "part", builds=400, capture_from="submission:3", capture_until="submission:5")
+        self.run_application(self.folder / "part", builds=400, capture_from="submission:03", capture_until="submission:5")
         self.assertEqual(self.submissions_of(self.folder / "part"), {3, 4, 5})
         self.assertEqual(Capture(self.folder / "part").lines[-1]["why"], "capture_until was reached")
 

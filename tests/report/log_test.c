@@ -113,7 +113,7 @@ TEST(test_escapes_of_json)
 {
     static struct json json;
     json_begin(&json);
-    json_text(&json, "a\"", "\"\\/\b\f\n\r\t\x01\x1f\x7f\xff\xc3\xa9");
+    json_text(&json, "a\"", "\"\\/\b\f\n\r\t\x01\x1f \x7f\xff\xc3\xa9");
     json_begin_array(&json, "b");
     json_number(&json, NULL, UINT64_MAX);
     json_hex(&json, NULL, 0x1f);
@@ -122,7 +122,7 @@ TEST(test_escapes_of_json)
     assert_true(json_end(&json));
     assert_string_equal(
         json.line,
-        "{\"a\\\"\":\"\\\"\\\\/\\b\\f\\n\\r\\t\\u0001\\u001F\x7f\xef\xbf\xbd\xc3\xa9\","
+        "{\"a\\\"\":\"\\\"\\\\/\\b\\f\\n\\r\\t\\u0001\\u001F \x7f\xef\xbf\xbd\xc3\xa9\","
         "\"b\":[18446744073709551615,\"0x1f\",\"\"]}\n");
     json_begin(&json);
     json_begin_array(&json, "b");

@@ -219,9 +219,11 @@ TEST_WITH(mappings_end, struct resources *resources, make, resources_destroy)
     resources_remove_memory(resources, memory(3)); /* freed while it is mapped */
     EXPECT_PIECES(find(resources, 0x1000, 0x3000), {memory(1), 0, 0x1000},
                   {memory_of_host(), 0x2000, 0x4000});
-    resources_map_memory(resources, memory(1), 0x800, VK_WHOLE_SIZE, at(0x8000)); /* elsewhere */
+    resources_map_memory(resources, memory(1), 0x800, 0x801,
+                         at(0x8000)); /* elsewhere, and beyond */
     EXPECT_PIECES(find(resources, 0x1000, 0x1000), {memory_of_host(), 0x1000, 0x2000});
-    EXPECT_PIECES(find(resources, 0x8000, 0x800), {memory(1), 0x800, 0x1000});
+    EXPECT_PIECES(find(resources, 0x8000, 0x801), {memory(1), 0x800, 0x1000},
+                  {memory_of_host(), 0x8800, 0x8801});
     resources_map_memory(resources, memory(1), 0x2000, 1, at(0x9000)); /* beyond its end */
     assert_ptr_equal(find(resources, 0x9000, 1).spans[0].memory, memory_of_host());
 }
