@@ -95,7 +95,7 @@ class Replay(Case):
     def test_mistakes_are_found_again(self):
         found = read_lines(self.mistakes / "findings.jsonl")
         before = Counter(finding["VUID"] for finding in found if finding["Severity"] == "Error")
-        result = scene(NULL, "replay", "--layer", self.mistakes, hang_seconds="soon")
+        result = scene(NULL, "replay", "--layer", self.mistakes, hang_seconds="soon", hazards="true")
         after = Counter(line.split()[1] for line in result.stdout.splitlines() if line.startswith("finding: "))
         self.assertEqual(set(before - after), NOT_REPLAYED)
         self.assertEqual(set(after - before), ONLY_REPLAYED | {"ASSAY-warning"})
