@@ -96,7 +96,7 @@ struct world {
 
 static bool tells; /* the steps of the sequence */
 
-__attribute__((format(printf, 1, 2))) static void tell(const char *format, ...)
+__attribute__((format(printf, 1, 2))) static void show(const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
@@ -121,23 +121,23 @@ static const char *const stage_names[SYNC_ACCESS_STAGES] = {
 /* The names of the bits, and the other bits as a number. */
 static void tell_set(const char *before, uint32_t set, const char *const *names, uint32_t count)
 {
-    tell("%s", before);
+    show("%s", before);
     for (uint32_t i = 0; i < count; i++)
         if (set >> i & 1)
-            tell("%s|", names[i]);
-    tell("0x%" PRIx32, set >> count << count);
+            show("%s|", names[i]);
+    show("0x%" PRIx32, set >> count << count);
 }
 
 static void tell_bytes(const struct hazard_bytes *bytes)
 {
-    tell(" memory %" PRIu64 " [%" PRIu64 ", %" PRIu64 ")", bytes->memory, bytes->begin, bytes->end);
+    show(" memory %" PRIu64 " [%" PRIu64 ", %" PRIu64 ")", bytes->memory, bytes->begin, bytes->end);
 }
 
 static void tell_counts(const char *name, const uint64_t *counts)
 {
-    tell(" %s", name);
+    show(" %s", name);
     for (uint32_t i = 0; i < QUEUES; i++)
-        tell(" %" PRIu64, counts[i]);
+        show(" %" PRIu64, counts[i]);
 }
 
 static void tell_barriers(const struct hazard_barrier *barriers, uint32_t count)
@@ -148,10 +148,10 @@ static void tell_barriers(const struct hazard_barrier *barriers, uint32_t count)
         tell_set(" -> ", barrier->dependency.dst, stage_names, SYNC_ACCESS_STAGES);
         tell_set(" ", barrier->dependency.dst_kinds, kind_names, ACCESS_KINDS);
         if (barrier->is_global)
-            tell(" global");
+            show(" global");
         else
             tell_bytes(&barrier->bytes);
-        tell("%s\n", barrier->is_acquisition ? " acquisition" : "");
+        show("%s\n", barrier->is_acquisition ? " acquisition" : "");
     }
 }
 
@@ -616,9 +616,9 @@ static void play_wait(struct world *world, const struct wait *wait)
 {
     const struct dependency dependency = {.dst = wait->dst, .dst_kinds = kinds_at(wait->dst)};
     world->step++;
-    tell("  wait for signal %" PRIu64, number_of(world, wait->signal));
+    show("  wait for signal %" PRIu64, number_of(world, wait->signal));
     tell_set(", ", wait->dst, stage_names, SYNC_ACCESS_STAGES);
-    tell("\n");
+    show("\n");
     hazards_wait(world->hazards, number_of(world, wait->signal), &dependency);
     model_wait(world, wait->signal, wait->dst);
 }
@@ -629,11 +629,11 @@ static void play_batch(struct world *world)
     batch->step = ++world->step;
     memcpy(batch->clock, batch->before, sizeof(batch->clock));
     batch->clock[batch->queue] = batch->number;
-    tell("batch of queue %u number %" PRIu64 "%s", batch->queue, batch->number,
+    show("batch of queue %u number %" PRIu64 "%s", batch->queue, batch->number,
          batch->is_certain ? "" : " uncertain");
     tell_counts("before", batch->before);
     tell_counts("completed", batch->completed);
-    tell("\n");
+    show("\n");
     hazards_begin_batch(world->hazards,
                         &(struct hazard_batch){batch->queue, batch->number, batch->completed,
                                                batch->before, QUEUES, batch->is_certain});
@@ -743,9 +743,9 @@ static void play_access(struct world *world)
                               .batch = world->batch->number};
     if (one_in(world, 32))
         access->is.bytes.end = access->is.bytes.begin;
-    tell("  access %u: %s", world->access_count, kind_names[access->is.kind]);
+    show("  access %u: %s", world->access_count, kind_names[access->is.kind]);
     tell_bytes(&access->is.bytes);
-    tell(" of command %u\n", world->command);
+    show(" of command %u\n", world->command);
     memset(world->expected, 0, sizeof(world->expected));
     memset(world->found, 0, sizeof(world->found));
     memset(world->reached[world->access_count], NOT_REACHED, sizeof(world->reached[0]));
@@ -795,7 +795,7 @@ static void step_barriers(void *state, const uint32_t *operands)
         count++;
     } while (count < BARRIERS && one_in(world, 3));
     world->step++;
-    tell("  barriers\n");
+    show("  barriers\n");
     tell_barriers(barriers, count);
     hazards_barriers(world->hazards, barriers, count);
     for (uint32_t i = 0; i < count; i++)
@@ -830,7 +830,7 @@ static void play_wait_event(struct world *world, uint64_t event, stage_set stage
         barriers[count++] = random_barrier(world, src);
     } while (count < BARRIERS && one_in(world, 3));
     world->step++;
-    tell("  wait for event %" PRIu64 "\n", event);
+    show("  wait for event %" PRIu64 "\n", event);
     tell_barriers(barriers, count);
     hazards_wait_event(world->hazards, event, barriers, count);
     model_wait_event(world, event, barriers, count);
@@ -853,16 +853,16 @@ static void step_event(void *state, const uint32_t *operands)
         play_wait_event(world, event, *stages);
     } else if (*stages && choice == 4) {
         world->step++;
-        tell("  reset event %" PRIu64 "\n", event);
+        show("  reset event %" PRIu64 "\n", event);
         hazards_reset_event(world->hazards, event);
         model_reset_event(world, event, false);
         *stages = 0;
     } else {
         model_reset_event(world, event, true);
         const struct signal *signal = add_signal(world, true, event);
-        tell("  set event %" PRIu64, event);
+        show("  set event %" PRIu64, event);
         tell_set(" ", signal->src, stage_names, SYNC_ACCESS_STAGES);
-        tell("\n");
+        show("\n");
         hazards_set_event(world->hazards, event, signal->src);
         *stages = *stages ? *stages : signal->src;
     }
@@ -881,10 +881,10 @@ static void step_signal(void *state, const uint32_t *operands)
     signal->has_gap = one_in(world, 2);
     signal->value = world->values[semaphore] += 1 + signal->has_gap;
     world->batch->is_signalled = true;
-    tell("  signal %" PRIu64 " of semaphore %" PRIu64 ", value %" PRIu64, number_of(world, signal),
+    show("  signal %" PRIu64 " of semaphore %" PRIu64 ", value %" PRIu64, number_of(world, signal),
          semaphore, signal->value);
     tell_set(", ", signal->src, stage_names, SYNC_ACCESS_STAGES);
-    tell("\n");
+    show("\n");
     hazards_signal(world->hazards, number_of(world, signal), number_of(world, previous),
                    &(struct dependency){.src = signal->src, .src_kinds = kinds_at(signal->src)});
 }
@@ -894,7 +894,7 @@ static void step_prune(void *state, const uint32_t *operands)
     struct world *world = state;
     end_batch(world);
     tell_counts("prune", world->known);
-    tell("\n");
+    show("\n");
     hazards_prune(world->hazards, world->known, QUEUES);
     join(world->pruned, world->known);
 }
@@ -903,7 +903,7 @@ static void step_forget(void *state, const uint32_t *operands)
 {
     struct world *world = state;
     end_batch(world);
-    tell("forget memory %u\n", operands[0] + 1);
+    show("forget memory %u\n", operands[0] + 1);
     hazards_forget_memory(world->hazards, operands[0] + 1);
     for (uint32_t i = 0; i < world->access_count; i++)
         if (world->accesses[i].is.bytes.memory == operands[0] + 1)
