@@ -165,10 +165,10 @@ static void spoil(struct compare_answer *answer, uint32_t way, int scale, const 
 static void spoil_all(const struct ring *rings, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
-        const uint32_t way = i % WAYS;
-        if (!rings && answers[i].candidate_count > COMPARE_CANDIDATES)
+        const uint32_t way = i % WAYS, found = answers[i].candidate_count;
+        if (!rings && found > COMPARE_CANDIDATES)
             continue; /* without the rest, other instances are missed */
-        if (way >= 1 && way <= LAST_WAY && answers[i].candidate_count > COMPARE_CANDIDATES)
+        if (way >= 1 && way <= LAST_WAY && found > COMPARE_CANDIDATES)
             answers[i].candidate_count = COMPARE_CANDIDATES;
         spoil(&answers[i], way, scale_of(i), rings ? &rings[i] : NULL);
     }

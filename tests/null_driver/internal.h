@@ -228,7 +228,7 @@ void buffer_bind(struct object *buffer, const struct binding *binding);
 unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDeviceSize *size);
 /* The same of a buffer, as it is bound: *size bytes that lie one behind the other. */
 unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *size);
-bool buffer_has_usage(VkBuffer buffer, VkBufferUsageFlags2 usage);
+bool buffer_has_usage(VkBuffer buffer, VkBufferUsageFlags2 usage); /* also no buffer */
 /* Whether a buffer with that usage has the address. */
 bool address_has_usage(VkDeviceAddress address, VkBufferUsageFlags2 usage);
 

@@ -28,14 +28,16 @@ void transfers_release(struct object *commands)
     commands->command_buffer.compute = (struct dispatch){0};
 }
 
-/* A freed command buffer, which tests may still record to, keeps nothing. */
+/* A freed command buffer, which tests may still record to, keeps nothing. A driver may count on
+ * usages. */
 static void add(VkCommandBuffer handle, const struct transfer *transfer, const void *data)
 {
     struct object *commands = OBJECT(handle);
     const size_t size = data != NULL ? transfer->region.size : 0;
-    struct transfer *copy = commands->type == VK_OBJECT_TYPE_COMMAND_BUFFER
-                                ? driver_allocate(NULL, sizeof(*copy) + size)
-                                : NULL;
+    const bool is_kept = commands->type == VK_OBJECT_TYPE_COMMAND_BUFFER &&
+                         buffer_has_usage(transfer->src, VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT) &&
+                         buffer_has_usage(transfer->dst, VK_BUFFER_USAGE_2_TRANSFER_DST_BIT);
+    struct transfer *copy = is_kept ? driver_allocate(NULL, sizeof(*copy) + size) : NULL;
     if (copy == NULL)
         return;
     *copy = *transfer;
@@ -167,14 +169,10 @@ void null_driver_set_executes_nothing(bool nothing)
     atomic_store(&executes_nothing, nothing);
 }
 
-/* Ends at the first byte that has no memory. A driver may count on usages. */
+/* Ends at the first byte that has no memory. */
 static void copy(const struct transfer *transfer)
 {
     VkDeviceSize size;
-    if (!buffer_has_usage(transfer->dst, VK_BUFFER_USAGE_2_TRANSFER_DST_BIT) ||
-        (transfer->kind == COPY &&
-         !buffer_has_usage(transfer->src, VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT)))
-        return;
     for (VkDeviceSize done = 0; done < transfer->region.size; done += size) {
         size = transfer->region.size - done;
         unsigned char *to = buffer_bytes(transfer->dst, transfer->region.dstOffset + done, &size);

@@ -89,7 +89,7 @@ unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *
 bool buffer_has_usage(VkBuffer buffer, VkBufferUsageFlags2 usage)
 {
     const struct object *object = FIND(BUFFER, buffer);
-    return object != NULL && (object->buffer.usage & usage) == usage;
+    return !buffer || (object != NULL && (object->buffer.usage & usage) == usage);
 }
 
 struct usage_at {
