@@ -138,7 +138,7 @@ class Capture:
 
     def check_array(self, data):
         if data["data"] not in self.arrays:
-            self.arrays[data["data"]] = read_array(self.folder / "data" / f"{data['data']}.npy")
+            self.arrays[data["data"]] = (*read_array(self.folder / "data" / f"{data['data']}.npy"), data["stride"])
         shape = self.arrays[data["data"]][1]
         rows = min(data["count"], 1) if data["stride"] == 0 else data["count"]
         assert 0 < shape[0] <= rows, data
@@ -193,6 +193,9 @@ class CaptureTest(unittest.TestCase):
             inputs = [part for geometry in geometries for part in geometry["inputs"] if part["role"] == role]
             self.assertEqual([part for part in inputs if "data" not in part], [])
             self.assertTrue(inputs)
+        types = {(rows[at], any(rows[at + 8:at + 152])) for capture in captures for _, shape, rows, stride in capture.arrays.values()
+                 for at in range(0, len(rows), 152) if (stride, len(rows)) == (8, 152 * shape[0])}  # behind pointers
+        self.assertEqual(types, {(0, True), (1, True), (2, True)})
         for command in ("vkCmdBuildAccelerationStructuresKHR", "vkCmdBuildMicromapsEXT"):
             self.assertTrue(any(part["role"] == "micromap data" and "data" in part for build in builds
                                 if build["command"] == command
