@@ -247,4 +247,8 @@ SCOPE_TEST(test_well_formed_structures)
         *edits[i].at = before;
     }
     assert_true(structure_is_well_formed(header, size));
+    structure_lay_out(header, header->kind, 1, header->record_capacity, 0, false);
+    header->record_count = COUNT;
+    header->node_count = 1;
+    assert_false(structure_is_well_formed(header, size)); /* no room for the node */
 }

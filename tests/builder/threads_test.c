@@ -62,15 +62,18 @@ SCOPE_TEST(test_threads)
     assert_true(threads_in_build(blas, 2) > before);
 }
 
-/* Enough to be split by all threads at once, some of them at one place, some inactive. */
+/* Enough for all threads at once, some of them at one place, some inactive, and nine far off: one
+ * child of the root has more nodes than a thread's portion. */
 static struct fixture_mesh make_mesh(void)
 {
-    struct fixture_mesh mesh = fixture_soup(45000, 5);
+    struct fixture_mesh mesh = fixture_soup(75000, 5);
     for (uint32_t i = 0; i < mesh.vertex_count; i++)
         if (i / 3 % 97 == 0)
             memcpy(&mesh.positions[3 * i], &mesh.positions[3 * (i % 3)], 12);
         else if (i % 1009 == 0)
             mesh.positions[3 * i] = NAN;
+        else if (i / 3 % 8333 == 1)
+            mesh.positions[3 * i] += ldexpf(1, 3 * (int)(i / 25000));
     return mesh;
 }
 
