@@ -467,12 +467,11 @@ void invocation_end(struct invocation *invocation)
 bool invocation_begin(struct invocation *invocation, const struct spirv *spirv,
                       const struct shader_launch *launch)
 {
-    const size_t bound = spirv->bound + (size_t)1;
     struct spirv_instruction variable;
     *invocation = (struct invocation){.spirv = spirv,
                                       .launch = launch,
-                                      .values = calloc(bound, sizeof(struct value)),
-                                      .arguments = calloc(bound, sizeof(uint32_t))};
+                                      .values = calloc(spirv->bound, sizeof(struct value)),
+                                      .arguments = calloc(spirv->bound, sizeof(uint32_t))};
     if (!invocation->values || !invocation->arguments) {
         invocation_end(invocation);
         return false;

@@ -173,8 +173,8 @@ static void read_function(struct call_tree *tree, uint32_t function, struct shad
 void shader_facts_read(const struct spirv *spirv, uint32_t entry, struct shader_facts *facts)
 {
     struct call_tree tree = {.spirv = spirv,
-                             .is_visited = calloc(spirv->bound + (size_t)1, 1),
-                             .waiting = malloc((spirv->bound + (size_t)1) * sizeof(uint32_t))};
+                             .is_visited = calloc(spirv->bound, 1),
+                             .waiting = malloc(spirv->bound * sizeof(uint32_t))};
     *facts = (struct shader_facts){.is_known = true};
     if (tree.is_visited && tree.waiting)
         visit(&tree, entry);

@@ -326,9 +326,8 @@ static void find_descriptor(struct walk *walk, struct traced_descriptor *traced)
 bool shader_certainly_traces(const struct spirv *spirv, uint32_t function,
                              const struct shader_launch *launch, struct traced_descriptor *traced)
 {
-    const size_t bound = spirv->bound + (size_t)1;
-    struct walk walk = {.visited = calloc(bound, sizeof(uint32_t)),
-                        .waiting = calloc(bound, sizeof(uint32_t))};
+    struct walk walk = {.visited = calloc(spirv->bound, sizeof(uint32_t)),
+                        .waiting = calloc(spirv->bound, sizeof(uint32_t))};
     struct value result;
     bool traces = false;
     if (walk.visited && walk.waiting && invocation_begin(&walk.invocation, spirv, launch)) {

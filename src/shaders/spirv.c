@@ -90,11 +90,11 @@ bool spirv_open(struct spirv *spirv, const uint32_t *code, size_t size)
     size_t place = HEADER_WORDS;
     *spirv = (struct spirv){.code = code, .words = size / sizeof(*code)};
     if (spirv->words < HEADER_WORDS || spirv->words > UINT32_MAX ||
-        !readable(readable_cache_of_thread(), code, size) || code[0] != MAGIC ||
+        !readable(readable_cache_of_thread(), code, size) || code[0] != MAGIC || !code[3] ||
         code[3] > BOUND_MAX)
         return false;
     spirv->bound = code[3];
-    spirv->places = calloc(spirv->bound + (size_t)1, sizeof(*spirv->places));
+    spirv->places = calloc(spirv->bound, sizeof(*spirv->places));
     for (; spirv->places && spirv_read(spirv, place, &instruction); place = instruction.next)
         note_instruction(spirv, &instruction);
     if (spirv->places && place == spirv->words)

@@ -167,7 +167,7 @@ struct spirv_instruction {
 struct spirv {
     const uint32_t *code; /* of the caller, who keeps it */
     size_t words;
-    uint32_t bound;        /* ids are smaller */
+    uint32_t bound;        /* ids are smaller; not 0 */
     uint32_t *places;      /* where each id is defined; 0: nowhere that is known */
     bool ends_anywhere;    /* a function may end the invocation: OpKill and the like */
     bool has_texel_stores; /* a storage image may be a buffer */

@@ -136,9 +136,9 @@ TEST(damaged_code_does_no_harm)
         assert_non_null(copy);
         memcpy(copy, path->words, path->size);
         for (size_t i = 0; i < words; i++)
-            for (unsigned way = 0; way < 4; way++) {
+            for (unsigned way = 0; way < 5; way++) {
                 const uint32_t values[] = {0, copy[i] ^ 1u << (i + way) % 32, copy[(i * 7) % words],
-                                           UINT32_MAX};
+                                           path->words[3], UINT32_MAX}; /* [3]: the bound of ids */
                 const uint32_t before = copy[i];
                 copy[i] = values[way];
                 is_certain(copy, path->size, &launch, &traced);
