@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Records the dependencies of render passes. No access inside a render pass is tracked, so its
  * dependencies matter only as links of chains that pass through it. Barriers inside a subpass may
- * be further links. At each place where a dependency may take effect, it and those of earlier
- * subpasses are recorded, in the order of subpasses: this orders more than the specification
- * guarantees, never less. Without VK_SUBPASS_EXTERNAL dependencies the implicit ones order nothing
- * outside. */
+ * be further links. At each place where a dependency may take effect, all that may do so there are
+ * recorded, in any order: a chain from subpass to subpass has one link at most for each
+ * vkCmdNextSubpass. This orders more than the specification guarantees, never less. Without
+ * VK_SUBPASS_EXTERNAL dependencies the implicit ones order nothing outside. */
 #include <stdlib.h>
 
 #include "layer/hazards/recording.h"
@@ -12,14 +12,6 @@
 #include "src/base/chain.h"
 
 /* ---- creation */
-
-static int compare_dependencies(const void *a, const void *b)
-{
-    const struct subpass_dependency *x = a, *y = b;
-    if (x->dst != y->dst)
-        return x->dst < y->dst ? -1 : 1;
-    return x->src < y->src ? -1 : x->src > y->src;
-}
 
 /* A VkMemoryBarrier2 replaces the masks of the structure that it extends. */
 static struct subpass_dependency describe_dependency(const VkSubpassDependency2 *from)
@@ -46,12 +38,10 @@ void hazards_note_render_pass(struct layer_device *device, VkRenderPass render_p
     struct subpass_dependency *all = is_known ? calloc(count ? count : 1, sizeof(*all)) : NULL;
     for (uint32_t i = 0; all && i < count; i++)
         all[i] = describe_dependency(&info->pDependencies[i]);
-    if (all) {
-        qsort(all, count, sizeof(*all), compare_dependencies);
+    if (all)
         hazard_objects_add_render_pass(device->hazard_objects, render_pass, all, count);
-    } else {
+    else
         hazard_objects_remove_render_pass(device->hazard_objects, render_pass);
-    }
     free(all);
 }
 

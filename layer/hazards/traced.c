@@ -140,11 +140,12 @@ static uint32_t find_traced(const struct shader_recording *shaders,
         const bool is_other = traced->is_known &&
                               (binding->set != traced->set || binding->binding != traced->binding);
         const uint32_t all = is_other ? 0 : find_bound(shaders, binding, items, TRACED_MAX);
-        if (all > TRACED_MAX - count && all != UINT32_MAX)
-            note_full(shaders->recording->device,
-                      "commands that may trace more structures than the layer tracks");
-        if (all > TRACED_MAX - count)
+        if (all > TRACED_MAX - count) {
+            if (all != UINT32_MAX)
+                note_full(shaders->recording->device,
+                          "commands that may trace more structures than the layer tracks");
             return 0;
+        }
         for (uint32_t k = 0; k < all; k++)
             if (!traced->is_known || items[k].element == traced->element)
                 found[count++] = items[k].handle;

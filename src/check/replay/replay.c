@@ -9,6 +9,21 @@
 #include "src/check/replay/update_inputs.h"
 #include "src/state/builds/structures.h"
 
+/* What a structure is behind a copy or an update from a source. */
+static struct built built_from(const struct built *source, const struct journal_entry *entry)
+{
+    struct built copy = *source;
+    if (copy.state == BUILT_NEVER || copy.state == BUILT_FILLED)
+        copy = built_unknown;
+    copy.is_original = false;
+    /* An update of a structure that is not compacted may change its compacted size, and so may a
+     * second compaction: the compacted size is then unknown. */
+    if (copy.compacted ? journal_entry_compacts(entry) : journal_is_update(entry))
+        copy.compacted_size = NULL;
+    copy.compacted |= journal_entry_compacts(entry);
+    return copy;
+}
+
 /* ---- recording: `user` of the first walk is a struct structures, the states that the command
  * buffer knows by itself. If it doesn't know the source of a copy or update, the result is unknown
  * until submission. */
@@ -21,10 +36,7 @@ static void apply_copy(struct journal_walk *walk, const struct journal_entry *en
         structures_remove(known, entry->dst_id);
         return;
     }
-    struct built copy = source->built;
-    if (copy.state == BUILT_FILLED)
-        copy = built_unknown;
-    copy.compacted |= journal_entry_compacts(entry);
+    const struct built copy = built_from(&source->built, entry);
     structures_set(known, entry->dst_id, &copy, timestamp_never());
 }
 
@@ -187,15 +199,7 @@ static void write_build(struct journal_walk *walk, const struct journal_entry *e
 
 static void write_from_source(struct replay *replay, const struct journal_entry *entry)
 {
-    struct built copy = *replay_read(replay, entry);
-    if (copy.state == BUILT_NEVER || copy.state == BUILT_FILLED)
-        copy = built_unknown;
-    copy.is_original = false;
-    /* An update of a structure that is not compacted may change its compacted size, and so may a
-     * second compaction: the compacted size is then unknown. */
-    if (copy.compacted ? journal_entry_compacts(entry) : journal_is_update(entry))
-        copy.compacted_size = NULL;
-    copy.compacted |= journal_entry_compacts(entry);
+    const struct built copy = built_from(replay_read(replay, entry), entry);
     replay_write(replay, entry->dst_id, &copy);
 }
 
