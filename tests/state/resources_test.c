@@ -8,7 +8,7 @@
 #include "tests/state/fixture.h"
 
 #define AT 0x7000000000u
-enum { MANY_REFERENCES = 1100 }; /* more than are remembered when their structures are destroyed */
+enum { MANY_REFERENCES = 1025 }; /* one more than are remembered of destroyed structures */
 
 /* ---- addresses */
 

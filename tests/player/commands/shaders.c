@@ -28,7 +28,8 @@
 #include "trace_if_comp.h"
 #include "trace_set_comp.h"
 
-enum { SETS = 16, SET_BINDINGS = 2 };
+/* A binding has as many pushed descriptors as the layer tracks structures of a command. */
+enum { SETS = 16, SET_BINDINGS = 2, PUSHED = 16 };
 
 /* The constants of shaders. */
 struct constants {
@@ -145,12 +146,13 @@ static void set_condition(struct play *play, char **words)
         play->vk.CmdEndConditionalRenderingEXT(play_commands(play));
 }
 
-/* The layout has two bindings. */
+/* The layout has two bindings, of arrays if its sets are pushed. */
 static void make_layout(struct play *play, struct play_shader *shader, VkDescriptorType type,
                         VkShaderStageFlags stages, VkDescriptorSetLayoutCreateFlags flags)
 {
-    const VkDescriptorSetLayoutBinding bindings[SET_BINDINGS] = {{0, type, 1, stages, NULL},
-                                                                 {1, type, 1, stages, NULL}};
+    const uint32_t count = flags ? PUSHED : 1;
+    const VkDescriptorSetLayoutBinding bindings[SET_BINDINGS] = {{0, type, count, stages, NULL},
+                                                                 {1, type, count, stages, NULL}};
     if (!shader->set)
         GET(play->vk.CreateDescriptorSetLayout(play->device,
                                                &MAKE(VkDescriptorSetLayoutCreateInfo,
@@ -174,12 +176,12 @@ static void make_sets(struct play *play, struct play_shader *shader, VkDescripto
 
 /* Writes to a set, or pushes if that is null. */
 static void write_top(struct play *play, const struct play_shader *shader, VkDescriptorSet set,
-                      uint32_t binding, const char *name)
+                      uint32_t binding, uint32_t element, const char *name)
 {
     const STRUCT(VkWriteDescriptorSetAccelerationStructureKHR, top, .accelerationStructureCount = 1,
                  .pAccelerationStructures = &play_object(play, name)->structure);
     const STRUCT(VkWriteDescriptorSet, write, .pNext = &top, .dstSet = set, .dstBinding = binding,
-                 .descriptorCount = 1,
+                 .dstArrayElement = element, .descriptorCount = 1,
                  .descriptorType = VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR);
     if (set)
         play->vk.UpdateDescriptorSets(play->device, 1, &write, 0, NULL);
@@ -206,7 +208,7 @@ static void bind_tops(struct play *play, struct play_shader *shader, const struc
     if (names[0])
         allocate_set(play, shader);
     for (uint32_t i = 0; names[i]; i++)
-        write_top(play, shader, shader->last_set, i, names[i]);
+        write_top(play, shader, shader->last_set, i, 0, names[i]);
     play->vk.CmdBindDescriptorSets(play_commands(play), point_of(code->stage), shader->layout, 0, 1,
                                    &shader->last_set, 0, NULL);
 }
@@ -240,7 +242,8 @@ static void trace_pushed(struct play *play, char **names)
     make_pipeline(play, shader,
                   &(struct code){CODE_OF(trace_set_comp), .stage = VK_SHADER_STAGE_COMPUTE_BIT});
     for (uint32_t i = 0; names[i]; i++)
-        write_top(play, shader, VK_NULL_HANDLE, i, names[i]);
+        for (uint32_t element = 0; element < PUSHED; element++)
+            write_top(play, shader, VK_NULL_HANDLE, i, element, names[i]);
     dispatch(play, shader, &(struct constants){.count = 0});
 }
 
