@@ -62,22 +62,25 @@ static void destroy_oldest(const struct compare_device *device)
     memmove(spare->of, spare->of + 1, --spare->count * sizeof(*spare->of));
 }
 
+static uint64_t count_bytes(const struct compare_buffers *spare)
+{
+    uint64_t bytes = 0;
+    for (uint32_t i = 0; i < spare->count; i++)
+        bytes += spare->of[i].size;
+    return bytes;
+}
+
 void compare_buffer_free(const struct compare_device *device, struct own_buffer *buffer)
 {
     struct compare_buffers *spare = device->spare;
-    uint64_t bytes = buffer->size;
     const bool is_whole = buffer->address; /* it failed otherwise, or was never created */
-    for (uint32_t i = 0; spare && i < spare->count; i++)
-        bytes += spare->of[i].size;
     if (!spare || !is_whole || buffer->size > SPARE_BYTES) {
         const struct own_device own = compare_own_device(device);
         own_buffer_free(&own, buffer);
         return;
     }
-    while (spare->count && (bytes > SPARE_BYTES || spare->count == SPARE_BUFFERS)) {
-        bytes -= spare->of[0].size;
+    while (spare->count == SPARE_BUFFERS || count_bytes(spare) > SPARE_BYTES - buffer->size)
         destroy_oldest(device);
-    }
     spare->of[spare->count++] = *buffer;
     *buffer = (struct own_buffer){0};
 }
@@ -105,7 +108,7 @@ static VkResult create_layouts(const struct compare_device *device, struct trace
         .bindingCount = 1,
         .pBindings = &binding,
     };
-    const VkPushConstantRange range = {.stageFlags = pipeline->stages,
+    const VkPushConstantRange range = {.stageFlags = VK_SHADER_STAGE_ALL,
                                        .size = sizeof(struct trace_constants)};
     const VkPipelineLayoutCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
@@ -275,12 +278,7 @@ static VkResult create_table(const struct compare_device *device, struct trace_p
 
 VkResult trace_pipeline_create(const struct compare_device *device, struct trace_pipeline *pipeline)
 {
-    *pipeline = (struct trace_pipeline){
-        .stages = device->has_queries
-                      ? VK_SHADER_STAGE_COMPUTE_BIT
-                      : VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR |
-                            VK_SHADER_STAGE_ANY_HIT_BIT_KHR,
-    };
+    *pipeline = (struct trace_pipeline){0};
     VkResult result = create_layouts(device, pipeline);
     if (result == VK_SUCCESS)
         result = device->has_queries ? create_compute(device, pipeline)
@@ -313,7 +311,7 @@ void trace_pipeline_record(const struct compare_device *device,
                                                           : VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR;
     device->vk->CmdBindPipeline(commands, point, pipeline->pipeline);
     device->vk->CmdBindDescriptorSets(commands, point, pipeline->layout, 0, 1, &set, 0, NULL);
-    device->vk->CmdPushConstants(commands, pipeline->layout, pipeline->stages, 0,
+    device->vk->CmdPushConstants(commands, pipeline->layout, VK_SHADER_STAGE_ALL, 0,
                                  sizeof(*constants), constants);
     if (device->has_queries) {
         device->vk->CmdDispatch(commands, (constants->count + GROUP - 1) / GROUP, 1, 1);

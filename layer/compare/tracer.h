@@ -57,7 +57,6 @@ struct trace_pipeline {
     VkDescriptorSetLayout set_layout; /* a TLAS at binding 0 */
     VkPipelineLayout layout;
     VkPipeline pipeline;
-    VkShaderStageFlags stages; /* stages of the push constants */
     /* Shader binding table of a ray-tracing pipeline; its regions follow. */
     struct own_buffer table;
     VkStridedDeviceAddressRegionKHR generation, miss, hit;

@@ -106,9 +106,9 @@ static bool report_device(int i, const struct crash_event *event)
         return false;
     text_begin(&text, crash.text, sizeof(crash.text));
     append_event(&text, event);
-    const struct pending_faults faults = {{{event->address, event->address + 1, 0}},
-                                          event->has_address && !event->is_of_instruction};
-    if (!pending_list_append(device, false, &faults, &text))
+    const struct pending_faults faults = {{{event->address, event->address + 1, 0}}};
+    const bool has_fault = event->has_address && !event->is_of_instruction;
+    if (!pending_list_append(device, false, has_fault ? &faults : NULL, &text))
         return false;
     crash_output_write(&crash.devices[i].output, crash.text);
     return device->input_checks;

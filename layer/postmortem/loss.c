@@ -8,8 +8,6 @@
 #include "src/report/message.h"
 #include "src/report/words.h"
 
-enum { ADDRESSES_MAX = 8 };
-
 static const char *words_of(VkDeviceFaultAddressTypeEXT type)
 {
     switch (type) {
@@ -70,7 +68,7 @@ static void append_address(const struct layer_device *device,
 
 /* What the driver says of the fault. */
 struct device_fault {
-    VkDeviceFaultAddressInfoEXT addresses[ADDRESSES_MAX];
+    VkDeviceFaultAddressInfoEXT addresses[FAULTS_MAX];
     VkDeviceFaultInfoEXT info;
     uint32_t count;
 };
@@ -83,8 +81,8 @@ static bool find_device_fault(const struct layer_device *device, struct device_f
     if (!device->facts.device_fault || !device->vk.GetDeviceFaultInfoEXT ||
         device->vk.GetDeviceFaultInfoEXT(device->handle, &counts, NULL) < VK_SUCCESS)
         return false;
-    if (counts.addressInfoCount > ADDRESSES_MAX)
-        counts.addressInfoCount = ADDRESSES_MAX;
+    if (counts.addressInfoCount > FAULTS_MAX)
+        counts.addressInfoCount = FAULTS_MAX;
     counts.vendorInfoCount = 0;
     counts.vendorBinarySize = 0;
     fault->info = (VkDeviceFaultInfoEXT){.sType = VK_STRUCTURE_TYPE_DEVICE_FAULT_INFO_EXT,
@@ -99,7 +97,7 @@ static bool find_device_fault(const struct layer_device *device, struct device_f
 static struct pending_faults addresses_of_data(const struct layer_device *device,
                                                const struct device_fault *fault)
 {
-    struct pending_faults faults = {.count = 0};
+    struct pending_faults faults = {0};
     for (uint32_t i = 0; i < fault->count; i++) {
         const VkDeviceFaultAddressInfoEXT *at = &fault->addresses[i];
         const uint64_t size = at->addressPrecision ? at->addressPrecision : 1;
@@ -107,9 +105,9 @@ static struct pending_faults addresses_of_data(const struct layer_device *device
         if (!is_of_data(at->addressType))
             continue;
         const struct resources_at there = resources_find_at(device->resources, at->reportedAddress);
-        faults.ranges[faults.count].begin = begin;
-        faults.ranges[faults.count].end = begin + size;
-        faults.ranges[faults.count++].structure = handle_number(there.structure);
+        faults.ranges[i].begin = begin;
+        faults.ranges[i].end = begin + size;
+        faults.ranges[i].structure = handle_number(there.structure);
     }
     return faults;
 }
@@ -136,7 +134,7 @@ static void report_loss(struct layer_device *device)
     struct device_fault fault = {.count = 0};
     const bool has_fault = find_device_fault(device, &fault);
     const struct pending_faults faults = addresses_of_data(device, &fault);
-    const uint32_t count = pending_list_append(device, true, &faults, &text);
+    const uint32_t count = pending_list_append(device, true, fault.count ? &faults : NULL, &text);
     if (has_fault) {
         text_append(&text, count ? "\n" : "");
         append_device_fault(device, &fault, &text);

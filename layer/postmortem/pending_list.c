@@ -23,7 +23,7 @@ struct list {
 
 static bool is_hit(const struct list *list, uint64_t address, uint64_t size)
 {
-    for (uint32_t i = 0; list->faults && i < list->faults->count; i++)
+    for (uint32_t i = 0; i < FAULTS_MAX; i++)
         if (address < list->faults->ranges[i].end && list->faults->ranges[i].begin < address + size)
             return true;
     return false;
@@ -33,7 +33,7 @@ static bool is_hit_structure(const struct list *list, const struct submitted_bui
                              uint64_t handle)
 {
     struct resource_span span;
-    for (uint32_t i = 0; handle && i < list->faults->count; i++)
+    for (uint32_t i = 0; handle && i < FAULTS_MAX; i++)
         if (list->faults->ranges[i].structure == handle)
             return true;
     return handle && build->entry->command != COMMAND_NV &&
@@ -46,7 +46,7 @@ static bool is_hit_structure(const struct list *list, const struct submitted_bui
 static bool has_fault(const struct list *list, const struct submitted_build *build)
 {
     const struct recorded_build *copies = build->copies;
-    if (!list->faults || !list->faults->count)
+    if (!list->faults)
         return false;
     for (uint32_t i = 0; copies && i < copies->snapshot_count; i++)
         if (is_hit(list, copies->snapshots[i].address, copies->snapshots[i].size))

@@ -59,12 +59,12 @@ void crash_remove_device(struct layer_device *device);
 enum { PENDING_LISTED = 20 };
 
 /* Device addresses that the device or the process accessed without right. */
+enum { FAULTS_MAX = 8 };
 struct pending_faults {
     struct {
         uint64_t begin, end;
         uint64_t structure; /* the handle of the one there, or 0 */
-    } ranges[8];
-    uint32_t count;
+    } ranges[FAULTS_MAX];   /* with empty ones */
 };
 
 /* Appends "1 build was submitted ..." and the builds, PENDING_LISTED at most, the likeliest culprit

@@ -264,19 +264,11 @@ static bool is_aligned_pointer(const struct content *content, VkDeviceAddress ad
     return content->range->geometry->build->call->command == COMMAND_HOST || address % 16 == 0;
 }
 
-static bool is_zero(const uint8_t *bytes, uint64_t size)
-{
-    uint64_t i = 0;
-    while (i < size && !bytes[i])
-        i++;
-    return i == size;
-}
-
-/* Whether no memory that the build could read was at an address, of which `bytes` were read. In
- * place of device memory that was not there, the copy has no bytes, or zeros. What is nowhere now
- * was nowhere when the build executed if nothing was destroyed since the submission. */
+/* Whether no memory that the build could read was at an address, of which `bytes` were read. What
+ * is nowhere now was nowhere when the build executed if nothing was destroyed since the submission.
+ */
 static bool leads_nowhere(const struct content *content, VkDeviceAddress address,
-                          const uint8_t *bytes, uint64_t size)
+                          const uint8_t *bytes)
 {
     const struct check_context *context = content->walk->context;
     struct address_facts facts;
@@ -284,8 +276,7 @@ static bool leads_nowhere(const struct content *content, VkDeviceAddress address
         return true;
     if (content->range->geometry->build->call->command == COMMAND_HOST)
         return !bytes;
-    if ((bytes && !is_zero(bytes, size)) ||
-        resources_destroy_count(context->resources) != context->destroy_count)
+    if (bytes || resources_destroy_count(context->resources) != context->destroy_count)
         return false;
     resources_look_up_address(context->resources, address, &facts);
     return facts.status == ADDRESS_NOWHERE;
@@ -293,14 +284,14 @@ static bool leads_nowhere(const struct content *content, VkDeviceAddress address
 
 /* `bytes`: what was read behind the pointer. */
 static void check_pointer(struct content *content, uint32_t index, VkDeviceAddress address,
-                          const uint8_t *bytes, uint64_t size)
+                          const uint8_t *bytes)
 {
     const bool is_aligned = is_aligned_pointer(content, address);
     struct instance_pointer_view view = {
         .geometry = content->range->geometry,
         .index = index,
         .address = address,
-        .leads_nowhere = is_aligned && leads_nowhere(content, address, bytes, size),
+        .leads_nowhere = is_aligned && leads_nowhere(content, address, bytes),
         .is_host = content->range->geometry->build->call->command == COMMAND_HOST};
     if (!is_aligned || view.leads_nowhere)
         view.look = content_look_of_pointers(content);
@@ -315,7 +306,7 @@ static void read_pointed_instance(struct content *content, uint32_t index,
     const uint8_t *bytes = is_aligned_pointer(content, to.deviceAddress)
                                ? content_find(content, to, 0, 1, 0, size)
                                : NULL;
-    check_pointer(content, index, to.deviceAddress, bytes, size);
+    check_pointer(content, index, to.deviceAddress, bytes);
     if (bytes)
         read_instance(content, index, bytes);
     else
@@ -332,7 +323,7 @@ static void read_typed_instance(struct content *content, uint32_t index,
     to.deviceAddress -= type;
     const uint8_t *bytes = size ? content_find(content, to, 0, 1, 0, size) : NULL;
     if (size)
-        check_pointer(content, index, to.deviceAddress, bytes, size);
+        check_pointer(content, index, to.deviceAddress, bytes);
     if (bytes)
         content_read_motion_data(content, index, type, bytes);
 }

@@ -15,6 +15,7 @@
 #include "src/platform/process.h"
 
 enum { SIGNALS = 4, VALIDATION_MILLISECONDS = 3000, PAUSE_MILLISECONDS = 10 };
+enum { HAS_REPORTED = -1 };
 enum { REQUEST_VALIDATION = 'v', REQUEST_END = 'e', REPLY_DONE = 'd', REPLY_FAILED = 'f' };
 
 static const struct {
@@ -35,8 +36,8 @@ static struct {
     bool has_thread;
     int requests[2], replies[2]; /* pipes to the thread, and from it */
     _Atomic pid_t thread_id;
-    _Atomic pid_t reporter_id; /* the thread that reports, once for each process; 0: none yet */
-    atomic_bool is_reported;   /* it has */
+    /* The thread that reports, once for each process; 0: none yet; HAS_REPORTED: it has. */
+    _Atomic pid_t reporter_id;
 } crash;
 
 static pid_t own_id(void)
@@ -144,7 +145,7 @@ static bool is_function(const struct sigaction *action)
 
 static bool is_reporting(void)
 {
-    return atomic_load(&crash.reporter_id) && !atomic_load(&crash.is_reported);
+    return atomic_load(&crash.reporter_id) > 0;
 }
 
 /* Another thread's handler would end the process before this one has written its report. */
@@ -176,7 +177,7 @@ static void report_once(int signal, const siginfo_t *info)
         return;
     }
     crash.hooks.report(&event);
-    atomic_store(&crash.is_reported, true);
+    atomic_store(&crash.reporter_id, HAS_REPORTED);
 }
 
 /* Calls the previous handler with the mask that it would have without the layer. The handler may
@@ -284,7 +285,6 @@ void crash_handler_leave_parent(void)
 {
     crash.has_thread = false;
     atomic_store(&crash.reporter_id, 0);
-    atomic_store(&crash.is_reported, false);
 }
 
 void crash_handler_wait(void)
