@@ -80,7 +80,7 @@ struct settings {
      * none, report_flags lacks REPORT_INFO, or memory ran out. */
     char *changes;
     char *values[SETTING_COUNT];   /* as given; NULL: not; owned */
-    bool by_preset[SETTING_COUNT]; /* its value is the preset's, unless it is given */
+    bool by_preset[SETTING_COUNT]; /* its value is the preset's */
     bool is_given[SETTING_COUNT];  /* by the application, the environment or the file */
 };
 

@@ -21,7 +21,8 @@ uint32_t null_driver_take_barriers(struct null_driver_barrier *taken, uint32_t c
 
 static void add(struct null_driver_barrier barrier)
 {
-    barrier.builds = null_driver_calls("vkCmdBuildAccelerationStructuresKHR");
+    barrier.builds = null_driver_calls("vkCmdBuildAccelerationStructuresKHR") +
+                     null_driver_calls("vkCmdBuildAccelerationStructureNV");
     pthread_mutex_lock(&lock);
     if (barrier_count < BARRIERS_MAX)
         barriers[barrier_count++] = barrier;

@@ -171,7 +171,7 @@ struct null_driver_barrier {
      * subpass that a dependency leads to. */
     uint64_t detail;
     const void *masks; /* where the driver read them, only to compare; null: a parameter had them */
-    uint64_t builds;   /* calls of vkCmdBuildAccelerationStructuresKHR before */
+    uint64_t builds;   /* build calls before, but for indirect ones */
 };
 
 /* What the library exports. Names are entry points' names ("vkCreateBuffer"); the aliases of a

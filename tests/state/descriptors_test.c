@@ -75,9 +75,10 @@ static void close_sets(void)
 TEST_BETWEEN(what_is_written_is_found, open_sets, close_sets)
 {
     const VkDescriptorBufferInfo buffer = {(VkBuffer)(uintptr_t)7, 16, 32};
-    const STRUCT(VkWriteDescriptorSet, write, .dstSet = SET(0), .dstBinding = BUFFER,
-                 .descriptorCount = 1, .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
-                 .pBufferInfo = &buffer);
+    STRUCT(VkWriteDescriptorSet, write, .dstSet = SET(0), .dstBinding = BUFFER,
+           .descriptorCount = 1, .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+           .pBufferInfo = &buffer);
+    struct held_set pushed = {.handle = 0};
     allocate(0);
     assert_int_equal(find(0, TOP), UINT32_MAX);
     write_tops(0, TOP, 0, 1);
@@ -88,6 +89,10 @@ TEST_BETWEEN(what_is_written_is_found, open_sets, close_sets)
     assert_true(found[0].is_buffer && found[0].handle == 7 && found[0].offset == 16 &&
                 found[0].range == 32);
     assert_int_equal(find(1, TOP), UINT32_MAX);
+    for (; write.dstArrayElement <= HELD_MAX; write.dstArrayElement++) /* there is no room */
+        held_set_write(&pushed, &write);
+    assert_int_equal(held_set_find(&pushed, BUFFER, found, 4), UINT32_MAX);
+    held_set_clear(&pushed);
 }
 
 static void note_layout_of(uint32_t structures)
