@@ -193,7 +193,8 @@ class CaptureTest(unittest.TestCase):
             inputs = [part for geometry in geometries for part in geometry["inputs"] if part["role"] == role]
             self.assertEqual([part for part in inputs if "data" not in part], [])
             self.assertTrue(inputs)
-        types = {(rows[at], any(rows[at + 8:at + 152])) for capture in captures for _, shape, rows, stride in capture.arrays.values()
+        types = {(rows[at], any(rows[at + 8:at + 152])) for capture in captures
+                 for _, shape, rows, stride in capture.arrays.values()
                  for at in range(0, len(rows), 152) if (stride, len(rows)) == (8, 152 * shape[0])}  # behind pointers
         self.assertEqual(types, {(0, True), (1, True), (2, True)})
         for command in ("vkCmdBuildAccelerationStructuresKHR", "vkCmdBuildMicromapsEXT"):

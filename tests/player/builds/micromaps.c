@@ -70,16 +70,18 @@ static char **read_build(struct play *play, char **words, bool is_host,
     return *words ? words + 1 : words;
 }
 
+/* Records a command, or calls the host's form. */
+#define RUN(command, ...)                                                                          \
+    (is_host ? play_note(play, play->vk.command(play->device, VK_NULL_HANDLE, __VA_ARGS__))        \
+             : play->vk.Cmd##command(play_commands(play), __VA_ARGS__))
+
 void play_build_micromap(struct play *play, char **words, bool is_host)
 {
     VkMicromapBuildInfoEXT infos[PLAY_ITEMS];
     uint32_t count = 0;
     for (words++; *words && count < PLAY_ITEMS;)
         words = read_build(play, words, is_host, &infos[count++]);
-    if (is_host)
-        play_note(play, play->vk.BuildMicromapsEXT(play->device, VK_NULL_HANDLE, count, infos));
-    else
-        play->vk.CmdBuildMicromapsEXT(play_commands(play), count, infos);
+    RUN(BuildMicromapsEXT, count, infos);
 }
 
 static void serialize(struct play *play, char **words, bool is_host)
@@ -87,10 +89,7 @@ static void serialize(struct play *play, char **words, bool is_host)
     const STRUCT(VkCopyMicromapToMemoryInfoEXT, info, .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT,
                  .src = play_object(play, words[1])->micromap,
                  .dst = play_address_for(play, words[3], is_host));
-    if (is_host)
-        play_note(play, play->vk.CopyMicromapToMemoryEXT(play->device, VK_NULL_HANDLE, &info));
-    else
-        play->vk.CmdCopyMicromapToMemoryEXT(play_commands(play), &info);
+    RUN(CopyMicromapToMemoryEXT, &info);
 }
 
 static void deserialize(struct play *play, char **words, bool is_host)
@@ -98,10 +97,7 @@ static void deserialize(struct play *play, char **words, bool is_host)
     const STRUCT(VkCopyMemoryToMicromapInfoEXT, info, .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT,
                  .src = input(play, words[1], is_host),
                  .dst = play_object(play, words[3])->micromap);
-    if (is_host)
-        play_note(play, play->vk.CopyMemoryToMicromapEXT(play->device, VK_NULL_HANDLE, &info));
-    else
-        play->vk.CmdCopyMemoryToMicromapEXT(play_commands(play), &info);
+    RUN(CopyMemoryToMicromapEXT, &info);
 }
 
 static void copy(struct play *play, char **words, bool is_host)
@@ -111,10 +107,7 @@ static void copy(struct play *play, char **words, bool is_host)
                                                       : VK_COPY_MICROMAP_MODE_CLONE_EXT,
                  .src = play_object(play, words[1])->micromap,
                  .dst = play_object(play, words[3])->micromap);
-    if (is_host)
-        play_note(play, play->vk.CopyMicromapEXT(play->device, VK_NULL_HANDLE, &info));
-    else
-        play->vk.CmdCopyMicromapEXT(play_commands(play), &info);
+    RUN(CopyMicromapEXT, &info);
 }
 
 void play_copy_micromap(struct play *play, char **words, bool is_host)

@@ -32,9 +32,6 @@ static VkDeviceSize size_of(const char *word)
 
 /* ---- structures */
 
-/* What is deferred reads its parameters until it is complete. */
-#define FOR_CALL(play, info) play_copy_for_call(play, &(info), sizeof(info))
-
 /* SRC > DST deferred NAME */
 static VkDeferredOperationKHR operation_of(struct play *play, char **words)
 {
@@ -44,6 +41,13 @@ static VkDeferredOperationKHR operation_of(struct play *play, char **words)
     return play_object(play, words[5])->operation;
 }
 
+/* Records a copy, or calls the host's form. What is deferred reads its parameters until it is
+ * complete. */
+#define COPY(command, info)                                                                        \
+    (is_host ? play_note(play, play->vk.command(play->device, operation_of(play, words),           \
+                                                play_copy_for_call(play, &(info), sizeof(info))))  \
+             : play->vk.Cmd##command(play_commands(play), &(info)))
+
 static void copy_structure(struct play *play, char **words, bool is_host)
 {
     const VkCopyAccelerationStructureInfoKHR info =
@@ -52,11 +56,8 @@ static void copy_structure(struct play *play, char **words, bool is_host)
                                                : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     if (play_object(play, words[1])->is_nv)
         play_copy_nv(play, words);
-    else if (is_host)
-        play_note(play, play->vk.CopyAccelerationStructureKHR(
-                            play->device, operation_of(play, words), FOR_CALL(play, info)));
     else
-        play->vk.CmdCopyAccelerationStructureKHR(play_commands(play), &info);
+        COPY(CopyAccelerationStructureKHR, info);
 }
 
 static void serialize(struct play *play, char **words, bool is_host)
@@ -64,11 +65,7 @@ static void serialize(struct play *play, char **words, bool is_host)
     const VkCopyAccelerationStructureToMemoryInfoKHR info =
         serialize_info(play_object(play, words[1])->structure,
                        play_address_for(play, words[3], is_host).deviceAddress);
-    if (is_host)
-        play_note(play, play->vk.CopyAccelerationStructureToMemoryKHR(
-                            play->device, operation_of(play, words), FOR_CALL(play, info)));
-    else
-        play->vk.CmdCopyAccelerationStructureToMemoryKHR(play_commands(play), &info);
+    COPY(CopyAccelerationStructureToMemoryKHR, info);
 }
 
 static void deserialize(struct play *play, char **words, bool is_host)
@@ -76,11 +73,7 @@ static void deserialize(struct play *play, char **words, bool is_host)
     const VkCopyMemoryToAccelerationStructureInfoKHR info =
         deserialize_info(play_address_for(play, words[1], is_host).deviceAddress,
                          play_object(play, words[3])->structure);
-    if (is_host)
-        play_note(play, play->vk.CopyMemoryToAccelerationStructureKHR(
-                            play->device, operation_of(play, words), FOR_CALL(play, info)));
-    else
-        play->vk.CmdCopyMemoryToAccelerationStructureKHR(play_commands(play), &info);
+    COPY(CopyMemoryToAccelerationStructureKHR, info);
 }
 
 static bool play_structures(struct play *play, char **words, bool is_host)
