@@ -131,7 +131,8 @@ BODIES = {
                                         "VK_PEER_MEMORY_FEATURE_GENERIC_SRC_BIT;",
     "GetBufferDeviceAddress GetBufferOpaqueCaptureAddress":
         "const struct object *object = FIND(BUFFER, pInfo->buffer); "
-        "return object != NULL ? object->buffer.address : 0;",
+        "return object && buffer_has_usage(pInfo->buffer, VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT) ? "
+        "object->buffer.address : 0;",
     "GetDeviceMemoryOpaqueCaptureAddress":
         "const struct object *object = FIND(DEVICE_MEMORY, pInfo->memory); "
         "return object != NULL ? object->memory.address : 0;",
