@@ -252,12 +252,13 @@ class Fragile(ReportCase):
         capture = Capture(self.folder)
         capture.build(1, capture.triangles([(x, y, z, 0) for x, y, z in UNIT], descr="<f2", code="e",
                                            vertex_format="VK_FORMAT_R16G16B16A16_SFLOAT"),
-                      capture.triangles(UNIT * 3, firstVertex=3), {"type": "spheres"})
+                      capture.triangles(UNIT * 3, firstVertex=3),
+                      {"type": "spheres", "inputs": [{"role": "opacity indices", "missing": "why"}]})
         report = self.report(capture)
         self.assertEqual(self.rows(report, "positions of 16 bits or fewer")[0]["geometry"], 0)
         self.assertEqual(self.rows(report, "fourth component")[0]["geometry"], 0)
         self.assertEqual(self.rows(report, "offsets in the build range")[0]["geometry"], 1)
-        self.assertEqual(self.rows(report, "spheres")[0]["geometry"], 2)
+        self.assertEqual([self.rows(report, kind)[0]["geometry"] for kind in ("spheres", "opacity micromaps")], [2, 2])
         self.assertEqual(report["subject"]["left out"]["geometries of other types or formats"], 1)
 
     def test_missing_vertices_are_not_inactive(self):
