@@ -232,14 +232,14 @@ static VkResult build_reference(struct reference *reference)
         return VK_ERROR_FORMAT_NOT_SUPPORTED;
     void *scratch = allocate_input(sizes.build_scratch);
     reference->structure = allocate_input(sizes.structure);
-    if (!scratch || !reference->structure) {
-        aligned_free(scratch);
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
-    }
-    enum builder_result result = builder_build(input, reference->structure, sizes.structure,
-                                               scratch, sizes.build_scratch, &reference->report);
+    const bool has_memory = scratch && reference->structure;
+    const bool is_built =
+        has_memory && builder_build(input, reference->structure, sizes.structure, scratch,
+                                    sizes.build_scratch, &reference->report) == BUILDER_OK;
     aligned_free(scratch);
-    return result == BUILDER_OK ? VK_SUCCESS : VK_ERROR_FORMAT_NOT_SUPPORTED;
+    if (!has_memory)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    return is_built ? VK_SUCCESS : VK_ERROR_FORMAT_NOT_SUPPORTED;
 }
 
 VkResult reference_open(const struct input_copy *copy, struct reference *reference)

@@ -101,7 +101,7 @@ bool cpu_writes_have_structures(uint32_t count, const VkWriteDescriptorSet *writ
 {
     uint32_t begin = 0, length;
     next_run(writes, count, &begin, &length);
-    return begin > 0 || length < count;
+    return length < count;
 }
 
 void cpu_update_other_descriptors(PFN_vkUpdateDescriptorSets down, VkDevice device, uint32_t count,

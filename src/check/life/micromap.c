@@ -130,12 +130,12 @@ static void view_built_micromap(struct check_context *context,
 
 /* ---- memory that builds share */
 
-/* The range has no handle, so that a micromap that is built twice shares its memory with itself. */
+/* The range has no handle, so that a micromap that is built twice shares its memory with itself.
+ * The sweep leaves out ranges that are empty or unknown. */
 static void add_micromap_range(struct sweep *sweep, uint32_t build, enum range_role role,
                                const struct memory_span *span)
 {
-    if (span->memory && span->begin < span->end)
-        sweep_add(sweep, &(struct used_range){.role = role, .build = build, .span = *span});
+    sweep_add(sweep, &(struct used_range){.role = role, .build = build, .span = *span});
 }
 
 struct host_scratch {

@@ -217,7 +217,7 @@ TEST(readers_of_writes_and_uses_get_all_kinds_of_them)
     }
 }
 
-TEST(each_stage_belongs_to_one_bind_point)
+TEST(each_stage_and_each_set_belongs_to_one_bind_point)
 {
     static const VkShaderStageFlags of[SHADER_POINTS] = {
         [SHADERS_OF_COMPUTE] = VK_SHADER_STAGE_COMPUTE_BIT,
@@ -235,4 +235,7 @@ TEST(each_stage_belongs_to_one_bind_point)
     assert_int_equal(shader_stages_of(VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR), of[SHADERS_OF_RAYS]);
     assert_int_equal(shader_stages_of(VK_PIPELINE_BIND_POINT_GRAPHICS), of[SHADERS_OF_GRAPHICS]);
     assert_int_equal(shader_stages_of(VK_PIPELINE_BIND_POINT_MAX_ENUM), 0);
+    struct bound_shaders bound = {.sets = {{0}}};
+    bound_shaders_bind_set(&bound, SHADERS_OF_COMPUTE, BOUND_SETS, 1); /* more than are tracked */
+    assert_int_equal(bound.sets[SHADERS_OF_RAYS][0], 0);
 }
