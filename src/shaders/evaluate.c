@@ -153,18 +153,20 @@ static struct value built_in(const struct invocation *invocation, uint32_t numbe
     }
 }
 
-/* Returns the number of 32-bit parts of a scalar or vector; 0: the type is another one. */
+/* Returns the number of 32-bit parts of a scalar or vector; 0: the type is another one. Damaged
+ * code may have a vector of itself. */
 static uint32_t count_parts(const struct spirv *spirv, uint32_t type)
 {
     struct spirv_instruction definition;
-    const uint32_t op = spirv_define(spirv, type, &definition);
-    if (op == SPIRV_TYPE_VECTOR)
-        return count_parts(spirv, spirv_operand(&definition, 1)) == 1
-                   ? spirv_operand(&definition, 2)
-                   : 0;
-    if (op == SPIRV_TYPE_BOOL)
-        return 1;
-    return (op == SPIRV_TYPE_INT || op == SPIRV_TYPE_FLOAT) && spirv_operand(&definition, 1) == 32;
+    uint32_t op = spirv_define(spirv, type, &definition), count = 1;
+    if (op == SPIRV_TYPE_VECTOR) {
+        count = spirv_operand(&definition, 2);
+        op = spirv_define(spirv, spirv_operand(&definition, 1), &definition);
+    }
+    const bool is_part =
+        op == SPIRV_TYPE_BOOL ||
+        ((op == SPIRV_TYPE_INT || op == SPIRV_TYPE_FLOAT) && spirv_operand(&definition, 1) == 32);
+    return is_part ? count : 0;
 }
 
 /* Steps from a type into its member, element or part: adds the offset of that in bytes. Returns the

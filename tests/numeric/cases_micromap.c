@@ -50,6 +50,7 @@ CASE(54, 0, 0, "order of microtriangles", NULL)
             EXPECT(micromap_curve_index(odd[i][0], odd[i][1], level) >> 2 * level == 0);
     EXPECT(micromap_curve_index(1, 0, 1) == 2 && micromap_curve_index(0, 1, 1) == 3);
     EXPECT(micromap_curve_index(0.25f, 0.25f, 1) == 1); /* on an edge: the upper one */
+    EXPECT(micromap_curve_index(0.5f, 0.5f, 2) == 12);
 }
 
 /* `count` triangles of one format and level; the data of one after the other. */

@@ -125,7 +125,8 @@ TEST(damaged_code_does_no_harm)
 {
     const char *names[] = {"a loop of unknown length", "a function that may return early",
                            "a switch on a push constant, optimized",
-                           "as many samples as were pushed, optimized"};
+                           "as many samples as were pushed, optimized",
+                           "a component of a vector that is written"};
     struct pushed_constants pushed = {.known = 7, .words = {1, 8, 8}};
     struct shader_launch launch = {.pushed = &pushed, .size = {4, 2, 1}};
     struct traced_descriptor traced;
@@ -136,11 +137,12 @@ TEST(damaged_code_does_no_harm)
         assert_non_null(copy);
         memcpy(copy, path->words, path->size);
         for (size_t i = 0; i < words; i++)
-            for (unsigned way = 0; way < 5; way++) {
-                const uint32_t values[] = {0, copy[i] ^ 1u << (i + way) % 32, copy[(i * 7) % words],
+            for (unsigned way = 0; way < 8; way++) { /* 7: the word before may be the own id */
+                const size_t other = way < 7 ? i * 7 % words : i - (i > 0);
+                const uint32_t values[] = {0, copy[i] ^ 1u << (i + way) % 32, copy[other],
                                            path->words[3], UINT32_MAX}; /* [3]: the bound of ids */
                 const uint32_t before = copy[i];
-                copy[i] = values[way];
+                copy[i] = values[way % 5];
                 is_certain(copy, path->size, &launch, &traced);
                 copy[i] = before;
             }
