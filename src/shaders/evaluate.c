@@ -5,8 +5,9 @@
 #include <string.h>
 
 enum {
-    CALLS_MAX = 32, /* parameters that stand for parameters */
-    DEPTH_MAX = 16, /* constants made of constants */
+    CALLS_MAX = 32,       /* parameters that stand for parameters */
+    DEPTH_MAX = 16,       /* constants made of constants */
+    VISITS_MAX = 1 << 20, /* operands; constants that share constants may have far more */
     BUILT_IN_WORKGROUPS = 24,
     BUILT_IN_WORKGROUP = 26,
     BUILT_IN_LOCAL = 27,
@@ -89,7 +90,7 @@ static struct value find_value(struct invocation *invocation, uint32_t id, unsig
 {
     struct spirv_instruction from, type;
     const uint32_t op = spirv_define(invocation->spirv, id, &from);
-    if (!op || depth == 0)
+    if (!op || depth == 0 || invocation->visits++ >= VISITS_MAX)
         return (struct value){0};
     switch (op) {
     case SPIRV_CONSTANT_TRUE:

@@ -11,6 +11,7 @@ struct invocation {
     const struct shader_launch *launch;
     struct value *values; /* by id: results, and what variables hold */
     uint32_t *arguments;  /* by id of a parameter: what the call passes */
+    uint32_t visits;      /* operands whose values were asked for; with too many all are unknown */
 };
 
 /* Returns false if memory runs out. */

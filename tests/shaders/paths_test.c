@@ -137,15 +137,25 @@ TEST(damaged_code_does_no_harm)
         assert_non_null(copy);
         memcpy(copy, path->words, path->size);
         for (size_t i = 0; i < words; i++)
-            for (unsigned way = 0; way < 8; way++) { /* 7: the word before may be the own id */
-                const size_t other = way < 7 ? i * 7 % words : i - (i > 0);
-                const uint32_t values[] = {0, copy[i] ^ 1u << (i + way) % 32, copy[other],
-                                           path->words[3], UINT32_MAX}; /* [3]: the bound of ids */
+            for (unsigned way = 0; way < 6; way++) { /* the word before may be the own id */
+                const uint32_t values[] = {0,
+                                           copy[i] ^ 1u << (i + way) % 32,
+                                           copy[i * 7 % words],
+                                           copy[i - (i > 0)],
+                                           path->words[3],
+                                           UINT32_MAX}; /* [3]: the bound of ids */
                 const uint32_t before = copy[i];
-                copy[i] = values[way % 5];
+                copy[i] = values[way];
                 is_certain(copy, path->size, &launch, &traced);
                 copy[i] = before;
             }
+        for (size_t i = 0; i + 8 <= words; i++) { /* a constant that has itself four times */
+            const uint32_t id = copy[i + 2];
+            memcpy(copy + i, (uint32_t[]){7 << 16 | 44, copy[i + 1], id, id, id, id, id, 1 << 16},
+                   8 * sizeof(*copy));
+            is_certain(copy, path->size, &launch, &traced);
+            memcpy(copy + i, path->words + i, 8 * sizeof(*copy));
+        }
         free(copy);
         for (size_t kept = 0; kept < words; kept += 1 + kept / 16) {
             copy = malloc(kept * sizeof(uint32_t) + 1);
