@@ -254,7 +254,7 @@ TEST(test_globs)
         {"*ab", "aab", true},     {"a?c", "abc", true},
         {"a?c", "ac", false},     {"?", "\xc3\xa9", true},
         {"?", "\xff", true},      {"[a-c]x", "bx", true},
-        {"[ab]c", "bc", true},    {"[ab]c", "cc", false},
+        {"[ab]c", "bc", true},    {"[bc]c", "ac", false},
         {"[a-c]x", "dx", false},  {"[!a-c]x", "dx", true},
         {"[!a-c]x", "ax", false}, {"[]]", "]", true},
         {"[!]]", "]", false},     {"[a-]", "-", true},
