@@ -124,7 +124,7 @@ TEST_BETWEEN(an_array_goes_on_in_the_next_binding, open_sets, close_sets)
     assert_int_equal(find(0, TOPS), 2);
     assert_true(found[0].handle == 2 && found[1].handle == 3 && !found[0].must_be_valid);
     assert_int_equal(descriptor_sets_find(&sets, (uint64_t)(uintptr_t)SET(0), TOPS, &found[3], 1),
-                     2); /* there is room for one */
+                     2);
     write_tops(0, TOPS, 2, 4); /* behind the last binding that is followed */
     assert_int_equal(find(0, TOP), UINT32_MAX);
 }
