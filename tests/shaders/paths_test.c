@@ -137,13 +137,13 @@ TEST(damaged_code_does_no_harm)
         assert_non_null(copy);
         memcpy(copy, path->words, path->size);
         for (size_t i = 0; i < words; i++)
-            for (unsigned way = 0; way < 6; way++) { /* the word before may be the own id */
+            for (unsigned way = 0; way < 6; way++) { /* words[3]: the bound of all ids */
                 const uint32_t values[] = {0,
                                            copy[i] ^ 1u << (i + way) % 32,
                                            copy[i * 7 % words],
                                            copy[i - (i > 0)],
                                            path->words[3],
-                                           UINT32_MAX}; /* [3]: the bound of ids */
+                                           UINT32_MAX};
                 const uint32_t before = copy[i];
                 copy[i] = values[way];
                 is_certain(copy, path->size, &launch, &traced);
